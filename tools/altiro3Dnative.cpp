@@ -88,45 +88,59 @@ std::string inFileName(std::string text) {
     return text;
 }
 
-// The named calibration. For --info without a name, the calibration that findCalibration() finds.
-ChosenDisplay chooseDisplay(const CommandLine& commandLine, bool info, Messages& messages) {
-    const DisplayUse use = info ? DisplayUse::Describe : DisplayUse::Show;
-    if (info && commandLine.files().empty()) return findCalibration(commandLine, messages, {}, use);
-    if (commandLine.files().size() != 1)
+// The command line.
+struct TableJob {
+    DisplayOptions display; // calibration: empty with --info to find one
+    QuiltRequest layout;
+    std::filesystem::path table; // empty: named after the display
+    bool replace = false;
+    bool info = false;
+    bool json = false;
+};
+
+TableJob tableJob(const CommandLine& commandLine) {
+    TableJob job;
+    job.json = commandLine.has("json");
+    job.info = commandLine.has("info") || job.json;
+    const bool isNamed = !job.info || !commandLine.files().empty(); // else it is found
+    if (isNamed && commandLine.files().size() != 1)
         commandLine.failNames("one calibration (the table's name goes with -m)", 1);
-    const std::filesystem::path file = calibrationFile(commandLine.files().front());
-    ChosenDisplay display = chosenDisplay(readChosenCalibration(file, commandLine, messages), file,
-                                          invertOption(commandLine));
-    tellDisplay(display, use, messages);
-    return display;
+    if (isNamed) job.display.calibration = commandLine.files().front();
+    job.display.serial = commandLine.value("serial").value_or("");
+    job.display.invert = invertOption(commandLine);
+    job.layout = quiltRequest(commandLine);
+    job.table = commandLine.value("m").value_or("");
+    job.replace = commandLine.has("y");
+    return job;
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    const bool json = commandLine.has("json");
-    const bool info = commandLine.has("info") || json;
-    if (json) messages.leaveStandardOutput();
-    const ChosenDisplay display = chooseDisplay(commandLine, info, messages);
+int makeTable(const TableJob& job, Messages& messages) {
+    if (job.json) messages.leaveStandardOutput();
+    const ChosenDisplay display =
+        findDisplay(job.display, messages, {}, job.info ? DisplayUse::Describe : DisplayUse::Show);
     const std::filesystem::path& file = display.files.front();
     const Calibration& calibration = display.calibration;
-    const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
+    const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
     messages.say("quilt: " + layout.text());
-    if (info) {
+    if (job.info) {
         const LensGeometry geometry = lensGeometry(calibration, display.invert);
-        if (json) {
+        if (job.json) {
             printJson(calibration, geometry, layout, messages);
         } else {
             printInfo(calibration, geometry, layout, messages);
         }
-        if (!commandLine.has("m")) return kExitDone;
+        if (job.table.empty()) return kExitDone;
     }
 
     const std::string stem =
         calibration.serial.empty() ? file.stem().string() : inFileName(calibration.serial);
-    const std::filesystem::path output = commandLine.value("m").value_or(
-        stem + "-" + std::to_string(layout.rows) + "x" + std::to_string(layout.columns) + ".map");
-    Outputs outputs(commandLine.has("y"));
-    outputs.addInput(file);
-    outputs.addOutput(output);
+    const std::filesystem::path output =
+        !job.table.empty() ? job.table
+                           : std::filesystem::path(stem + "-" + std::to_string(layout.rows) + "x" +
+                                                   std::to_string(layout.columns) + ".map");
+    Outputs outputs(job.replace);
+    outputs.addInputs({file});
+    outputs.addOutputs({output});
     outputs.check();
     StageTimes times;
     const NativeLut lut(calibration, layout, display.invert);
@@ -166,5 +180,7 @@ int main(int argc, char** argv) {
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "
                         "where none is named.");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return makeTable(tableJob(given), messages);
+    });
 }

@@ -3,7 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/trade.hpp"
 #include "common/depth_options.hpp"
-#include "common/depth_trade.hpp"
+#include "common/network_trust.hpp"
 #include "common/outputs.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
@@ -16,6 +16,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
 
@@ -29,54 +30,116 @@ namespace {
 
 constexpr int kViews = 48;
 
-// One setting on one scene, or the mean of several.
+// The command line.
+struct TradeJob {
+    std::vector<fs::path> names; // photo, and its depth
+    fs::path photo;              // with a true view
+    fs::path disparity;
+    double disparityScale = 1;
+    fs::path truth;
+    fs::path scenes; // many of them
+    fs::path report;
+    fs::path csv;
+    fs::path plot;
+    fs::path saveViews;
+    bool replace = false;
+    ViewOptions views;
+    DepthRefineOptions refine;
+    DepthOptions depth;
+
+    bool hasTruth() const { return !photo.empty() || !scenes.empty(); }
+};
+
+// A way to make views, or a source of depth, on one scene or in the mean of several.
 struct Row {
-    std::string setting;
     std::string scene;
-    ViewAccuracy accuracy;
-    ViewCost cost;
-    double peakMegabytes = 0;
+    std::string name;
+    ViewAccuracy accuracy;      // with estimated depth: of method Layered, scaled to the true depth
+    double milliseconds = 0;    // for a view, or for the depth of a photo
+    double preparation = 0;     // ms
+    double peakMegabytes = 0;   // of a way to make views
+    double rankCorrelation = 0; // of estimated depth with the true one, -1..1
 };
 
 std::string lineOf(const Row& row) {
     char text[256];
     std::snprintf(text, sizeof text, "%-22s %8.2f ms %7.2f dB %6.4f %9.2f dB %6.4f %8.0f MB",
-                  row.setting.c_str(), row.cost.millisecondsPerView, row.accuracy.psnrWhole,
+                  row.name.c_str(), row.milliseconds, row.accuracy.psnrWhole,
                   row.accuracy.ssimWhole, row.accuracy.psnrInside, row.accuracy.ssimInside,
                   row.peakMegabytes);
     return text;
 }
 
+std::string depthLineOf(const Row& row) {
+    char text[256];
+    std::snprintf(text, sizeof text, "%-24s %6.1f ms %7.3f %9.2f dB %6.4f %9.2f dB %6.4f",
+                  row.name.c_str(), row.milliseconds, row.rankCorrelation, row.accuracy.psnrWhole,
+                  row.accuracy.ssimWhole, row.accuracy.psnrInside, row.accuracy.ssimInside);
+    return text;
+}
+
 const char* const kHeading =
     "setting                 per view      whole frame        inside            memory";
+const char* const kDepthHeading =
+    "estimated depth          per photo   order     layered, whole        inside";
 
-Row measure(const NamedViewOptions& setting, const StereoScene& scene) {
+// @param truth the outermost view @param band px at the sides that are not "inside"
+Row measure(const NamedViewOptions& setting, const StereoScene& scene, const ViewOptions& options,
+            const cv::Mat& truth, int band) {
     Row row;
-    row.setting = setting.name;
+    row.name = setting.name;
     row.scene = scene.name;
-    const ViewOptions options = scene.options(setting.options);
     cv::Mat view;
     Depth2Quilt({1, 1, scene.photo.size(), 1}, options).renderView(scene, 1, view);
-    row.accuracy = compareViews(view, scene.truth, scene.band());
+    row.accuracy = compareViews(view, truth, band);
     resetPeakMemory();
-    row.cost = measureViews(scene, options, kViews, 3);
+    const ViewCost cost = measureViews(scene, options, kViews, 3);
+    row.milliseconds = cost.millisecondsPerView;
+    row.preparation = cost.preparationMilliseconds;
     row.peakMegabytes = peakMegabytes();
     return row;
 }
 
-std::vector<Row> meansOf(const std::vector<Row>& rows, std::size_t settings) {
+// @param refine how the depth is refined before views are made
+Row measureDepth(const std::string& name, DepthSource& source, const StereoScene& scene,
+                 const DepthRefineOptions& refine) {
+    Row row;
+    row.scene = scene.name;
+    row.name = name;
+    Scene estimated;
+    row.milliseconds = fastestMilliseconds([&] { source.readScene(scene.photo, 0.5, estimated); });
+    Scene aligned{scene.photo, {}, {}, {}, estimated.edges};
+    cv::Mat& depth = aligned.depth;
+    cv::resize(estimated.depth, depth, scene.depth.size(), 0, 0, cv::INTER_LINEAR);
+    row.rankCorrelation = rankCorrelation(depth, scene.depth);
+    alignDepth(depth, scene.depth, depth);
+    refineScene(aligned, refine);
+    ViewOptions layered;
+    layered.method = ViewMethod::Layered;
+    cv::Mat view;
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(layered)).renderView(aligned, 1, view);
+    row.accuracy = compareViews(view, scene.truth, scene.band());
+    return row;
+}
+
+// The mean of each row over the scenes.
+// @param rows the same `count` ones for each scene
+std::vector<Row> meansOf(const std::vector<Row>& rows, std::size_t count) {
     std::vector<Row> means;
-    const std::size_t scenes = rows.size() / settings;
-    for (std::size_t s = 0; s < settings; ++s) {
+    const double share = static_cast<double>(count) / static_cast<double>(rows.size());
+    for (std::size_t first = 0; first < count; ++first) {
         Row mean;
-        mean.setting = rows[s].setting;
+        mean.name = rows[first].name;
         mean.scene = "mean";
-        for (std::size_t i = s; i < rows.size(); i += settings) {
+        for (std::size_t i = first; i < rows.size(); i += count) {
             const Row& row = rows[i];
-            const double share = 1.0 / static_cast<double>(scenes);
-            addShare(share, row.accuracy, mean.accuracy);
-            mean.cost.millisecondsPerView += share * row.cost.millisecondsPerView;
-            mean.cost.preparationMilliseconds += share * row.cost.preparationMilliseconds;
+            mean.accuracy.psnrWhole += share * row.accuracy.psnrWhole;
+            mean.accuracy.ssimWhole += share * row.accuracy.ssimWhole;
+            mean.accuracy.psnrInside += share * row.accuracy.psnrInside;
+            mean.accuracy.ssimInside += share * row.accuracy.ssimInside;
+            mean.milliseconds += share * row.milliseconds;
+            mean.preparation += share * row.preparation;
+            mean.rankCorrelation += share * row.rankCorrelation;
             mean.peakMegabytes = std::max(mean.peakMegabytes, row.peakMegabytes);
         }
         means.push_back(mean);
@@ -93,8 +156,7 @@ double numberOf(const std::string& text, const std::string& file, const std::str
 }
 
 // The depth as the tools use it; says what was done and how long it took.
-void refine(const CommandLine& commandLine, Scene& scene, Messages& messages) {
-    const DepthRefineOptions options = refineOptions(commandLine);
+void refine(const DepthRefineOptions& options, Scene& scene, Messages& messages) {
     if (options.keepsDepth()) return;
     const auto start = std::chrono::steady_clock::now();
     const DepthFlaws flaws = refineScene(scene, options);
@@ -158,28 +220,25 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
 }
 
 // Without a true view, the most accurate setting is the reference.
-StereoScene sceneOfPhoto(const CommandLine& commandLine, Messages& messages) {
-    const std::vector<fs::path>& files = commandLine.files();
-    ChosenDepth source(commandLine, messages);
+StereoScene sceneOfPhoto(const TradeJob& job, Messages& messages) {
+    ChosenDepth source(job.depth, messages);
     StageTimes times;
     StereoScene scene;
-    const fs::path depthFile = source.fromFiles() ? files[1] : fs::path();
-    if (autoChoices(commandLine).any())
-        throw UsageError("--strength and --focus: auto is not possible here, expected a number");
-    const double focus = viewOptions(commandLine).focus;
-    Scene fitted = source.read(files[0], depthFile, focus, messages, times);
+    const fs::path depthFile = job.depth.fromFiles ? job.names[1] : fs::path();
+    const double focus = job.views.focus;
+    Scene fitted = source.read(job.names[0], depthFile, focus, messages, times);
     const DepthRefineOptions later{DepthFlaws()};
     fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted,
              later);
     static_cast<Scene&>(scene) = fitted;
-    scene.name = files[0].filename().string();
-    refine(commandLine, scene, messages);
+    scene.name = job.names[0].filename().string();
+    refine(job.refine, scene, messages);
     return scene;
 }
 
-std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages) {
-    const StereoScene scene = sceneOfPhoto(commandLine, messages);
-    const std::vector<NamedViewOptions> settings = tradeSettings(viewOptions(commandLine));
+std::vector<Row> measurePhoto(const TradeJob& job, Messages& messages) {
+    const StereoScene scene = sceneOfPhoto(job, messages);
+    const std::vector<NamedViewOptions> settings = tradeSettings(job.views);
     cv::Mat reference;
     Depth2Quilt({1, 1, scene.photo.size(), 1}, settings.back().options)
         .renderView(scene, 1, reference);
@@ -190,20 +249,11 @@ std::vector<Row> measurePhoto(const CommandLine& commandLine, Messages& messages
     Progress progress(settings.size());
     for (const NamedViewOptions& setting : settings) {
         progress.step(setting.name);
-        Row row;
-        row.setting = setting.name;
-        row.scene = scene.name;
-        cv::Mat view;
-        Depth2Quilt({1, 1, scene.photo.size(), 1}, setting.options).renderView(scene, 1, view);
         const int band =
             static_cast<int>(setting.options.strengthPercent / 200 * scene.photo.cols) + 2;
-        row.accuracy = compareViews(view, reference, band);
-        resetPeakMemory();
-        row.cost = measureViews(scene, setting.options, kViews, 3);
-        row.peakMegabytes = peakMegabytes();
+        rows.push_back(measure(setting, scene, setting.options, reference, band));
         progress.clear();
-        messages.say(lineOf(row));
-        rows.push_back(row);
+        messages.say(lineOf(rows.back()));
     }
     return rows;
 }
@@ -218,7 +268,7 @@ void saveViews(const StereoScene& scene, const fs::path& directory) {
     }
 }
 
-std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<StereoScene>& scenes,
+std::vector<Row> measureScenes(const TradeJob& job, std::vector<StereoScene>& scenes,
                                Messages& messages) {
     const std::vector<NamedViewOptions> settings = tradeSettings();
     std::vector<Row> rows;
@@ -226,11 +276,12 @@ std::vector<Row> measureScenes(const CommandLine& commandLine, std::vector<Stere
     for (StereoScene& scene : scenes) {
         messages.say(scene.name + ", " + sizeText(scene.photo.size()) + ", disparity up to " +
                      fixed(scene.largestDisparity, 2) + " px");
-        refine(commandLine, scene, messages);
+        refine(job.refine, scene, messages);
         messages.say(kHeading);
         for (const NamedViewOptions& setting : settings) {
             progress.step(scene.name + ", " + setting.name);
-            rows.push_back(measure(setting, scene));
+            rows.push_back(
+                measure(setting, scene, scene.options(setting.options), scene.truth, scene.band()));
             progress.clear();
             messages.say(lineOf(rows.back()));
         }
@@ -263,14 +314,12 @@ loadDepthSources(const std::vector<NamedDepthSource>& sources, Messages& message
 
 // What each source of depth would cost and give instead of the true disparity. One that fails is
 // left out of every scene.
-std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
-                                    const std::vector<StereoScene>& scenes,
-                                    const std::vector<NamedDepthSource>& listed,
-                                    Messages& messages) {
+std::vector<Row> measureDepths(const DepthRefineOptions& refine,
+                               const std::vector<StereoScene>& scenes,
+                               const std::vector<NamedDepthSource>& listed, Messages& messages) {
     auto sources = loadDepthSources(listed, messages);
     if (sources.empty()) return {};
-    const DepthRefineOptions refine = refineOptions(commandLine);
-    std::vector<DepthRow> rows;
+    std::vector<Row> rows;
     Progress progress(scenes.size() * sources.size());
     for (const StereoScene& scene : scenes) {
         messages.say(kDepthHeading + (scenes.size() > 1 ? ", " + scene.name : std::string()));
@@ -280,12 +329,12 @@ std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
             try {
                 rows.push_back(measureDepth(name, *source->second, scene, refine));
                 progress.clear();
-                messages.say(lineOf(rows.back()));
+                messages.say(depthLineOf(rows.back()));
                 ++source;
             } catch (const Error& error) {
                 progress.clear();
                 messages.warn("depth by " + name + " is left out: " + error.what());
-                const auto isOfIt = [&](const DepthRow& row) { return row.source == name; };
+                const auto isOfIt = [&](const Row& row) { return row.name == name; };
                 rows.erase(std::remove_if(rows.begin(), rows.end(), isOfIt), rows.end());
                 source = sources.erase(source);
             }
@@ -293,38 +342,39 @@ std::vector<DepthRow> measureDepths(const CommandLine& commandLine,
     }
     if (scenes.size() > 1) {
         messages.say(std::string(kDepthHeading) + ", mean");
-        for (const DepthRow& row : meansOf(rows, sources.size())) {
-            messages.say(lineOf(row));
+        for (const Row& row : meansOf(rows, sources.size())) {
+            messages.say(depthLineOf(row));
             rows.push_back(row);
         }
     }
     return rows;
 }
 
+void addAccuracy(const ViewAccuracy& accuracy, Json& json) {
+    json["psnrWhole"] = accuracy.psnrWhole;
+    json["ssimWhole"] = accuracy.ssimWhole;
+    json["psnrInside"] = accuracy.psnrInside;
+    json["ssimInside"] = accuracy.ssimInside;
+}
+
 // JSON has no infinity: the PSNR of equal pictures is null.
-std::string jsonOf(const std::vector<Row>& rows, const std::vector<DepthRow>& depths, bool truth) {
+std::string jsonOf(const std::vector<Row>& rows, const std::vector<Row>& depths, bool truth) {
     Json list = Json::array();
     for (const Row& row : rows) {
         list.push_back({{"scene", row.scene},
-                        {"setting", row.setting},
-                        {"millisecondsPerView", row.cost.millisecondsPerView},
-                        {"preparationMilliseconds", row.cost.preparationMilliseconds},
-                        {"psnrWhole", row.accuracy.psnrWhole},
-                        {"ssimWhole", row.accuracy.ssimWhole},
-                        {"psnrInside", row.accuracy.psnrInside},
-                        {"ssimInside", row.accuracy.ssimInside},
-                        {"peakMegabytes", row.peakMegabytes}});
+                        {"setting", row.name},
+                        {"millisecondsPerView", row.milliseconds},
+                        {"preparationMilliseconds", row.preparation}});
+        addAccuracy(row.accuracy, list.back());
+        list.back()["peakMegabytes"] = row.peakMegabytes;
     }
     Json depthList = Json::array();
-    for (const DepthRow& row : depths) {
+    for (const Row& row : depths) {
         depthList.push_back({{"scene", row.scene},
-                             {"source", row.source},
+                             {"source", row.name},
                              {"milliseconds", row.milliseconds},
-                             {"rankCorrelation", row.rankCorrelation},
-                             {"psnrWhole", row.accuracy.psnrWhole},
-                             {"ssimWhole", row.accuracy.ssimWhole},
-                             {"psnrInside", row.accuracy.psnrInside},
-                             {"ssimInside", row.accuracy.ssimInside}});
+                             {"rankCorrelation", row.rankCorrelation}});
+        addAccuracy(row.accuracy, depthList.back());
     }
     const Json report = {{"tool", "altiro3Dtradeoff"},
                          {"version", version()},
@@ -348,12 +398,10 @@ std::string csvOf(const std::vector<Row>& rows) {
     std::string text = "scene,setting,ms_per_view,preparation_ms,psnr_whole,ssim_whole,psnr_inside,"
                        "ssim_inside,peak_mb\n";
     for (const Row& row : rows) {
-        text += quoted(row.scene) + "," + quoted(row.setting) + "," +
-                fixed(row.cost.millisecondsPerView, 4) + "," +
-                fixed(row.cost.preparationMilliseconds, 3) + "," +
-                fixed(row.accuracy.psnrWhole, 4) + "," + fixed(row.accuracy.ssimWhole, 5) + "," +
-                fixed(row.accuracy.psnrInside, 4) + "," + fixed(row.accuracy.ssimInside, 5) + "," +
-                fixed(row.peakMegabytes, 1) + "\n";
+        text += quoted(row.scene) + "," + quoted(row.name) + "," + fixed(row.milliseconds, 4) +
+                "," + fixed(row.preparation, 3) + "," + fixed(row.accuracy.psnrWhole, 4) + "," +
+                fixed(row.accuracy.ssimWhole, 5) + "," + fixed(row.accuracy.psnrInside, 4) + "," +
+                fixed(row.accuracy.ssimInside, 5) + "," + fixed(row.peakMegabytes, 1) + "\n";
     }
     return text;
 }
@@ -363,7 +411,7 @@ std::string plotOf(const std::vector<Row>& rows) {
     const std::string scene = rows.back().scene; // the mean, or the only scene
     for (const Row& row : rows) {
         if (row.scene != scene || !std::isfinite(row.accuracy.psnrInside)) continue;
-        points.push_back({row.setting, row.cost.millisecondsPerView, row.accuracy.psnrInside});
+        points.push_back({row.name, row.milliseconds, row.accuracy.psnrInside});
     }
     return tradePlotSvg(points, scene);
 }
@@ -384,72 +432,75 @@ void checkOptions(const CommandLine& commandLine, bool truth) {
     }
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    const bool single = commandLine.has("photo");
-    const bool collection = commandLine.has("scenes");
+TradeJob tradeJob(const CommandLine& commandLine) {
     commandLine.exclude("photo", "scenes");
-    checkOptions(commandLine, single || collection);
-    for (const char* needed : {"disparity", "truth"}) {
-        if (single == commandLine.has(needed)) continue;
+    TradeJob job;
+    const std::pair<const char*, fs::path*> files[] = {
+        {"photo", &job.photo},   {"disparity", &job.disparity}, {"truth", &job.truth},
+        {"scenes", &job.scenes}, {"report", &job.report},       {"csv", &job.csv},
+        {"plot", &job.plot},     {"save-views", &job.saveViews}};
+    for (const auto& [option, file] : files)
+        *file = commandLine.value(option).value_or("");
+    checkOptions(commandLine, job.hasTruth());
+    if (job.photo.empty() != job.disparity.empty() || job.photo.empty() != job.truth.empty()) {
         throw UsageError("--photo, --disparity and --truth belong together; see "
                          "altiro3Dtradeoff --help");
     }
-    const std::size_t wanted = single || collection ? 0 : commandLine.has("d") ? 2 : 1;
-    if (commandLine.files().size() != wanted) {
+    job.disparityScale =
+        commandLine.number("disparity-scale", 1e-6, 1e6).value_or(job.disparityScale);
+    const SceneOptions scene = sceneOptions(commandLine, AutoUse::None);
+    if (scene.choices.any())
+        throw UsageError("--strength and --focus: auto is not possible here, expected a number");
+    job.views = scene.native.views;
+    job.refine = scene.native.refine;
+    job.depth = depthOptions(commandLine);
+    job.names = commandLine.files();
+    const std::size_t wanted = job.hasTruth() ? 0 : job.depth.fromFiles ? 2 : 1;
+    if (job.names.size() != wanted) {
         commandLine.failNames(wanted == 0   ? "no names beside --photo or --scenes"
                               : wanted == 2 ? "PHOTO and DEPTH"
                                             : "PHOTO (with -d PHOTO and DEPTH)",
                               wanted);
     }
-    Outputs outputs(commandLine.has("y"));
-    for (const char* input : {"photo", "disparity", "truth", "scenes"}) {
-        if (const auto file = commandLine.value(input)) outputs.addInput(*file);
-    }
-    for (const fs::path& file : commandLine.files())
-        outputs.addInput(file);
-    for (const char* output : {"report", "csv", "plot"}) {
-        if (const auto file = commandLine.value(output)) outputs.addOutput(*file);
-    }
-    const auto views = commandLine.value("save-views");
-    if (views && !single) {
+    if (!job.saveViews.empty() && job.photo.empty()) {
         throw UsageError("--save-views shows one scene, expected --photo, --disparity and --truth");
     }
-    if (views) {
-        outputs.addDirectory(*views);
-        for (const NamedViewOptions& method : defaultSettings()) {
-            outputs.addOutput(fs::path(*views) / (method.name + ".png"));
-        }
+    job.replace = commandLine.has("y");
+    return job;
+}
+
+int run(const TradeJob& job, Messages& messages) {
+    Outputs outputs(job.replace);
+    outputs.addInputs({job.photo, job.disparity, job.truth, job.scenes});
+    outputs.addInputs(job.names);
+    outputs.addOutputs({job.report, job.csv, job.plot});
+    if (!job.saveViews.empty()) {
+        outputs.addDirectory(job.saveViews);
+        for (const NamedViewOptions& method : defaultSettings())
+            outputs.addOutputs({job.saveViews / (method.name + ".png")});
     }
     outputs.check();
     outputs.makeDirectories();
 
     std::vector<Row> rows;
-    std::vector<DepthRow> depths;
-    if (single) {
-        const fs::path photo = *commandLine.value("photo");
-        std::vector<StereoScene> scene = {
-            readScene(photo.filename().string(), photo, *commandLine.value("disparity"),
-                      commandLine.number("disparity-scale", 1e-6, 1e6).value_or(1),
-                      *commandLine.value("truth"))};
-        const auto sources = depthSources(messages);  // may fail, so before any work
-        const std::vector<StereoScene> exact = scene; // the depth that rows are made of is refined
-        rows = measureScenes(commandLine, scene, messages);
-        depths = measureDepths(commandLine, exact, sources, messages);
-        if (views) saveViews(scene.front(), *views);
-    } else if (collection) {
-        std::vector<StereoScene> scenes = readScenes(*commandLine.value("scenes"));
-        const auto sources = depthSources(messages); // as above
-        const std::vector<StereoScene> exact = scenes;
-        rows = measureScenes(commandLine, scenes, messages);
-        depths = measureDepths(commandLine, exact, sources, messages);
+    std::vector<Row> depths;
+    if (job.hasTruth()) {
+        std::vector<StereoScene> scenes =
+            job.photo.empty()
+                ? readScenes(job.scenes)
+                : std::vector<StereoScene>{readScene(job.photo.filename().string(), job.photo,
+                                                     job.disparity, job.disparityScale, job.truth)};
+        const auto sources = depthSources(messages);   // may fail, so before any work
+        const std::vector<StereoScene> exact = scenes; // the depth that rows are made of is refined
+        rows = measureScenes(job, scenes, messages);
+        depths = measureDepths(job.refine, exact, sources, messages);
+        if (!job.saveViews.empty()) saveViews(scenes.front(), job.saveViews);
     } else {
-        rows = measurePhoto(commandLine, messages);
+        rows = measurePhoto(job, messages);
     }
-    if (const auto file = commandLine.value("report")) {
-        writeFile(*file, jsonOf(rows, depths, single || collection));
-    }
-    if (const auto file = commandLine.value("csv")) writeFile(*file, csvOf(rows));
-    if (const auto file = commandLine.value("plot")) writeFile(*file, plotOf(rows));
+    if (!job.report.empty()) writeFile(job.report, jsonOf(rows, depths, job.hasTruth()));
+    if (!job.csv.empty()) writeFile(job.csv, csvOf(rows));
+    if (!job.plot.empty()) writeFile(job.plot, plotOf(rows));
     return kExitDone;
 }
 
@@ -502,5 +553,7 @@ int main(int argc, char** argv) {
                         "Compare them with given depth, and draw the result.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "-j 1 --report trade.json holiday.jpg",
                         "Measure one thread, and write all numbers.");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return run(tradeJob(given), messages);
+    });
 }

@@ -50,87 +50,107 @@ std::vector<int> chosenViews(const std::string& text, int views) {
     return chosen;
 }
 
-// The output: one picture, a directory of pictures, or a quilt of all views.
-struct Job {
-    std::vector<LensEye> eyes;
-    std::vector<fs::path> files; // one for each eye; a quilt is one file
-    bool quilt = false;
-    std::optional<cv::Size> size; // of each view, else the panel's
+// The command line.
+struct ViewJob {
+    fs::path native;
+    fs::path output;
+    bool replace = false;
+    double angle = 0;       // degrees
+    std::string views;      // empty: one angle
+    bool quilt = false;     // of all views
+    bool isBlurred = false; // as by the eye
+    double distance = 50;   // of the eye, cm
+    DisplayOptions display;
+    QuiltRequest layout;
 };
 
-Job planJob(const CommandLine& commandLine, const ChosenDisplay& display, const QuiltLayout& layout,
-            Messages& messages) {
+ViewJob viewJob(const CommandLine& commandLine) {
+    if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
     commandLine.exclude("angle", "view");
     commandLine.exclude("angle", "quilt-out");
     commandLine.exclude("view", "quilt-out");
-    const fs::path& output = commandLine.files()[1];
-    const int count = layout.viewCount;
-    Job job;
+    ViewJob job;
+    job.native = commandLine.files()[0];
+    job.output = commandLine.files()[1];
+    job.replace = commandLine.has("y");
+    job.angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
     job.quilt = commandLine.has("quilt-out");
-    if (job.quilt || commandLine.has("r")) job.size = layout.tileSize;
-    const auto list = job.quilt ? std::string("all") : commandLine.value("view");
-    if (!list) {
-        const double angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
+    job.views = job.quilt ? "all" : commandLine.value("view").value_or("");
+    job.isBlurred = commandLine.has("eye");
+    const auto distance = commandLine.number("distance", 10, 1000);
+    if (distance && !job.isBlurred)
+        throw UsageError("--distance is that of the eye, expected --eye with it");
+    job.distance = distance.value_or(job.distance);
+    job.display = displayOptions(commandLine);
+    job.layout = quiltRequest(commandLine);
+    return job;
+}
+
+// One picture, pictures in a directory, or a quilt of all views.
+struct Pictures {
+    std::vector<LensEye> eyes;
+    std::vector<fs::path> files;  // one for each eye; a quilt is one file
+    std::optional<cv::Size> size; // of each view, else the panel's
+};
+
+Pictures planPictures(const ViewJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+                      Messages& messages) {
+    const fs::path& output = job.output;
+    const int count = layout.viewCount;
+    Pictures pictures;
+    if (job.quilt || job.layout.tileSize) pictures.size = layout.tileSize;
+    if (job.views.empty()) {
         const double most = viewConeDegrees(display.calibration) / 2;
-        if (std::abs(angle) > most) {
+        if (std::abs(job.angle) > most) {
             messages.warn("the display's views fill " + fixed(most, 1) +
                           " degrees to each side; beyond that they repeat");
         }
-        job.eyes = {eyeAtAngle(display.calibration, angle)};
-        job.files = {output};
+        pictures.eyes = {eyeAtAngle(display.calibration, job.angle)};
+        pictures.files = {output};
     } else {
-        const std::vector<int> views = chosenViews(*list, count);
+        const std::vector<int> views = chosenViews(job.views, count);
         for (const int view : views) {
-            job.eyes.push_back(eyeAtView(view, count));
-            if (!job.quilt) job.files.push_back(output / viewFileName(view, count));
+            pictures.eyes.push_back(eyeAtView(view, count));
+            if (!job.quilt) pictures.files.push_back(output / viewFileName(view, count));
         }
         if (job.quilt)
-            job.files = {quiltFileName(output, layout, display.aspect())};
+            pictures.files = {quiltFileName(output, layout, display.aspect())};
         else if (views.size() == 1)
-            job.files = {output};
+            pictures.files = {output};
     }
-    const auto distance = commandLine.number("distance", 10, 1000);
-    if (commandLine.has("eye")) {
-        for (LensEye& eye : job.eyes)
-            eye.blur = eyeBlur(display.calibration, distance.value_or(50));
-    } else if (distance) {
-        throw UsageError("--distance is that of the eye, expected --eye with it");
-    }
-    const bool directory = job.files.size() > 1;
+    for (LensEye& eye : pictures.eyes)
+        if (job.isBlurred) eye.blur = eyeBlur(display.calibration, job.distance);
+    const bool directory = pictures.files.size() > 1;
     if (directory && canWriteImage(output)) {
         throw UsageError(output.string() +
                          ": names one file, expected a directory for the pictures of several "
                          "views (--quilt-out puts all into one picture)");
     }
-    if (!directory) requirePictureName(job.files.front());
-    return job;
+    if (!directory) requirePictureName(pictures.files.front());
+    return pictures;
 }
 
-Outputs checkedOutputs(const CommandLine& commandLine, const ChosenDisplay& display,
-                       const Job& job) {
-    Outputs outputs(commandLine.has("y"));
-    outputs.addInput(commandLine.files()[0]);
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
-    if (job.files.size() > 1) outputs.addDirectory(commandLine.files()[1]);
-    for (const fs::path& file : job.files)
-        outputs.addOutput(file);
+Outputs checkedOutputs(const ViewJob& job, const ChosenDisplay& display, const Pictures& pictures) {
+    Outputs outputs(job.replace);
+    outputs.addInputs({job.native});
+    outputs.addInputs(display.files);
+    if (pictures.files.size() > 1) outputs.addDirectory(job.output);
+    outputs.addOutputs(pictures.files);
     outputs.check();
     return outputs;
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
-    const fs::path& nativeFile = commandLine.files()[0];
-    const ChosenDisplay display = findDisplay(commandLine, messages, {}, DisplayUse::Simulate);
+int showViews(const ViewJob& job, Messages& messages) {
+    const fs::path& nativeFile = job.native;
+    const ChosenDisplay display = findDisplay(job.display, messages, {}, DisplayUse::Simulate);
     if (display.isMapOnly) {
         throw UsageError("a map does not contain the geometry of the lenses, expected the "
                          "display's calibration with -c");
     }
-    const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    const Job job = planJob(commandLine, display, layout, messages);
+    const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
+    const Pictures pictures = planPictures(job, display, layout, messages);
     requireFile(nativeFile);
-    const Outputs outputs = checkedOutputs(commandLine, display, job);
+    const Outputs outputs = checkedOutputs(job, display, pictures);
     StageTimes times;
     const cv::Mat native = readPhotoFile(nativeFile, messages);
     if (native.size() != display.panelSize()) {
@@ -146,29 +166,29 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.say("quilt: " + quiltText(layout, display.aspect()));
         quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
     }
-    Progress progress(job.eyes.size());
+    Progress progress(pictures.eyes.size());
     cv::Mat seen;
     cv::Mat sized;
-    for (std::size_t i = 0; i < job.eyes.size(); ++i) {
+    for (std::size_t i = 0; i < pictures.eyes.size(); ++i) {
         progress.step("view " + std::to_string(i + 1));
-        simulateView(native, display.calibration, job.eyes[i], seen, display.invert);
+        simulateView(native, display.calibration, pictures.eyes[i], seen, display.invert);
         sized = seen;
-        if (job.size) {
+        if (pictures.size) {
             const PhotoFit fit =
-                fitPhoto(seen.size(), display.aspect(), *job.size, FitMode::Stretch);
+                fitPhoto(seen.size(), display.aspect(), *pictures.size, FitMode::Stretch);
             applyFit(seen, fit, sized);
         }
         if (job.quilt)
             sized.copyTo(quilt(layout.tile(static_cast<int>(i))));
         else
-            writeImage(job.files[i], sized);
+            writeImage(pictures.files[i], sized);
     }
-    if (job.quilt) writeImage(job.files.front(), quilt);
+    if (job.quilt) writeImage(pictures.files.front(), quilt);
     progress.clear();
     times.end("views");
-    const bool several = job.files.size() > 1;
-    messages.say((several ? commandLine.files()[1] : job.files.front()).string() + ": " +
-                 counted(job.eyes.size(), "view") + ", " + sizeText(sized.size()) +
+    const bool several = pictures.files.size() > 1;
+    messages.say((several ? job.output : pictures.files.front()).string() + ": " +
+                 counted(pictures.eyes.size(), "view") + ", " + sizeText(sized.size()) +
                  (several || job.quilt ? " each" : ""));
     messages.detail(times.text());
     return kExitDone;
@@ -218,5 +238,7 @@ int main(int argc, char** argv) {
                         "Write each view to the directory seen.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--eye --distance 70 native.png seen.png",
                         "Show how sharp it looks at 70 cm.");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return showViews(viewJob(given), messages);
+    });
 }

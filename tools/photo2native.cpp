@@ -15,15 +15,14 @@ using namespace altiro3D::tools;
 namespace {
 
 // A run of one photo.
-PhotosMade makeOnly(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run,
-                    Messages& messages) {
+PhotosMade makeOnly(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
     PhotosMade made;
     const PhotoItem& item = plan.items.front();
     if (item.isMade) {
         messages.say(item.photo.string() + ": skipped, as " + item.native.string() + " exists");
         made.pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
     } else {
-        made.pictures.push_back(makePicture(commandLine, item, run, messages));
+        made.pictures.push_back(makePicture(item, run, messages));
     }
     return made;
 }
@@ -34,8 +33,7 @@ void addOutputs(const PhotoItem& item, const PhotoRun& run, PhotosMade& made) {
 }
 
 // A run of many photos.
-PhotosMade makePictures(const CommandLine& commandLine, const PhotoPlan& plan, PhotoRun& run,
-                        Messages& messages) {
+PhotosMade makePictures(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
     PhotosMade made;
     const auto toMake = std::count_if(plan.items.begin(), plan.items.end(),
                                       [](const PhotoItem& item) { return !item.isMade; });
@@ -49,7 +47,7 @@ PhotosMade makePictures(const CommandLine& commandLine, const PhotoPlan& plan, P
             continue;
         }
         const FolderRun::Outcome outcome = folder.convert(item.photo, [&] {
-            made.pictures.push_back(makePicture(commandLine, item, run, messages));
+            made.pictures.push_back(makePicture(item, run, messages));
             addOutputs(item, run, made);
             return kExitDone;
         });
@@ -63,34 +61,34 @@ PhotosMade makePictures(const CommandLine& commandLine, const PhotoPlan& plan, P
     return made;
 }
 
-// Makes the photos of a command line, or a part of those of a plan.
-PhotosMade makePhotos(const CommandLine& commandLine, const PhotoPart* part, Messages& messages) {
+// Makes the photos of a job, or a part of those of a plan.
+PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& messages) {
     StageTimes
         setup; // "start" is the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
-    const PhotoSettings settings = photoSettings(commandLine, messages);
-    const PhotoInputs inputs = part == nullptr ? listPhotos(commandLine, messages)
-                                               : PhotoInputs{part->plan.photos, {}, true};
-    PhotoPlan plan = planPhotos(commandLine, settings.display, settings.layout, inputs);
+    const ChosenDisplay display = findDisplay(job.display, messages);
+    const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
+    const PhotoInputs inputs =
+        part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->plan.photos, {}, true};
+    PhotoPlan plan = planPhotos(job, display, layout, inputs);
     if (part != nullptr) part->choose(plan);
-    const Outputs outputs =
-        checkedOutputs(commandLine, plan, settings.display, settings.layout.viewCount);
+    const Outputs outputs = checkedOutputs(job, plan, display, layout.viewCount);
     if (part != nullptr) part->remake(plan);
-    messages.say("quilt: " + quiltText(settings.layout, settings.display.aspect()));
+    messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
-    PhotoRun photoRun = openPhotoRun(commandLine, settings, setup, messages);
+    PhotoRun photoRun = openPhotoRun(job, display, layout, setup, messages);
     if (part != nullptr) part->requireSame(photoRun);
     messages.detail("ready: " + setup.text());
-    const std::string fixedWay = fixedWayText(commandLine, photoRun.choices);
+    const std::string fixedWay = fixedWayText(job.scene.unasked);
     if (!fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
 
-    PhotosMade made = plan.batch ? makePictures(commandLine, plan, photoRun, messages)
-                                 : makeOnly(commandLine, plan, photoRun, messages);
+    PhotosMade made =
+        plan.batch ? makePictures(plan, photoRun, messages) : makeOnly(plan, photoRun, messages);
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (!plan.report.empty()) {
-        nlohmann::ordered_json report = photoReport(commandLine, photoRun, messages);
+        nlohmann::ordered_json report = photoReport(photoRun, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peak;
@@ -173,13 +171,12 @@ int main(int argc, char** argv) {
                             "colour from its own view of the scene.");
     addOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
-        if (isForPhotoChunks(given))
-            return runPhotoChunks(
-                given, {argv, argv + argc}, addOptions,
-                [&](const CommandLine& planned, const PhotoPart& part) {
-                    return makePhotos(planned, &part, messages);
-                },
-                messages);
-        return makePhotos(given, nullptr, messages).status;
+        const auto makePart = [&](const PhotoJob& planned, const PhotoPart& part) {
+            return makePhotos(planned, &part, messages);
+        };
+        if (const auto status =
+                runPhotoChunks(given, {argv, argv + argc}, addOptions, makePart, messages))
+            return *status;
+        return makePhotos(photoJob(given), nullptr, messages).status;
     });
 }

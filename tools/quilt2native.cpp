@@ -21,17 +21,21 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The settings of a run, determined before it reads the quilt.
-struct Job {
-    const CommandLine& commandLine;
-    fs::path quilt;
+// The command line.
+struct QuiltJob {
+    fs::path quilt; // or a folder of quilts
     fs::path native;
+    bool replace = false;
+    bool skipExisting = false;
+    bool recursive = false;
+    DisplayOptions display;
+    QuiltRequest layout;
+    QuiltSampling sampling;
     std::optional<FitMode> fit;
     fs::path swayFile; // empty: none
     SwayOptions sway;
     std::optional<cv::Size> swaySize;
-    ViewFilter between;
-    bool isFromFolder = false; // not named itself: left out if it is no quilt
+    VideoJob video;
 };
 
 bool isVideo(const fs::path& file) {
@@ -44,22 +48,23 @@ bool isVideo(const fs::path& file) {
     }
 }
 
-// @throws NotTaken if a picture of a folder is not a quilt
-void convertPicture(const Job& job, const ChosenDisplay& display, Messages& messages) {
+// @param isFromFolder not named itself @throws NotTaken if such a picture is not a quilt
+void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::path& native,
+                    bool isFromFolder, const ChosenDisplay& display, Messages& messages) {
     StageTimes times;
-    refuseNative(job.quilt, "a quilt");
-    const cv::Mat picture = readPhotoFile(job.quilt, messages);
+    refuseNative(quiltFile, "a quilt");
+    const cv::Mat picture = readPhotoFile(quiltFile, messages);
     times.end("read");
     std::optional<FoundQuilt> found;
-    if (!isLayoutStated(job.commandLine, job.quilt)) found = findQuiltLayout(picture);
-    if (job.isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) {
-        throw NotTaken{{job.quilt, FileKind::Photo,
+    if (!isLayoutStated(job.layout, quiltFile)) found = findQuiltLayout(picture);
+    if (isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) {
+        throw NotTaken{{quiltFile, FileKind::Photo,
                         "is a photo or another picture of one view; photo2native makes Natives of "
                         "photos"}};
     }
     const QuiltLayout layout =
-        chooseQuilt(job.commandLine, display, messages, job.quilt, picture.size(), found);
-    const QuiltShape shape(job.quilt, layout, display, job.fit);
+        chooseQuilt(job.layout, display, messages, quiltFile, picture.size(), found);
+    const QuiltShape shape(quiltFile, layout, display, job.fit);
     messages.say("quilt: " + quiltText(layout, shape.shownAspect()) +
                  (found ? foundText(*found) : ""));
     Notes notes;
@@ -67,17 +72,17 @@ void convertPicture(const Job& job, const ChosenDisplay& display, Messages& mess
     messages.warn(notes);
     const cv::Mat quilt = shape.apply(tiles);
     tellShape(shape, messages);
-    const Quilt2Native renderer = makeQuilt2Native(job.commandLine, display, layout, messages);
+    const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
     times.end("look-up table");
     cv::Size swaySize;
     if (!job.swayFile.empty()) {
-        swaySize = writeQuiltSwayFile(job.swayFile, fitQuilt(picture, layout), layout,
-                                      shape.shownAspect(), job.swaySize,
-                                      job.fit.value_or(FitMode::Cover), job.between, job.sway);
+        swaySize = writeQuiltSwayFile(
+            job.swayFile, fitQuilt(picture, layout), layout, shape.shownAspect(), job.swaySize,
+            job.fit.value_or(FitMode::Cover), job.sampling.views, job.sway);
         times.end("video");
     }
     // last, so that an existing Native means that all outputs exist
-    makeNativeFile(renderer, quilt, job.native, messages, times);
+    makeNativeFile(renderer, quilt, native, messages, times);
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
@@ -102,17 +107,13 @@ std::string endingOf(const fs::path& quilt) {
 
 // Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit
 // status.
-int convertFolder(const CommandLine& commandLine, Messages& messages) {
-    const fs::path& folder = commandLine.files()[0];
-    const fs::path& outputFolder = commandLine.files()[1];
-    if (commandLine.has("lg")) {
-        throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
-    }
-    refuseVideoOptions(commandLine);
+int convertFolder(const QuiltJob& job, Messages& messages) {
+    const fs::path& folder = job.quilt;
+    const fs::path& outputFolder = job.native;
     FolderSearch search;
     // a quilt need not be named as one
     search.wanted = {FileKind::Photo, FileKind::Quilt, FileKind::QuiltVideo};
-    search.recursive = commandLine.has("recursive");
+    search.recursive = job.recursive;
     search.pairDepth = false;
     search.outputs = {outputFolder};
     std::vector<LeftOutFile> leftOut;
@@ -121,23 +122,20 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
         throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
     }
     requireDirectoryName(outputFolder, "quilts");
-    VideoJob videos;
-    videos.plan.fromQuilt = true;
-    prepareVideo(commandLine, videos, messages);
+    VideoRun videos(job.video, messages);
     const ChosenDisplay& display = videos.display;
-    const bool skip = commandLine.has("skip-existing");
-    Outputs outputs(commandLine.has("y") || skip);
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
+    const bool skip = job.skipExisting;
+    Outputs outputs(job.replace || skip);
+    outputs.addInputs(display.files);
     std::vector<fs::path> natives;
     const std::vector<std::string> stems = outputStems(quilts);
     for (std::size_t i = 0; i < quilts.size(); ++i)
         natives.push_back(outputFolder / (stems[i] + "_native" + endingOf(quilts[i].file)));
     for (std::size_t i = 0; i < quilts.size(); ++i) {
-        outputs.addInput(quilts[i].file);
+        outputs.addInputs({quilts[i].file});
         outputs.addDirectory(natives[i].parent_path());
-        outputs.addOutput(natives[i]);
     }
+    outputs.addOutputs(natives);
     outputs.check();
     outputs.makeDirectories();
     const auto isMade = [&](const fs::path& native) { return skip && isFileWithContents(native); };
@@ -155,12 +153,9 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
                 videos.plan.output = natives[i];
                 videos.plan.isFile = videos.plan.isFromFolder = videos.plan.isChecked = true;
                 videos.plan.place = run.place() + " ";
-                return makeVideo(commandLine, videos, nullptr, messages);
+                return makeVideo(videos, nullptr, messages);
             }
-            const Job job{
-                commandLine, quilts[i].file,      natives[i], fitOption(commandLine), {}, {},
-                {},          ViewFilter::Nearest, true};
-            convertPicture(job, display, messages);
+            convertPicture(job, quilts[i].file, natives[i], true, display, messages);
             return kExitDone;
         });
     }
@@ -168,87 +163,92 @@ int convertFolder(const CommandLine& commandLine, Messages& messages) {
     return isStopWanted() ? kExitStopped : status;
 }
 
-// Returns the exit status.
-int convertVideo(const CommandLine& commandLine, Messages& messages) {
-    VideoPlan plan;
-    plan.input = commandLine.files()[0];
-    plan.output = commandLine.files()[1];
-    plan.fromQuilt = true;
-    plan.report = commandLine.value("report").value_or("");
-    std::error_code error;
-    plan.isFile = fs::is_regular_file(plan.input, error);
-    return runVideo(commandLine, plan, messages);
-}
-
 // Whether a picture is a quilt: its name says so, or its views are found in it, or it fills the
 // quilt that options or display tell.
-bool isQuilt(const CommandLine& commandLine, Messages& messages) {
-    const fs::path& file = commandLine.files()[0];
+bool isQuilt(const QuiltJob& job, Messages& messages) {
+    const fs::path& file = job.quilt;
     std::error_code error;
     if (!fs::is_regular_file(file, error)) return false;
     refuseNative(file, "a photo or a quilt");
     if (parseQuiltName(file) || isVideo(file)) return true;
-    const ChosenDisplay display = findDisplay(commandLine, messages);
-    const QuiltLayout layout = chooseQuilt(commandLine, display, messages, file, std::nullopt);
+    const ChosenDisplay display = findDisplay(job.display, messages);
+    const QuiltLayout layout = chooseQuilt(job.layout, display, messages, file, std::nullopt);
     const cv::Mat picture = readPhotoFile(file, messages);
     FoundQuilt found;
     found.verdict = QuiltVerdict::Unsure;
-    if (!isLayoutStated(commandLine, file)) found = findQuiltLayout(picture);
+    if (!isLayoutStated(job.layout, file)) found = findQuiltLayout(picture);
     return isQuiltPicture(found, picture.size(), layout);
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
+QuiltJob quiltJob(const CommandLine& commandLine) {
     if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
+    commandLine.exclude("y", "skip-existing");
+    requireSwayFile(commandLine);
+    QuiltJob job;
+    job.quilt = commandLine.files()[0];
+    job.native = commandLine.files()[1];
+    job.replace = commandLine.has("y");
+    job.skipExisting = commandLine.has("skip-existing");
+    job.recursive = commandLine.has("recursive");
+    job.display = displayOptions(commandLine);
+    job.layout = quiltRequest(commandLine);
+    job.sampling = pictureSampling(commandLine);
+    job.fit = fitOption(commandLine);
+    job.swayFile = commandLine.value("lg").value_or("");
+    job.sway = swayOptions(commandLine);
+    job.swaySize = swaySizeOption(commandLine);
+    return job;
+}
+
+// Converts what a command line names.
+int run(const CommandLine& commandLine, Messages& messages) {
+    QuiltJob job = quiltJob(commandLine);
     if (commandLine.has("tell-kind")) {
         messages.leaveStandardOutput();
-        messages.print(isQuilt(commandLine, messages) ? "quilt" : "photo");
+        messages.print(isQuilt(job, messages) ? "quilt" : "photo");
         messages.dropWarnings(); // the following run shows them
         return kExitDone;
     }
-    commandLine.exclude("y", "skip-existing");
-    requireSwayFile(commandLine);
     std::error_code error;
-    if (fs::is_directory(commandLine.files()[0], error))
-        return convertFolder(commandLine, messages);
+    const bool isFolder = fs::is_directory(job.quilt, error);
+    if (isFolder && !job.swayFile.empty())
+        throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     for (const char* option : {"skip-existing", "recursive"}) {
-        if (commandLine.has(option)) {
+        if (!isFolder && commandLine.has(option)) {
             throw UsageError("--" + std::string(option) +
                              " applies to folders, expected a directory of quilts");
         }
     }
-    const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
-    const Job job{commandLine,
-                  commandLine.files()[0],
-                  commandLine.files()[1],
-                  fitOption(commandLine),
-                  commandLine.value("lg").value_or(""),
-                  swayOptions(commandLine),
-                  swaySizeOption(commandLine),
-                  between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest};
-    if (canWriteVideo(job.native)) {
-        if (!job.swayFile.empty()) {
-            throw UsageError(job.native.string() +
-                             ": is a video's name, expected a picture's with --lg, such as .png");
-        }
-        return convertVideo(commandLine, messages);
+    const bool makesVideo = !isFolder && canWriteVideo(job.native);
+    if (makesVideo && !job.swayFile.empty()) {
+        throw UsageError(job.native.string() +
+                         ": is a video's name, expected a picture's with --lg, such as .png");
     }
-    if (isVideo(job.quilt)) {
+    if (!isFolder && !makesVideo && isVideo(job.quilt)) {
         throw UsageError(job.native.string() + ": is not the name of a video, but " +
                          job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
     }
-    refuseVideoOptions(commandLine);
+    if (!makesVideo) refuseVideoOptions(commandLine);
+    VideoPlan plan;
+    plan.input = job.quilt;
+    plan.output = job.native;
+    plan.fromQuilt = true;
+    plan.isFile = fs::is_regular_file(plan.input, error);
+    plan.report = commandLine.value("report").value_or("");
+    job.video = videoJob(commandLine, plan);
+    if (isFolder) return convertFolder(job, messages);
+    if (makesVideo) return runVideo(job.video, messages);
     requirePictureName(job.native);
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     requireFile(job.quilt);
-    const ChosenDisplay display = findDisplay(commandLine, messages);
-    Outputs outputs(commandLine.has("y"));
-    outputs.addInput(job.quilt);
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
+    const ChosenDisplay display = findDisplay(job.display, messages);
+    Outputs outputs(job.replace);
+    outputs.addInputs({job.quilt});
+    outputs.addInputs(display.files);
     outputs.addNative(job.native);
-    if (!job.swayFile.empty()) outputs.addOutput(job.swayFile);
+    outputs.addOutputs({job.swayFile});
     outputs.check();
-    convertPicture(job, display, messages);
+    convertPicture(job, job.quilt, job.native, false, display, messages);
     return kExitDone;
 }
 

@@ -23,22 +23,54 @@ struct Views {
     double aspect = 1;
 };
 
-Views chooseViews(const CommandLine& commandLine, const std::optional<Calibration>& display,
-                  const fs::path& file, const cv::Mat& picture, Messages& messages) {
-    QuiltRequest request;
+// The command line.
+struct SwayJob {
+    fs::path quilt;
+    fs::path video;
+    bool replace = false;
+    SwayOptions sway;
+    std::optional<cv::Size> size;
+    FitMode fit = FitMode::Cover;
+    ViewFilter between = ViewFilter::Nearest;
+    QuiltRequest layout;
+    std::optional<double> aspect;
+    DisplayOptions display; // none without -c
+};
+
+SwayJob swayJob(const CommandLine& commandLine) {
+    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
+    SwayJob job;
+    job.quilt = commandLine.files()[0];
+    job.video = commandLine.files()[1];
+    job.replace = commandLine.has("y");
+    job.fit = fitOption(commandLine).value_or(job.fit);
+    job.sway = swayOptions(commandLine);
+    job.size = swaySizeOption(commandLine);
+    job.between = viewFilterOption(commandLine);
+    job.layout = quiltRequest(commandLine);
+    job.aspect = commandLine.number("aspect", 0.1, 10);
+    job.display = displayOptions(commandLine);
+    requireVideoName(job.video);
+    if (job.display.calibration.empty() && !job.display.serial.empty())
+        throw UsageError("--serial chooses in the file of -c, expected -c with it");
+    return job;
+}
+
+Views chooseViews(const SwayJob& job, const std::optional<ChosenDisplay>& display,
+                  const cv::Mat& picture, Messages& messages) {
+    QuiltRequest request = job.layout;
     request.quiltSize = picture.size();
-    request.name = parseQuiltName(file);
-    request.grid = gridOption(commandLine);
-    const QuiltLayout usual = display ? defaultQuilt(*display) : QuiltLayout();
+    request.name = parseQuiltName(job.quilt);
+    const QuiltLayout usual = display ? display->quilt : QuiltLayout();
     std::string certainty;
     if (!request.name && !request.grid) {
         const FoundQuilt found = findQuiltLayout(picture);
-        request.found = certainLayout(found, file, picture.size(), usual);
+        request.found = certainLayout(found, job.quilt, picture.size(), usual);
         certainty = foundText(found);
     }
-    std::optional<double> aspect = commandLine.number("aspect", 0.1, 10);
+    std::optional<double> aspect = job.aspect;
     if (!aspect && request.name) aspect = request.name->aspect;
-    if (!aspect && display) aspect = static_cast<double>(display->screenW) / display->screenH;
+    if (!aspect && display) aspect = display->aspect();
     const ResolvedQuilt resolved = resolveLayout(request, usual, aspect.value_or(1));
     if (aspect) messages.warn(resolved.notes); // else it is not known which reading is right
     const cv::Size tile = resolved.layout.tileSize;
@@ -48,40 +80,27 @@ Views chooseViews(const CommandLine& commandLine, const std::optional<Calibratio
     return views;
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
-    const fs::path& quiltFile = commandLine.files()[0];
-    const fs::path& output = commandLine.files()[1];
-    const FitMode fit = fitOption(commandLine, FitMode::Cover);
-    const SwayOptions sway = swayOptions(commandLine);
-    const auto wantedSize = swaySizeOption(commandLine);
-    const auto between = commandLine.choice("view-filter", {"nearest", "linear"});
-    requireVideoName(output);
-    Outputs outputs(commandLine.has("y"));
-    requireFile(quiltFile);
-    outputs.addInput(quiltFile);
-    std::optional<Calibration> display;
-    if (const auto file = commandLine.value("c")) {
-        const fs::path calibration = calibrationFile(*file);
-        display = readChosenCalibration(calibration, commandLine, messages);
-        tellDisplay(chosenDisplay(*display, calibration), DisplayUse::Quilt, messages);
-        outputs.addInput(calibration);
-    } else if (commandLine.has("serial")) {
-        throw UsageError("--serial chooses in the file of -c, expected -c with it");
+int makeVideo(const SwayJob& job, Messages& messages) {
+    Outputs outputs(job.replace);
+    requireFile(job.quilt);
+    outputs.addInputs({job.quilt});
+    std::optional<ChosenDisplay> display;
+    if (!job.display.calibration.empty()) {
+        display = findDisplay(job.display, messages, {}, DisplayUse::Quilt);
+        outputs.addInputs(display->files);
     }
-    outputs.addOutput(output);
+    outputs.addOutputs({job.video});
     outputs.check();
 
     StageTimes times;
-    cv::Mat quilt = readPhotoFile(quiltFile, messages);
+    cv::Mat quilt = readPhotoFile(job.quilt, messages);
     times.end("read");
-    const Views views = chooseViews(commandLine, display, quiltFile, quilt, messages);
+    const Views views = chooseViews(job, display, quilt, messages);
     quilt = fitQuilt(quilt, views.layout);
-    const cv::Size size = writeQuiltSwayFile(
-        output, quilt, views.layout, views.aspect, wantedSize, fit,
-        between.value_or(0) == 1 ? ViewFilter::Linear : ViewFilter::Nearest, sway);
+    const cv::Size size = writeQuiltSwayFile(job.video, quilt, views.layout, views.aspect, job.size,
+                                             job.fit, job.between, job.sway);
     times.end("video");
-    messages.say(output.string() + ": video, " + swayText(sway, size));
+    messages.say(job.video.string() + ": video, " + swayText(job.sway, size));
     messages.detail(times.text());
     return kExitDone;
 }
@@ -132,5 +151,7 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json.");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return makeVideo(swayJob(given), messages);
+    });
 }

@@ -3,13 +3,10 @@
 #include "common/depth_options.hpp"
 #include "common/display_options.hpp"
 #include "common/folder_run.hpp"
-#include "common/native_options.hpp"
 #include "common/picture_options.hpp"
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
-#include "common/video_chunk_run.hpp"
 #include "common/video_options.hpp"
-#include "common/video_plan.hpp"
 #include "common/video_progress.hpp"
 #include "common/video_run.hpp"
 
@@ -98,9 +95,9 @@ int main(int argc, char** argv) {
                             "panel shows its own view; sound, subtitles and chapters are kept.");
     addOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
-        if (isForVideoChunks(given))
-            return runVideoChunks(given, {argv, argv + argc}, addOptions, messages);
-        return takesFolder(given) ? runVideoFolder(given, messages)
-                                  : runVideo(given, planVideo(given), messages);
+        if (const auto status = runVideoChunks(given, {argv, argv + argc}, addOptions, messages))
+            return *status;
+        const VideoJob job = videoJob(given);
+        return job.isFolder ? runVideoFolder(job, messages) : runVideo(job, messages);
     });
 }

@@ -7,7 +7,6 @@
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_folder.hpp"
-#include "common/views_quilt.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -39,58 +38,84 @@ void requireViews(const fs::path& directory, const std::vector<fs::path>& files,
                     "views, name the files; photo2native makes Natives of photos)");
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() < 2) commandLine.failNames("DIR and OUT", 2);
-    const fs::path& output = commandLine.files().back();
-    const FitMode mode = fitOption(commandLine, FitMode::Cover);
-    requirePictureName(output);
-    const bool isDirectory = commandLine.files().size() == 2; // else each view is named
+// The command line.
+struct ViewsJob {
+    fs::path directory; // of the views; empty: each is named
+    std::vector<fs::path> views;
+    bool isReversed = false;
+    fs::path native;
+    fs::path quilt; // empty: it is not saved
+    bool replace = false;
+    std::optional<FitMode> fit;
+    DisplayOptions display;
+    QuiltRequest layout;
+    QuiltSampling sampling;
+};
+
+ViewsJob viewsJob(const CommandLine& commandLine) {
+    const std::vector<fs::path>& names = commandLine.files();
+    if (names.size() < 2) commandLine.failNames("DIR and OUT", 2);
+    ViewsJob job;
+    job.native = names.back();
+    job.fit = fitOption(commandLine);
+    requirePictureName(job.native);
     std::error_code error;
-    if (!isDirectory && fs::is_directory(commandLine.files().front(), error))
+    if (names.size() == 2) {
+        job.directory = names.front();
+    } else if (fs::is_directory(names.front(), error)) {
         commandLine.failNames("one DIR or the names of views, and OUT", 2);
-    std::vector<fs::path> files =
-        isDirectory
-            ? listViews(commandLine.files().front())
-            : std::vector<fs::path>(commandLine.files().begin(), commandLine.files().end() - 1);
-    const std::vector<fs::path> sorted = files;
-    if (commandLine.has("reverse")) std::reverse(files.begin(), files.end());
-    Outputs outputs(commandLine.has("y"));
-    for (const fs::path& file : files)
-        outputs.addInput(file);
-    outputs.addNative(output);
-    std::optional<fs::path> quiltOutput;
+    } else {
+        job.views.assign(names.begin(), names.end() - 1);
+    }
+    job.isReversed = commandLine.has("reverse");
+    job.quilt = commandLine.value("save-quilt").value_or("");
+    job.replace = commandLine.has("y");
+    job.display = displayOptions(commandLine);
+    job.layout = quiltRequest(commandLine);
+    job.sampling = pictureSampling(commandLine);
+    return job;
+}
+
+int makeNative(const ViewsJob& job, Messages& messages) {
+    const std::vector<fs::path> sorted =
+        job.directory.empty() ? job.views : listViews(job.directory);
+    std::vector<fs::path> files = sorted;
+    if (job.isReversed) std::reverse(files.begin(), files.end());
+    Outputs outputs(job.replace);
+    outputs.addInputs(files);
+    outputs.addNative(job.native);
     StageTimes times;
-    const ChosenDisplay display = findDisplay(commandLine, messages);
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
-    const QuiltLayout layout = chooseQuilt(commandLine, display, messages);
-    if (const auto name = commandLine.value("save-quilt")) {
-        quiltOutput = quiltFileName(*name, layout, display.aspect());
-        requirePictureName(*quiltOutput);
-        outputs.addOutput(*quiltOutput);
+    const ChosenDisplay display = findDisplay(job.display, messages);
+    outputs.addInputs(display.files);
+    const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
+    fs::path quiltOutput;
+    if (!job.quilt.empty()) {
+        quiltOutput = quiltFileName(job.quilt, layout, display.aspect());
+        requirePictureName(quiltOutput);
+        outputs.addOutputs({quiltOutput});
     }
     outputs.check();
-    if (isDirectory) requireViews(commandLine.files().front(), sorted, layout.viewCount);
+    if (!job.directory.empty()) requireViews(job.directory, sorted, layout.viewCount);
 
     messages.say("quilt: " + quiltText(layout, display.aspect()));
     Progress progress(files.size());
     const ViewsQuilt views = quiltOfViews(
-        files, layout, display.aspect(), mode, messages,
+        files, layout, display.aspect(), job.fit.value_or(FitMode::Cover), messages,
         [&progress](const fs::path& file) { progress.step(file.filename().string()); });
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(views.viewSize.width) / views.viewSize.height;
-    if (!commandLine.has("fit") && !haveSameShape(aspect, display.aspect())) {
+    if (!job.fit && !haveSameShape(aspect, display.aspect())) {
         messages.warn("the views have another shape than the panel and are cut to it; --fit "
                       "contain keeps all of them");
     }
-    const Quilt2Native renderer = makeQuilt2Native(commandLine, display, layout, messages);
+    const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
     times.end("look-up table");
-    makeNativeFile(renderer, views.quilt, output, messages, times);
-    if (quiltOutput) {
-        writeImage(*quiltOutput, views.quilt);
+    makeNativeFile(renderer, views.quilt, job.native, messages, times);
+    if (!quiltOutput.empty()) {
+        writeImage(quiltOutput, views.quilt);
         times.end("write quilt");
-        messages.say(quiltOutput->string() + ": quilt");
+        messages.say(quiltOutput.string() + ": quilt");
     }
     messages.detail(times.text());
     return kExitDone;
@@ -130,5 +155,7 @@ int main(int argc, char** argv) {
                         "The same for pictures that run from the right to the left.");
     commandLine.addTerm(CommandLine::Chapter::Examples, "--save-quilt scene.png views also.png",
                         "Also write the quilt, with its layout in the name.");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return makeNative(viewsJob(given), messages);
+    });
 }

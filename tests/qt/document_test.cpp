@@ -451,7 +451,8 @@ class ViewerDisplay : public ::testing::Test {
             return std::vector<MountedCalibration>{{folder_ / "first.json", "LKG-1"},
                                                    {folder_ / "second.json", "LKG-2"}};
         };
-        return tools::findDisplay(commandLine, messages_, {volumes, firstWillDo});
+        return tools::findDisplay(tools::displayOptions(commandLine), messages_,
+                                  {volumes, firstWillDo});
     }
 
     TemporaryDirectory folder_;

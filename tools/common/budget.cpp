@@ -3,7 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
-#include "common/cache.hpp"
+#include "common/run_tool.hpp"
 
 #include <cmath>
 #include <limits>

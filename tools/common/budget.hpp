@@ -57,6 +57,7 @@ struct BudgetSetting {
 class Budget {
   public:
     static void add(CommandLine& commandLine);
+    Budget() = default; ///< None.
     /// @throws UsageError
     explicit Budget(const CommandLine& commandLine);
 

@@ -106,33 +106,31 @@ void addChunkOptions(CommandLine& commandLine, const std::string& length,
     commandLine.addAdvanced({"join"}, joinHelp, "DIR");
 }
 
-bool isForChunks(const CommandLine& commandLine, const std::string& length) {
+std::optional<ChunkCall> chunkCall(const CommandLine& commandLine, const std::string& length) {
     if (commandLine.has(length) && !commandLine.has("plan"))
         throw UsageError("--" + length + " is a setting of --plan, expected --plan DIR");
-    return commandLine.has("plan") || commandLine.has("chunk") || commandLine.has("join");
-}
-
-ChunkCall chunkCall(const CommandLine& commandLine) {
     commandLine.exclude("plan", "chunk");
     commandLine.exclude("plan", "join");
     commandLine.exclude("chunk", "join");
     if (const auto folder = commandLine.value("plan"))
-        return {ChunkCall::Task::Plan, fs::absolute(*folder), 0};
+        return ChunkCall{ChunkCall::Task::Plan, fs::absolute(*folder), 0};
     const bool isChunk = commandLine.has("chunk");
+    if (!isChunk && !commandLine.has("join")) return std::nullopt;
     requireNoOthers(commandLine, isChunk ? "chunk" : "join");
     const std::size_t names = isChunk ? 1 : 0;
     if (commandLine.files().size() != names) {
         throw UsageError(isChunk ? "--chunk takes the folder of a plan, expected --chunk K PLAN"
                                  : "--join takes all names from the plan, expected --join PLAN");
     }
-    if (!isChunk) return {ChunkCall::Task::Join, fs::absolute(*commandLine.value("join")), 0};
-    return {ChunkCall::Task::Chunk, fs::absolute(commandLine.files().front()),
-            *commandLine.wholeNumber("chunk", 1, 1000000)};
+    if (!isChunk)
+        return ChunkCall{ChunkCall::Task::Join, fs::absolute(*commandLine.value("join")), 0};
+    return ChunkCall{ChunkCall::Task::Chunk, fs::absolute(commandLine.files().front()),
+                     *commandLine.wholeNumber("chunk", 1, 1000000)};
 }
 
 void keepCommandLine(const fs::path& folder, std::vector<std::string> words,
-                     const CommandLine& commandLine, const ChosenDisplay& display) {
-    const bool isNamed = commandLine.has("c") || commandLine.has("m");
+                     const DisplayOptions& options, const ChosenDisplay& display) {
+    const bool isNamed = !options.calibration.empty() || !options.map.empty();
     if (!isNamed && !display.files.empty()) {
         const fs::path copy = folder / kCalibration;
         writeFile(copy, readFile(display.files.front(), kMaxCalibration));
@@ -142,10 +140,9 @@ void keepCommandLine(const fs::path& folder, std::vector<std::string> words,
     writeWords(folder / kArguments, words);
 }
 
-std::unique_ptr<CommandLine> openCommandLine(const fs::path& folder, const std::string& tool,
-                                             int threads,
-                                             const std::function<void(CommandLine&)>& addOptions,
-                                             const std::function<void(const CommandLine&)>& open) {
+void openCommandLine(const fs::path& folder, const std::string& tool, int threads,
+                     const std::function<void(CommandLine&)>& addOptions,
+                     const std::function<void(const CommandLine&)>& open) {
     std::vector<std::string> words = readWords(folder / kArguments);
     if (words.size() < 2) failDamaged(folder / kArguments);
     const std::string place = words.front();
@@ -159,19 +156,18 @@ std::unique_ptr<CommandLine> openCommandLine(const fs::path& folder, const std::
     std::vector<char*> pointers;
     for (std::size_t i = 1; i < words.size(); ++i)
         pointers.push_back(words[i].data());
-    auto commandLine = std::make_unique<CommandLine>(tool, "");
-    addOptions(*commandLine);
-    commandLine->add({"v", "verbose"}, "");
-    commandLine->add({"j"}, "", "N");
+    CommandLine commandLine(tool, "");
+    addOptions(commandLine);
+    commandLine.add({"v", "verbose"}, "");
+    commandLine.add({"j"}, "", "N");
     try {
-        commandLine->parse(static_cast<int>(pointers.size()), pointers.data());
+        commandLine.parse(static_cast<int>(pointers.size()), pointers.data());
         useThreads(threads);
-        open(*commandLine);
+        open(commandLine);
     } catch (const UsageError& problem) {
         throw Error(ErrorCode::BadFormat, (folder / kArguments).string(),
                     std::string("is of another version: ") + problem.what());
     }
-    return commandLine;
 }
 
 void logLine(const ChunkCall& call, const std::string& line) {

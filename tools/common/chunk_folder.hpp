@@ -6,7 +6,7 @@
 
 #include <filesystem>
 #include <functional>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,32 +36,29 @@ void addChunkOptions(CommandLine& commandLine, const std::string& length,
                      const std::string& lengthHelp, const std::string& lengthValue,
                      const std::string& joinHelp);
 
-/// Whether a command line plans a run, makes a chunk or joins. @throws UsageError
-bool isForChunks(const CommandLine& commandLine, const std::string& length);
-
-/// The call of a command line for which isForChunks() is true. Calls other than the plan take their
-/// settings from it.
+/// The call of a command line that plans a run, makes a chunk or joins; nothing for others. Calls
+/// other than the plan take their settings from it.
+/// @param length the option for the length of chunks
 /// @throws UsageError (options that belong to the plan, names that are missing)
-ChunkCall chunkCall(const CommandLine& commandLine);
+std::optional<ChunkCall> chunkCall(const CommandLine& commandLine, const std::string& length);
 
 /// Keeps the words of the plan's command line in its folder, with a copy of the calibration that
 /// was found.
 /// @param words the command line, the program's name first
+/// @param options how it names the display
 /// @throws Error WriteFailed
 void keepCommandLine(const std::filesystem::path& folder, std::vector<std::string> words,
-                     const CommandLine& commandLine, const ChosenDisplay& display);
+                     const DisplayOptions& options, const ChosenDisplay& display);
 
 /// Goes to the working directory of a plan, reads the plan's command line and sets its number of
 /// threads.
 /// @param tool the tool's name @param threads of the plan
 /// @param addOptions adds all options of the tool
 /// @param open reads the options; what it finds wrong is a fault of the plan
-/// @return the command line
 /// @throws Error NotFound, ReadFailed, BadFormat
-std::unique_ptr<CommandLine> openCommandLine(const std::filesystem::path& folder,
-                                             const std::string& tool, int threads,
-                                             const std::function<void(CommandLine&)>& addOptions,
-                                             const std::function<void(const CommandLine&)>& open);
+void openCommandLine(const std::filesystem::path& folder, const std::string& tool, int threads,
+                     const std::function<void(CommandLine&)>& addOptions,
+                     const std::function<void(const CommandLine&)>& open);
 
 /// Adds a line with time and machine to the log of a call. A log that cannot be written does not
 /// stop the work.

@@ -102,6 +102,16 @@ class CommandLine {
     /// The index of an option's value in a list of words. @throws UsageError that lists them
     std::optional<std::size_t> choice(const std::string& option,
                                       const std::vector<std::string>& words) const;
+    /// What an option's value stands for. @throws UsageError that lists the words
+    template <typename Value, std::size_t N>
+    std::optional<Value> oneOf(const std::string& option,
+                               const std::pair<const char*, Value> (&named)[N]) const {
+        std::vector<std::string> words;
+        for (const auto& [word, value] : named)
+            words.emplace_back(word);
+        const auto index = choice(option, words);
+        return index ? std::optional<Value>(named[*index].second) : std::nullopt;
+    }
     /// Throws a UsageError because the number of names is wrong.
     /// @param expected "PHOTO and OUT" @param count number of names in `expected`
     [[noreturn]] void failNames(const std::string& expected, std::size_t count) const;

@@ -3,9 +3,9 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "common/display_options.hpp"
+#include "altiro3D/quilt2native.hpp"
 #include "common/network_trust.hpp"
-#include "common/picture_options.hpp"
+#include "common/outputs.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -106,24 +106,18 @@ std::optional<RgbdLayout> rgbdOption(const CommandLine& commandLine) {
 }
 
 // left-right | right-left | top-bottom | bottom-top | files
-struct StereoChoice {
-    bool fromFiles = false;
-    StereoInput input;
-};
-
-std::optional<StereoChoice> stereoOption(const CommandLine& commandLine) {
+void readStereoOption(const CommandLine& commandLine, DepthOptions& options) {
     constexpr StereoLayout kLayouts[] = {StereoLayout::LeftRight, StereoLayout::RightLeft,
                                          StereoLayout::TopBottom, StereoLayout::BottomTop};
-    StereoChoice choice;
-    choice.fromFiles = commandLine.value("stereo") == "files";
-    if (choice.fromFiles) return choice;
+    options.isPair = commandLine.value("stereo") == "files";
+    if (options.isPair) {
+        options.stereo = {StereoLayout::LeftRight, StereoHalves::Full, {}};
+        return;
+    }
     const auto layout =
         layoutOption(commandLine, "stereo",
                      {"left-right", "right-left", "top-bottom", "bottom-top"}, ", or files");
-    if (!layout) return std::nullopt;
-    choice.input.layout = kLayouts[layout->place];
-    choice.input.halves = layout->halves;
-    return choice;
+    if (layout) options.stereo = {kLayouts[layout->place], layout->halves, {}};
 }
 
 const char* nameOf(StereoLayout layout) {
@@ -147,18 +141,6 @@ void warnOfHalves(const fs::path& photo, Messages& messages) {
             (isRgbd ? "--rgbd right" : std::string("--stereo ") + nameOf(stated->layout)) +
             " takes it apart");
     }
-}
-
-InferenceEngine engineOption(const CommandLine& commandLine) {
-    const auto choice = commandLine.choice("engine", {"opencv", "onnxruntime"});
-    if (!choice) return InferenceEngine::Best;
-    if (*choice == 0) return InferenceEngine::OpenCv;
-    if (!hasOnnxRuntime()) {
-        throw Error(ErrorCode::Unsupported, "--engine",
-                    "ONNX Runtime is not built in, expected opencv, or a build on a system that "
-                    "has libonnxruntime-dev (Debian 13)");
-    }
-    return InferenceEngine::OnnxRuntime;
 }
 
 std::string processorName(InferenceTarget target) {
@@ -259,64 +241,77 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                         "Directory that is used instead of ~/.local/share.");
 }
 
-ChosenDepth::ChosenDepth(const CommandLine& commandLine, Messages& messages, Medium medium) {
-    const bool named = medium == Medium::Video && commandLine.has("depth");
-    if (named) commandLine.exclude("d", "depth");
-    const char* const filesOption = named ? "depth" : "d";
-    fromFiles_ = commandLine.has(filesOption);
-    rgbd_ = rgbdOption(commandLine);
-    kind_ = kindOption(commandLine);
+DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
+    constexpr const char* kNetworkOptions[] = {"n", "l", "net-profile", "network-size", "engine"};
+    const auto has = [&](const char* option) { return commandLine.has(option); };
+    const bool isVideo = medium == Medium::Video;
+    const char* const filesOption = isVideo && has("depth") ? "depth" : "d";
+    if (isVideo) commandLine.exclude("d", "depth");
+    DepthOptions options;
+    options.medium = medium;
+    options.fromFiles = has(filesOption);
+    options.rgbd = rgbdOption(commandLine);
+    options.kind = kindOption(commandLine);
     commandLine.exclude(filesOption, "rgbd");
     commandLine.exclude("l", "net-profile"); // the profile itself describes the network
-    for (const char* networkOption : {"n", "l", "net-profile", "network-size", "engine"}) {
+    for (const char* networkOption : kNetworkOptions) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
     }
-    if (fromFiles_) {
-        description_ = medium == Medium::Video ? "given depth" : "depth image";
-    } else if (rgbd_) {
-        description_ = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
-        source_ = depthFromRgbd(*rgbd_, kind_);
-    } else if (commandLine.has("depth-kind")) {
+    if (options.fromFiles) options.given = isVideo ? "given depth" : "depth image";
+    if (options.rgbd)
+        options.given = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
+    if (options.given.empty() && has("depth-kind"))
         throw UsageError("--depth-kind describes given depth, expected -d or --rgbd with it");
-    } else {
-        chooseNetwork(commandLine, medium, messages);
+    options.network = commandLine.value("n").value_or("");
+    if (options.network == "cues")
+        throw UsageError("-n cues: depth without a network no longer exists, expected -n altiro3d");
+    options.isLarge = has("l");
+    options.profile = commandLine.value("net-profile").value_or("");
+    if (!options.profile.empty() && options.network.empty())
+        throw UsageError("--net-profile describes a network file, expected -n FILE with it");
+    options.networkSize = commandLine.wholeNumber("network-size", 16, 4096);
+    options.engine =
+        commandLine
+            .oneOf<InferenceEngine>("engine", {{"opencv", InferenceEngine::OpenCv},
+                                               {"onnxruntime", InferenceEngine::OnnxRuntime}})
+            .value_or(InferenceEngine::Best);
+    options.isDefault = options.given.empty() &&
+                        std::none_of(std::begin(kNetworkOptions), std::end(kNetworkOptions), has);
+    if (isVideo) return options;
+    readStereoOption(commandLine, options);
+    const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
+    for (const char* other : {"d", "rgbd", "embedded-depth", "unblurred"})
+        commandLine.exclude("stereo", other);
+    for (const char* other : {"d", "rgbd"}) {
+        commandLine.exclude(other, "embedded-depth");
+        commandLine.exclude(other, "unblurred");
     }
-    isDefault_ = !fromFiles_ && !rgbd_;
-    for (const char* option : {"n", "l", "net-profile", "network-size", "engine"})
-        isDefault_ = isDefault_ && !commandLine.has(option);
-    if (medium == Medium::Photo) choosePhotoDepth(commandLine);
+    options.photo.unblurred = has("unblurred");
+    if (!options.given.empty() || options.stereo) return options;
+    options.photo.useDepth = use ? *use == 0 : options.network.empty() && !options.isLarge;
+    options.refusesVr = !use || *use == 0;
+    return options;
 }
 
-void ChosenDepth::choosePhotoDepth(const CommandLine& commandLine) {
-    if (const auto stereo = stereoOption(commandLine)) {
-        for (const char* given : {"d", "rgbd", "embedded-depth", "unblurred"})
-            commandLine.exclude("stereo", given);
-        isStereoFiles_ = stereo->fromFiles;
-        if (!isStereoFiles_) stereo_ = stereo->input;
-        this->use(source_);
+ChosenDepth::ChosenDepth(const DepthOptions& options, Messages& messages)
+    : options_(options), description_(options.given) {
+    if (options_.fromFiles) return;
+    if (options_.rgbd) {
+        source_ = depthFromRgbd(*options_.rgbd, options_.kind);
         return;
     }
-    const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
-    photoDepth_.unblurred = commandLine.has("unblurred");
-    for (const char* given : {"d", "rgbd"}) {
-        commandLine.exclude(given, "embedded-depth");
-        commandLine.exclude(given, "unblurred");
-    }
-    if (fromFiles_ || rgbd_) return;
-    const bool isNamed = commandLine.has("n") || commandLine.has("l");
-    photoDepth_.useDepth = use ? *use == 0 : !isNamed;
-    refusesVr_ = !use || *use == 0;
-    this->use(source_);
+    chooseNetwork(messages);
+    if (options_.medium == Medium::Photo) use(source_);
 }
 
 void ChosenDepth::use(std::shared_ptr<DepthSource> estimator) {
     source_ = std::move(estimator);
     description_ = source_->description();
-    if (stereo_) {
-        source_ = depthFromStereo(*stereo_, source_);
-    } else if (photoDepth_.useDepth || photoDepth_.unblurred) {
-        source_ = storedDepthOr(source_, photoDepth_);
+    if (options_.stereo && !options_.isPair) {
+        source_ = depthFromStereo(*options_.stereo, source_);
+    } else if (options_.photo.useDepth || options_.photo.unblurred) {
+        source_ = storedDepthOr(source_, options_.photo);
     }
 }
 
@@ -327,46 +322,39 @@ void ChosenDepth::tellEngine(const Messages& messages) {
                     engineName(network()->engine()));
 }
 
-void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, Messages& messages) {
-    if (commandLine.value("n") == "cues")
-        throw UsageError("-n cues: depth without a network no longer exists, expected -n altiro3d");
+void ChosenDepth::chooseNetwork(Messages& messages) {
     const std::vector<fs::path> searchPath = modelSearchPath();
     const std::vector<NetworkProfile> catalog = modelCatalog(searchPath);
-    const bool large = commandLine.has("l");
+    const std::string& wanted = options_.network;
+    const bool large = options_.isLarge;
     std::optional<NetworkProfile> profile;
-    if (const auto file = commandLine.value("net-profile")) {
-        if (!commandLine.has("n")) {
-            throw UsageError("--net-profile describes a network file, expected -n FILE with it");
-        }
-        profile = readNetworkProfile(*file);
-    }
-
-    fs::path networkFile;
-    if (const auto wanted = commandLine.value("n")) {
+    if (!options_.profile.empty()) profile = readNetworkProfile(options_.profile);
+    fs::path& networkFile = networkFile_;
+    if (!wanted.empty()) {
         std::error_code error;
-        const NetworkProfile* known = named(catalog, *wanted);
-        const bool isFile = fs::exists(*wanted, error) && !fs::is_directory(*wanted, error);
-        networkFile = isFile ? fs::path(*wanted)
-                             : findModelFile(known != nullptr ? known->file : *wanted, searchPath);
+        const NetworkProfile* known = named(catalog, wanted);
+        const bool isFile = fs::exists(wanted, error) && !fs::is_directory(wanted, error);
+        networkFile = isFile ? fs::path(wanted)
+                             : findModelFile(known != nullptr ? known->file : wanted, searchPath);
         if (networkFile.empty() && known != nullptr) {
-            throw Error(ErrorCode::NotFound, *wanted,
+            throw Error(ErrorCode::NotFound, wanted,
                         "its file " + known->file + " is missing, expected it to be downloaded (" +
                             downloadCommand(known->name) + ")");
         }
         if (networkFile.empty()) {
-            throw Error(ErrorCode::NotFound, *wanted,
+            throw Error(ErrorCode::NotFound, wanted,
                         "does not exist, expected an ONNX file" + namesOf(catalog));
         }
         if (!profile) {
             known = findProfile(catalog, networkFile);
             if (known != nullptr && large && !known->large) {
-                throw UsageError("-l says that " + *wanted +
+                throw UsageError("-l says that " + wanted +
                                  " is a large network, but the catalogue knows it as " +
                                  known->name + "; expected no -l");
             }
             if (known == nullptr && large) known = firstLarge(catalog);
             if (known == nullptr) {
-                throw Error(ErrorCode::NotFound, *wanted,
+                throw Error(ErrorCode::NotFound, wanted,
                             "is not in the catalogue of networks, expected --net-profile FILE.json "
                             "that describes it");
             }
@@ -384,14 +372,18 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
                         downloadCommand(known != nullptr ? known->name : "midas-large") +
                         ") or given with -n");
     }
-    const auto wantedSize = commandLine.wholeNumber("network-size", 16, 4096);
     if (networkFile.empty()) {
         source_ = estimatedDepth();
         description_ = source_->description();
-        if (medium == Medium::Video) source_->load(); // fails
+        if (options_.medium == Medium::Video) source_->load(); // fails
         return;
     }
-    networkFile_ = networkFile;
+    if (options_.engine == InferenceEngine::OnnxRuntime && !hasOnnxRuntime()) {
+        throw Error(ErrorCode::Unsupported, "--engine",
+                    "ONNX Runtime is not built in, expected opencv, or a build on a system that "
+                    "has libonnxruntime-dev (Debian 13)");
+    }
+    const std::optional<int>& wantedSize = options_.networkSize;
     const InferenceTarget target = bestInferenceTarget();
     if (wantedSize && *wantedSize % profile->multipleOf != 0) {
         throw UsageError("--network-size is " + std::to_string(*wantedSize) +
@@ -399,12 +391,11 @@ void ChosenDepth::chooseNetwork(const CommandLine& commandLine, Medium medium, M
                          " for " + profile->name);
     }
     const cv::Size size = wantedSize ? scaledInput(*profile, *wantedSize) : cv::Size();
-    const InferenceEngine engine = engineOption(commandLine);
-    requireHarmless(networkFile, *profile, catalog, size, engine, messages);
-    source_ = depthFromNetworkFile(networkFile, *profile, target, size, engine);
-    const bool isNamed = commandLine.has("n") || large;
-    if (isNamed || medium == Medium::Video) { // else a photo may bring depth of its own
-        const QuietStandardError quiet;       // some builds of ONNX Runtime print when they start
+    requireHarmless(networkFile, *profile, catalog, size, options_.engine, messages);
+    source_ = depthFromNetworkFile(networkFile, *profile, target, size, options_.engine);
+    const bool isNamed = !wanted.empty() || large;
+    if (isNamed || options_.medium == Medium::Video) { // else a photo may bring depth of its own
+        const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
         source_->load();
     }
     description_ = source_->description();
@@ -437,80 +428,80 @@ std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {
            (isNamed ? "" : ", and --embedded-depth off leaves it out");
 }
 
-Scene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
-                        Messages& messages, StageTimes& times) {
+ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
+                            Messages& messages, StageTimes& times) {
     refuseNative(photoFile, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
-    if (refusesVr_) refuseVrName(photoFile);
+    if (options_.refusesVr) refuseVrName(photoFile);
     warnIfQuilt(photoFile, "quilt2native", messages);
     std::unique_ptr<DepthSource> given;
-    if (isStereoFiles_) {
+    if (options_.isPair) {
         if (depthFile.empty()) throw UsageError("--stereo files takes LEFT RIGHT, got one picture");
-        given = depthFromStereo({StereoLayout::LeftRight, StereoHalves::Full, depthFile}, source_);
-    } else if (!depthFile.empty() && fromFiles_) { // else the source finds and checks it
-        given = depthFromFile(depthFile, kind_);
+        StereoInput pair = *options_.stereo;
+        pair.right = depthFile;
+        given = depthFromStereo(pair, source_);
+    } else if (!depthFile.empty() && options_.fromFiles) { // else the source finds and checks it
+        given = depthFromFile(depthFile, options_.kind);
     }
     DepthSource& source = given ? *given : *source_;
-    Scene scene;
+    ReadPhoto result;
     Notes notes;
     {
         const QuietStandardError quiet;
-        scene.photo = source.readImage(photoFile, &notes);
+        result.photo = source.readImage(photoFile, &notes);
     }
-    if (rgbd_) {
-        rgbdOf(photoFile, *rgbd_, static_cast<double>(scene.photo.cols) / scene.photo.rows,
-               messages);
+    if (options_.rgbd) {
+        rgbdOf(photoFile, *options_.rgbd,
+               static_cast<double>(result.photo.cols) / result.photo.rows, messages);
     }
-    isUnblurred_ = false;
     for (const Note& note : notes) {
         if (note.code == NoteCode::Chosen) {
-            isUnblurred_ = true;
+            result.isUnblurred = true;
             messages.say(note.text);
         } else {
             messages.warn(note.text);
         }
     }
-    if (photoDepth_.unblurred && !isUnblurred_)
+    if (options_.photo.unblurred && !result.isUnblurred)
         messages.say(photoFile.string() + ": no sharp original in the file is used");
-    origin_ = source.origin();
-    used_ = fromFiles_ ? description_ : source.description();
-    const bool isNamed = fromFiles_ || rgbd_; // by an option
-    if (!isEstimated() && !isNamed && (depthFile.empty() || isStereoFiles_))
-        messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + used_);
-    if (isEstimated() && !photoDepth_.useDepth && !stereo_ && !isStereoFiles_)
+    result.origin = source.origin();
+    result.source = options_.fromFiles ? description_ : source.description();
+    result.file = given ? depthFile : source.separateFile();
+    const bool isEstimated = result.origin == DepthOrigin::Estimated;
+    const bool isNamed = !options_.given.empty(); // by an option
+    if (!isEstimated && !isNamed && (depthFile.empty() || options_.isPair))
+        messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + result.source);
+    if (isEstimated && !options_.photo.useDepth && !options_.stereo)
         warnOfHalves(photoFile, messages);
     times.end("read");
     try {
         const QuietStandardError quiet; // it may load the network
-        source.readScene(scene.photo, flatDepth, scene);
+        source.readScene(result.photo, flatDepth, result);
     } catch (const Error& error) {
-        if (!rgbd_) throw;
+        if (!options_.rgbd) throw;
         throw Error(error.code(), photoFile.string(), error.what());
     }
     tellEngine(messages);
-    const double photoAspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
-    const double depthAspect = static_cast<double>(scene.depth.cols) / scene.depth.rows;
-    if (given && !isStereoFiles_ && !haveSameShape(photoAspect, depthAspect)) {
+    const double photoAspect = static_cast<double>(result.photo.cols) / result.photo.rows;
+    const double depthAspect = static_cast<double>(result.depth.cols) / result.depth.rows;
+    if (given && !options_.isPair && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
-                      std::to_string(scene.depth.cols) + " x " + std::to_string(scene.depth.rows) +
-                      " and " + sizeText(scene.photo.size()) + "); it is stretched to fit");
+                      std::to_string(result.depth.cols) + " x " +
+                      std::to_string(result.depth.rows) + " and " + sizeText(result.photo.size()) +
+                      "); it is stretched to fit");
     }
-    if (origin_ == DepthOrigin::Given &&
-        looksInverted(scene.depth, [&] { return trustedEstimate(scene.photo); })) {
+    if (result.origin == DepthOrigin::Given &&
+        looksInverted(result.depth, [&] { return trustedEstimate(result.photo); })) {
         const fs::path& file = depthFile.empty() ? photoFile : depthFile;
-        messages.warn(invertedText(file, kind_, isNamed));
+        messages.warn(invertedText(file, options_.kind, isNamed));
     }
     times.end("depth");
-    return scene;
+    return result;
 }
 
-DepthKind ChosenDepth::kind() const {
-    return source_ ? source_->kind() : kind_;
-}
-
-void ChosenDepth::estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene) {
+std::string ChosenDepth::estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene) {
     source_->readScene(photo, flatDepth, scene);
-    used_ = source_->description();
+    return source_->description();
 }
 
 } // namespace altiro3D::tools

@@ -33,20 +33,46 @@ RgbdLayout rgbdOf(const std::filesystem::path& file, const RgbdLayout& stated, d
 /// @param isNamed an option of photo2native tells where the depth is (-d, --rgbd)
 std::string invertedText(const std::filesystem::path& file, DepthKind kind, bool isNamed);
 
+/// Where depth comes from.
+struct DepthOptions {
+    Medium medium = Medium::Photo;
+    bool fromFiles = false;         ///< A separate file (`-d`, `--depth`).
+    std::optional<RgbdLayout> rgbd; ///< A part of the picture (`--rgbd`).
+    DepthKind kind = DepthKind::NearWhite;
+    std::string given;   ///< Given depth as text, for people and reports; empty: it is not given.
+    std::string network; ///< `-n`: a file, or a name of the catalogue; empty: the standard one.
+    bool isLarge = false;
+    std::filesystem::path profile;  ///< `--net-profile`; empty: that of the catalogue.
+    std::optional<int> networkSize; ///< Longer side of the network's input, px.
+    InferenceEngine engine = InferenceEngine::Best;
+    bool isDefault = false;                ///< No option chooses the source.
+    std::optional<StereoInput> stereo;     ///< `--stereo`
+    bool isPair = false;                   ///< The eyes are in two files.
+    PhotoDepthOptions photo{false, false}; ///< What is taken from photos.
+    bool refusesVr = false;                ///< No option says what the photo holds.
+
+    /// Whether each photo is named with its depth image, or with the right eye's picture.
+    bool takesPairs() const { return fromFiles || isPair; }
+};
+/// Reads them. @throws UsageError
+DepthOptions depthOptions(const CommandLine& commandLine, Medium medium = Medium::Photo);
+
+/// A photo, its depth, and where that comes from.
+struct ReadPhoto : Scene {
+    DepthOrigin origin = DepthOrigin::Estimated;
+    std::string source;         ///< Of the depth, for people and reports.
+    std::filesystem::path file; ///< The depth image or right eye's picture; empty: none was used.
+    bool isUnblurred = false;   ///< The sharp original of a portrait (`--unblurred`).
+};
+
 /// The source of depth that the options choose.
 class ChosenDepth {
   public:
-    /// Reads the options. A network that they choose is loaded at once, if they name it or if the
-    /// medium is video, else when a photo needs it.
+    /// A network that the options choose is loaded at once, if they name it or if the medium is
+    /// video, else when a photo needs it.
     /// @throws UsageError, Error
-    ChosenDepth(const CommandLine& commandLine, Messages& messages, Medium medium = Medium::Photo);
+    ChosenDepth(const DepthOptions& options, Messages& messages);
 
-    /// True if depth is read from a separate file (`-d`, `--depth`).
-    bool fromFiles() const { return fromFiles_; }
-    /// Where the depth is if it is part of the picture (`--rgbd`).
-    const std::optional<RgbdLayout>& rgbd() const { return rgbd_; }
-    /// True if no option chooses where estimated depth comes from.
-    bool isDefault() const { return isDefault_; }
     /// Estimates depth with another source; depth that comes with a photo still goes before it.
     void use(std::shared_ptr<DepthSource> estimator);
     /// The network; null if none is used, or if no photo has needed it yet.
@@ -55,49 +81,31 @@ class ChosenDepth {
     const std::filesystem::path& networkFile() const { return networkFile_; }
     /// The source as text, for people and reports.
     const std::string& description() const { return description_; }
-    /// What the last read() took its depth from, for people and reports.
-    const std::string& used() const { return used_; }
+    /// Meaning of the numbers of given depth, or of source().
+    DepthKind kind() const { return source_ ? source_->kind() : options_.kind; }
+    /// The source that estimates depth; only if depth is not given by files.
+    const std::shared_ptr<DepthSource>& source() const { return source_; }
 
     /// Reads the photo of one item and reads or estimates its depth, as the options say.
     /// @param photoFile photo, or RGB-D image
     /// @param depthFile depth image with `-d`, the right eye's picture with `--stereo files`, else
     ///        empty
     /// @param flatDepth value of the depth map if the depth has no range
-    /// @return the photo and its depth map
-    Scene read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
-               double flatDepth, Messages& messages, StageTimes& times);
-
-    /// Meaning of the numbers of given depth, or of source().
-    DepthKind kind() const;
-    /// Whether the last photo was the sharp original of a portrait (--unblurred).
-    bool isUnblurred() const { return isUnblurred_; }
-    /// True if the depth of the last photo was estimated, not given.
-    bool isEstimated() const { return origin_ == DepthOrigin::Estimated; }
-    /// The source that estimates depth; only if depth is not given by files.
-    DepthSource& source() { return *source_; }
-    /// Estimates the depth of the last photo again. Requires isEstimated().
-    void estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
+    ReadPhoto read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
+                   double flatDepth, Messages& messages, StageTimes& times);
+    /// Estimates the depth of the last photo again; only if it was estimated.
+    /// @return the source as text
+    std::string estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
 
   private:
-    void chooseNetwork(const CommandLine& commandLine, Medium medium, Messages& messages);
+    void chooseNetwork(Messages& messages);
     void tellEngine(const Messages& messages);
-    void choosePhotoDepth(const CommandLine& commandLine);
 
-    bool fromFiles_ = false;
-    bool isStereoFiles_ = false;
-    std::optional<RgbdLayout> rgbd_;
-    DepthKind kind_ = DepthKind::NearWhite;
-    bool isDefault_ = false;
-    PhotoDepthOptions photoDepth_{false, false};
-    bool refusesVr_ = false; // no option says what the photo holds
+    DepthOptions options_;
     bool isEngineTold_ = false;
-    std::optional<StereoInput> stereo_;   // one picture with both eyes
-    std::shared_ptr<DepthSource> source_; // null with fromFiles_
+    std::shared_ptr<DepthSource> source_; // null if depth is given by files
     std::filesystem::path networkFile_;
     std::string description_;
-    std::string used_;
-    bool isUnblurred_ = false;
-    DepthOrigin origin_ = DepthOrigin::Estimated; // of the last photo
 };
 
 } // namespace altiro3D::tools

@@ -15,14 +15,14 @@ namespace {
 constexpr const char* kSampleName = "portrait-sample.json";
 
 // The one volume of a display that is mounted, or the one that --serial names.
-std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>& serial,
+std::optional<MountedCalibration> mountedVolume(const std::string& serial,
                                                 const VolumeSearch& search, Messages& messages) {
     const std::vector<MountedCalibration> volumes = search.find();
-    if (serial) {
+    if (!serial.empty()) {
         const auto named = [&](const MountedCalibration& volume) {
-            if (lowerCase(volume.volume) == lowerCase(*serial)) return true;
+            if (lowerCase(volume.volume) == lowerCase(serial)) return true;
             try {
-                return lowerCase(readCalibration(volume.file).serial) == lowerCase(*serial);
+                return lowerCase(readCalibration(volume.file).serial) == lowerCase(serial);
             } catch (const Error&) {
                 return false;
             }
@@ -33,7 +33,7 @@ std::optional<MountedCalibration> mountedVolume(const std::optional<std::string>
             list += (list.empty() ? "" : ", ") + volume.volume;
         }
         throw Error(ErrorCode::NotFound, "--serial",
-                    "no mounted display is " + *serial + ", expected " +
+                    "no mounted display is " + serial + ", expected " +
                         (list.empty() ? "a display's volume to be mounted" : "one of " + list));
     }
     if (volumes.empty()) return std::nullopt;
@@ -80,16 +80,40 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
                   "; to use that one, give its file with -c");
 }
 
+// One calibration of a file.
+Calibration readChosenCalibration(const fs::path& file, const std::string& serial,
+                                  Messages& messages) {
+    const std::vector<Calibration> all = readCalibrations(file);
+    if (!serial.empty()) {
+        for (const Calibration& calibration : all) {
+            if (lowerCase(calibration.serial) == lowerCase(serial)) return calibration;
+        }
+        throw Error(ErrorCode::NotFound, file.string(),
+                    "holds no calibration of " + serial + ", expected the serial number of " +
+                        (all.front().serial.empty() ? "a display in it" : all.front().serial));
+    }
+    if (all.size() > 1) {
+        messages.warn(file.string() + " holds " + std::to_string(all.size()) +
+                      " calibrations; the first, " + all.front().serial +
+                      ", is used (--serial chooses another)");
+    }
+    return all.front();
+}
+
 // The calibration of -c, or the first one found.
-ChosenDisplay chooseCalibration(const CommandLine& commandLine, const VolumeSearch& volumes,
+ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearch& volumes,
                                 Messages& messages) {
-    const InvertViews invert = invertOption(commandLine);
+    const auto displayIn = [&](Calibration calibration, const fs::path& file) {
+        ChosenDisplay display{displayOf(std::move(calibration), file.string()), {file}, {}};
+        display.invert = options.invert;
+        return display;
+    };
     const auto chosen = [&](const fs::path& given) {
         const fs::path file = calibrationFile(given);
-        return chosenDisplay(readChosenCalibration(file, commandLine, messages), file, invert);
+        return displayIn(readChosenCalibration(file, options.serial, messages), file);
     };
     std::error_code error;
-    if (const auto file = commandLine.value("c")) return chosen(*file);
+    if (!options.calibration.empty()) return chosen(options.calibration);
     if (const auto named = environment("LKG_CALIBRATION")) {
         try {
             ChosenDisplay display = chosen(*named);
@@ -105,12 +129,12 @@ ChosenDisplay chooseCalibration(const CommandLine& commandLine, const VolumeSear
         warnOfAnotherMounted(display, volumes, messages);
         return display;
     }
-    if (const auto volume = mountedVolume(commandLine.value("serial"), volumes, messages)) {
+    if (const auto volume = mountedVolume(options.serial, volumes, messages)) {
         // the volume is chosen already: its file's serial may be cut short
-        return chosenDisplay(readCalibration(volume->file), volume->file, invert);
+        return displayIn(readCalibration(volume->file), volume->file);
     }
     const fs::path sample = sampleCalibration();
-    ChosenDisplay display = chosenDisplay(readCalibration(sample), sample, invert);
+    ChosenDisplay display = displayIn(readCalibration(sample), sample);
     display.source = "the sample calibration of a Portrait";
     display.isSample = true;
     return display;
@@ -139,6 +163,23 @@ std::string sampleWarning(DisplayUse use) {
     return {};
 }
 
+void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages) {
+    if (use == DisplayUse::None) return;
+    if (display.isSample) {
+        messages.say("display: none was given or found; " + display.source + ", panel " +
+                     sizeText(display.panelSize()));
+        messages.warn(sampleWarning(use));
+        return;
+    }
+    const Calibration& known = display.calibration;
+    if (!display.isMapOnly) messages.warn(calibrationWarnings(known));
+    const DisplayModel* const model = findDisplayModel(known);
+    messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
+                 (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +
+                 sizeText(display.panelSize()) + ", " +
+                 (use == DisplayUse::Simulate ? "simulated from " : "from ") + display.source);
+}
+
 // Adds to the error of a damaged table how to repair it.
 NativeLut readMap(const fs::path& file) {
     try {
@@ -163,8 +204,23 @@ void addInvertOption(CommandLine& commandLine) {
 }
 
 InvertViews invertOption(const CommandLine& commandLine) {
-    constexpr InvertViews kModes[] = {InvertViews::Auto, InvertViews::On, InvertViews::Off};
-    return kModes[commandLine.choice("invert", {"auto", "on", "off"}).value_or(0)];
+    return commandLine
+        .oneOf<InvertViews>(
+            "invert",
+            {{"auto", InvertViews::Auto}, {"on", InvertViews::On}, {"off", InvertViews::Off}})
+        .value_or(InvertViews::Auto);
+}
+
+DisplayOptions displayOptions(const CommandLine& commandLine) {
+    const fs::path map = commandLine.value("m").value_or("");
+    if (map.extension() == ".json") {
+        throw UsageError(map.string() + ": is a calibration, expected a look-up table (.map); "
+                                        "calibrations are given with -c");
+    }
+    for (const char* other : {"invert", "view-filter", "sampling"})
+        commandLine.exclude("m", other);
+    return {map, commandLine.value("c").value_or(""), commandLine.value("serial").value_or(""),
+            invertOption(commandLine)};
 }
 
 void addDisplayOptions(CommandLine& commandLine) {
@@ -213,86 +269,29 @@ fs::path calibrationFile(const fs::path& given) {
     return given;
 }
 
-Calibration readChosenCalibration(const fs::path& file, const CommandLine& commandLine,
-                                  Messages& messages) {
-    const std::vector<Calibration> all = readCalibrations(file);
-    const auto serial = commandLine.value("serial");
-    if (serial) {
-        for (const Calibration& calibration : all) {
-            if (lowerCase(calibration.serial) == lowerCase(*serial)) return calibration;
-        }
-        throw Error(ErrorCode::NotFound, file.string(),
-                    "holds no calibration of " + *serial + ", expected the serial number of " +
-                        (all.front().serial.empty() ? "a display in it" : all.front().serial));
-    }
-    if (all.size() > 1) {
-        messages.warn(file.string() + " holds " + std::to_string(all.size()) +
-                      " calibrations; the first, " + all.front().serial +
-                      ", is used (--serial chooses another)");
-    }
-    return all.front();
-}
-
-ChosenDisplay chosenDisplay(Calibration calibration, const fs::path& file, InvertViews invert) {
-    ChosenDisplay display{displayOf(std::move(calibration), file.string()), {file}, {}};
-    display.invert = invert;
-    return display;
-}
-
-void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages) {
-    if (use == DisplayUse::None) return;
-    if (display.isSample) {
-        messages.say("display: none was given or found; " + display.source + ", panel " +
-                     sizeText(display.panelSize()));
-        messages.warn(sampleWarning(use));
-        return;
-    }
-    const Calibration& known = display.calibration;
-    if (!display.isMapOnly) messages.warn(calibrationWarnings(known));
-    const DisplayModel* const model = findDisplayModel(known);
-    messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
-                 (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +
-                 sizeText(display.panelSize()) + ", " +
-                 (use == DisplayUse::Simulate ? "simulated from " : "from ") + display.source);
-}
-
-ChosenDisplay findCalibration(const CommandLine& commandLine, Messages& messages,
-                              const VolumeSearch& volumes, DisplayUse use) {
-    ChosenDisplay display = chooseCalibration(commandLine, volumes, messages);
-    tellDisplay(display, use, messages);
-    return display;
-}
-
-ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
+ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
                           const VolumeSearch& volumes, DisplayUse use) {
-    samplingOption(commandLine); // reports wrong usage before any work
     ChosenDisplay display;
-    if (const auto file = commandLine.value("m")) {
-        if (fs::path(*file).extension() == ".json") {
-            throw UsageError(*file + ": is a calibration, expected a look-up table (.map); "
-                                     "calibrations are given with -c");
-        }
-        commandLine.exclude("m", "invert");
-        commandLine.exclude("m", "view-filter");
-        commandLine.exclude("m", "sampling");
-        display.invert = invertOption(commandLine);
-        display.map = readMap(*file);
-        display.files = {*file};
-        display.source = *file;
-        display.quilt = display.map->quilt();
-        if (const auto given = commandLine.value("c")) {
-            const fs::path other = calibrationFile(*given);
-            display.calibration = readChosenCalibration(other, commandLine, messages);
-            display.files.emplace_back(other);
-            requireSameDisplay(*display.map, *file, display.calibration, other);
-        } else {
-            display.isMapOnly = true;
-            display.calibration.serial = display.map->serial();
-            display.calibration.screenW = display.map->panelSize().width;
-            display.calibration.screenH = display.map->panelSize().height;
-        }
+    if (options.map.empty()) {
+        display = chooseCalibration(options, volumes, messages);
+        tellDisplay(display, use, messages);
+        return display;
+    }
+    display.invert = options.invert;
+    display.map = readMap(options.map);
+    display.files = {options.map};
+    display.source = options.map.string();
+    display.quilt = display.map->quilt();
+    if (!options.calibration.empty()) {
+        const fs::path file = calibrationFile(options.calibration);
+        display.calibration = readChosenCalibration(file, options.serial, messages);
+        display.files.push_back(file);
+        requireSameDisplay(*display.map, options.map, display.calibration, file);
     } else {
-        display = chooseCalibration(commandLine, volumes, messages);
+        display.isMapOnly = true;
+        display.calibration.serial = display.map->serial();
+        display.calibration.screenW = display.map->panelSize().width;
+        display.calibration.screenH = display.map->panelSize().height;
     }
     tellDisplay(display, use, messages);
     return display;

@@ -19,16 +19,21 @@ struct ChosenDisplay : Display {
     bool isSample = false;  ///< No display was given or found; this is the sample.
 };
 
+/// How the command line names a display.
+struct DisplayOptions {
+    std::filesystem::path map;         ///< `-m`; empty: none.
+    std::filesystem::path calibration; ///< `-c`, also a display's volume; empty: one is found.
+    std::string serial;                ///< `--serial`; empty: none.
+    InvertViews invert = InvertViews::Auto;
+};
+
 /// -m -c --serial --invert, -q -r
 void addDisplayOptions(CommandLine& commandLine);
 /// --invert alone, for the tool that makes maps
 void addInvertOption(CommandLine& commandLine);
 InvertViews invertOption(const CommandLine& commandLine);
-
-/// The display of a calibration, with the quilt of its model.
-/// @param file the file that it was read from
-ChosenDisplay chosenDisplay(Calibration calibration, const std::filesystem::path& file,
-                            InvertViews invert = InvertViews::Auto);
+/// @throws UsageError
+DisplayOptions displayOptions(const CommandLine& commandLine);
 
 /// How findDisplay() searches mounted volumes.
 struct VolumeSearch {
@@ -51,25 +56,15 @@ enum class DisplayUse {
 };
 
 /// Finds the display: `-m` and `-c`, else `$LKG_CALIBRATION`, `./visual.json`, a mounted display
-/// volume, or finally the sample calibration. Reports it with tellDisplay().
+/// volume, or finally the sample calibration. Reports it, and warns if it is the sample or if the
+/// calibration is unusual. If a file holds several calibrations, `--serial` chooses; without it,
+/// the first is taken with a warning.
 /// @throws UsageError, Error
-ChosenDisplay findDisplay(const CommandLine& commandLine, Messages& messages,
+ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
                           const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
-/// As findDisplay(), for tools whose -m does not name a look-up table to read.
-ChosenDisplay findCalibration(const CommandLine& commandLine, Messages& messages,
-                              const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
-
-/// Reports the display of a run: "display: ...". Warns if it is the sample or if the calibration is
-/// unusual.
-void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages);
 
 /// The calibration file that a path stands for; the path may be a display's volume or its folder.
 /// @throws Error BadFormat (a look-up table)
 std::filesystem::path calibrationFile(const std::filesystem::path& given);
-
-/// Reads one calibration. If the file holds several, `--serial` chooses; without it, the first is
-/// taken with a warning.
-Calibration readChosenCalibration(const std::filesystem::path& file, const CommandLine& commandLine,
-                                  Messages& messages);
 
 } // namespace altiro3D::tools

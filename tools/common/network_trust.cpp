@@ -1,10 +1,8 @@
 #include "common/network_trust.hpp"
 
-#include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
-#include "common/cache.hpp"
 
 #include <QCryptographicHash>
 #include <algorithm>
@@ -92,6 +90,21 @@ void keep(const fs::path& entry, const Findings& findings) {
     }
 }
 
+NamedDepthSource networkSource(const InstalledNetwork& network, cv::Size size, Messages& messages) {
+    const NetworkProfile& profile = network.profile;
+    const int longer = size.empty() ? std::max(profile.inputWidth, profile.inputHeight)
+                                    : std::max(size.width, size.height);
+    return {profile.name + ", " + std::to_string(longer) + " px",
+            [network, size, &messages] {
+                requireHarmless(network.file, network.profile, modelCatalog(), size,
+                                InferenceEngine::Best, messages);
+                const QuietStandardError quiet; // OpenCV and ONNX Runtime print by themselves
+                return depthFromNetwork(
+                    DepthNetwork(network.file, network.profile, InferenceTarget::Cpu, size));
+            },
+            size.empty()};
+}
+
 } // namespace
 
 void requireHarmless(const fs::path& file, const NetworkProfile& profile,
@@ -124,6 +137,19 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     } else if (isNew) {
         keep(entry, findings);
     }
+}
+
+std::vector<NamedDepthSource> depthSources(Messages& messages) {
+    std::vector<NamedDepthSource> sources;
+    for (const InstalledNetwork& network : installedNetworks()) {
+        const NetworkProfile& profile = network.profile;
+        if (profile.large || !canRun(profile)) continue;
+        sources.push_back(networkSource(network, {}, messages));
+        const cv::Size half(profile.inputWidth / 2, profile.inputHeight / 2);
+        if (half.width % profile.multipleOf == 0 && half.height % profile.multipleOf == 0)
+            sources.push_back(networkSource(network, half, messages));
+    }
+    return sources;
 }
 
 cv::Mat trustedEstimate(const cv::Mat& photo) {

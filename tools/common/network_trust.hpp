@@ -1,9 +1,11 @@
 #pragma once
 
-#include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "common/run_tool.hpp"
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -30,5 +32,18 @@ cv::Mat trustedEstimate(const cv::Mat& photo);
 
 /// The command that downloads a network of the catalogue, with its path on this machine.
 std::string downloadCommand(const std::string& name);
+
+/// A source of estimated depth that can be loaded, with a name for tables: "altiro3d, 256 px".
+struct NamedDepthSource {
+    std::string name;
+    /// Loads the source. Throws Error if its network cannot be loaded or cannot run with this size.
+    std::function<std::unique_ptr<DepthSource>()> load;
+    bool isUsual = true; ///< False for a network with another input size than its own.
+};
+
+/// The sources worth comparing, best first: each installed network that is not large, with its own
+/// input size and with half of it. The first one is the default.
+/// @param messages must outlive the sources, which report doubts about a network's file
+std::vector<NamedDepthSource> depthSources(Messages& messages);
 
 } // namespace altiro3D::tools

@@ -2,11 +2,12 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/quilt.hpp"
 #include "altiro3D/video_io.hpp"
-#include "common/command_line.hpp"
-#include "common/run_tool.hpp"
 
+#include <algorithm>
 #include <cstdio>
+#include <initializer_list>
 #include <iostream>
 #include <optional>
 #include <set>
@@ -20,6 +21,16 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 namespace {
+
+using Extensions = std::initializer_list<const char*>;
+
+constexpr Extensions kLossyFormats = {".jpg", ".jpeg", ".jpe", ".jp2"};
+constexpr Extensions kEightBitFormats = {".webp", ".bmp", ".dib"};
+
+bool hasExtension(const fs::path& file, Extensions extensions) {
+    const std::string extension = lowerCase(file.extension().string());
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
 
 // The path of a name with links resolved; it need not exist.
 fs::path place(const fs::path& file) {
@@ -51,7 +62,7 @@ void Outputs::addNative(const fs::path& file) {
     const bool mayBeMarked = file.extension() == ".png" && fs::is_regular_file(file, error);
     if (mayBeMarked && !isMarkedNative(file))
         explainExisting(file, "and is not marked as a Native (inputs come first, then outputs)");
-    addOutput(file);
+    addOutputs({file});
 }
 
 // "exists" or, with the reason why the name was chosen, "exists, and ..., and so do 47 others"
@@ -143,6 +154,57 @@ void requireVideoName(const fs::path& file) {
                          ": no video format has this extension, expected .mp4, .mov or "
                          ".mkv");
     }
+}
+
+void warnAboutNativeFormat(const fs::path& file, Messages& messages) {
+    if (hasExtension(file, kLossyFormats)) {
+        messages.warn(file.string() +
+                      ": this format mixes neighbouring sub-pixels, which belong to different "
+                      "views, and weakens the depth; use PNG");
+    }
+}
+
+void warnAboutDepthFormat(const fs::path& file, Messages& messages) {
+    if (hasExtension(file, kLossyFormats)) {
+        messages.warn(file.string() + ": this format changes depth, most of all at its "
+                                      "edges; PNG keeps all 16 bits");
+    } else if (hasExtension(file, kEightBitFormats)) {
+        messages.warn(file.string() +
+                      ": this format keeps 8 of the depth's 16 bits; PNG keeps them all");
+    }
+}
+
+void warnIfQuilt(const fs::path& file, const std::string& instead, Messages& messages) {
+    try {
+        const std::optional<QuiltName> name = parseQuiltName(file);
+        if (!name || name->grid.columns * name->grid.rows < 2) return;
+    } catch (const Error&) {
+        return; // no quilt's name
+    }
+    messages.warn(file.string() +
+                  ": its name says that it is a quilt, but it is read as one "
+                  "picture of a scene; for a quilt use " +
+                  instead);
+}
+
+void refuseNative(const fs::path& file, const std::string& expected) {
+    if (!isMarkedNative(file)) return;
+    throw Error(ErrorCode::BadFormat, file.string(),
+                "is a Native already, expected " + expected +
+                    " (inputs come first, then outputs; "
+                    "native2view shows the views of a Native)");
+}
+
+cv::Mat readPhotoFile(const fs::path& file, Messages& messages) {
+    Notes notes;
+    cv::Mat photo;
+    {
+        const QuietStandardError quiet;
+        photo = readPhoto(file, &notes);
+    }
+    for (const Note& note : notes)
+        messages.warn(file.string() + ": " + note.text);
+    return photo;
 }
 
 std::string viewFileName(int view, int views) {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include "common/run_tool.hpp"
+
 #include <filesystem>
 #include <map>
+#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
@@ -14,10 +17,12 @@ class Outputs {
     /// @param replace existing files may be replaced (`-y`)
     explicit Outputs(bool replace) : replace_(replace) {}
 
-    /// Adds a file that is read. It may be a network's name or missing; opening it reports that.
-    void addInput(const std::filesystem::path& file) { inputs_.push_back(file); }
-    /// Adds a file that will be written.
-    void addOutput(const std::filesystem::path& file) { outputs_.push_back(file); }
+    using Files = std::vector<std::filesystem::path>; ///< Without those of empty names.
+    /// Adds files that are read. They may be names of networks or missing; opening them reports
+    /// that.
+    void addInputs(const Files& files) { add(files, inputs_); }
+    /// Adds files that will be written.
+    void addOutputs(const Files& files) { add(files, outputs_); }
 
     /// Adds the Native that will be written. If a PNG file of that name exists and is not marked as
     /// a Native, the names may be in the wrong order; the message about the file says so.
@@ -39,13 +44,17 @@ class Outputs {
     void makeDirectories() const;
 
   private:
-    std::string existText(const std::vector<std::filesystem::path>& files) const;
+    static void add(const Files& files, Files& all) {
+        for (const std::filesystem::path& file : files)
+            if (!file.empty()) all.push_back(file);
+    }
+    std::string existText(const Files& files) const;
 
     bool replace_;
     std::map<std::filesystem::path, std::string> why_;
-    std::vector<std::filesystem::path> inputs_;
-    std::vector<std::filesystem::path> outputs_;
-    std::vector<std::filesystem::path> directories_;
+    Files inputs_;
+    Files outputs_;
+    Files directories_;
 };
 
 /// Reports a missing input. Call it before any check of outputs, because the names may be in the
@@ -61,5 +70,22 @@ void requireVideoName(const std::filesystem::path& file);
 
 /// The file name of one of `views` views: "view_07.png".
 std::string viewFileName(int view, int views);
+
+/// Warns if the file format does not preserve a Native's sub-pixels.
+void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
+
+/// Warns if the file format stores a depth map with less precision than another one would.
+void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages);
+
+/// Warns if the name of a photo or video says that it is a quilt.
+/// @param instead the tool or option that reads quilts
+void warnIfQuilt(const std::filesystem::path& file, const std::string& instead, Messages& messages);
+
+/// Refuses a Native where another picture is expected; usually the names are in the wrong order.
+/// @param expected "a photo" @throws Error BadFormat
+void refuseNative(const std::filesystem::path& file, const std::string& expected);
+
+/// Reads a photo or quilt; remarks about the file become warnings.
+cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages);
 
 } // namespace altiro3D::tools

@@ -72,38 +72,37 @@ void makeFolders(const fs::path& folder) {
     }
 }
 
-int plan(const CommandLine& commandLine, const Words& arguments, const fs::path& folder,
+int plan(const PhotoJob& job, int chunkPhotos, const Words& arguments, const fs::path& folder,
          Messages& messages) {
-    commandLine.exclude("plan", "budget");
     PhotoChunks plan;
-    plan.chunkPhotos = commandLine.wholeNumber(kLength, 1, kMaxChunkPhotos).value_or(kChunkPhotos);
-    const PhotoSettings settings = photoSettings(commandLine, messages);
-    const PhotoInputs inputs = listPhotos(commandLine, messages);
+    plan.chunkPhotos = chunkPhotos;
+    const ChosenDisplay display = findDisplay(job.display, messages);
+    const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
+    const PhotoInputs inputs = listPhotos(job, messages);
     if (!inputs.batch) {
         throw UsageError("--plan applies to several photos, expected a folder or several photos, "
                          "and a folder for the outputs");
     }
-    PhotoPlan photos = planPhotos(commandLine, settings.display, settings.layout, inputs);
+    PhotoPlan photos = planPhotos(job, display, layout, inputs);
     StageTimes times;
-    plan.madeWith = madeWith(openPhotoRun(commandLine, settings, times, messages));
+    plan.madeWith = madeWith(openPhotoRun(job, display, layout, times, messages));
     plan.threads = cv::getNumThreads();
     plan.photos = inputs.files;
     const Words words = listWords(plan, arguments);
-    const bool replace = commandLine.has("y");
+    const bool replace = job.replace;
     const bool isThere = holdsPhotoChunks(folder);
     if (!isThere || replace || readWords(listFile(folder)) != words) {
         if (isThere && !replace) {
             throw Error(ErrorCode::Mismatch, folder.string(),
                         "holds a plan of another run, expected a new folder, or -y to replace it");
         }
-        static_cast<void>(
-            checkedOutputs(commandLine, photos, settings.display, settings.layout.viewCount));
+        static_cast<void>(checkedOutputs(job, photos, display, layout.viewCount));
         if (isThere) {
             for (const char* name : {"photos", "arguments", "visual.json", kChunks, kLogs})
                 fs::remove_all(folder / name);
         }
         makeFolders(folder);
-        keepCommandLine(folder, arguments, commandLine, settings.display);
+        keepCommandLine(folder, arguments, job.display, display);
         writeWords(listFile(folder), words);
     }
     messages.say(folder.string() + ": " + counted(plan.count(), "chunk") + ", " +
@@ -248,17 +247,20 @@ void addPhotoChunkOptions(CommandLine& commandLine) {
                     "failed, and write the summary and the report.");
 }
 
-bool isForPhotoChunks(const CommandLine& commandLine) {
-    return isForChunks(commandLine, kLength);
-}
-
-int runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
-                   const std::function<void(CommandLine&)>& addOptions,
-                   const std::function<PhotosMade(const CommandLine&, const PhotoPart&)>& make,
-                   Messages& messages) {
-    const ChunkCall call = chunkCall(commandLine);
-    if (call.task == ChunkCall::Task::Plan)
-        return plan(commandLine, arguments, call.folder, messages);
+std::optional<int>
+runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
+               const std::function<void(CommandLine&)>& addOptions,
+               const std::function<PhotosMade(const PhotoJob&, const PhotoPart&)>& make,
+               Messages& messages) {
+    const std::optional<ChunkCall> called = chunkCall(commandLine, kLength);
+    if (!called) return std::nullopt;
+    const ChunkCall& call = *called;
+    if (call.task == ChunkCall::Task::Plan) {
+        commandLine.exclude("plan", "budget");
+        const auto photos = commandLine.wholeNumber(kLength, 1, kMaxChunkPhotos);
+        return plan(photoJob(commandLine), photos.value_or(kChunkPhotos), arguments, call.folder,
+                    messages);
+    }
     return runLogged(call, [&] {
         PhotoPart part;
         part.plan = readPhotoChunks(call.folder);
@@ -267,19 +269,20 @@ int runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
                                                 : part.plan.photosOf(call.number);
         if (isJoin) requireChunks(call.folder, part.plan.count());
         int status = kExitDone;
-        const auto work = [&](const CommandLine& planned) {
-            const auto report = planned.value("report");
+        const auto work = [&](const CommandLine& given) {
+            const PhotoJob planned = photoJob(given);
             if (isJoin) {
-                part.report = report.value_or("");
-                if (planned.has("y")) part.made = outputsOfChunks(call.folder, part.plan.count());
+                part.report = planned.report;
+                if (planned.replace) part.made = outputsOfChunks(call.folder, part.plan.count());
                 const PhotosMade made = make(planned, part);
                 logPictures(call, made.pictures);
                 logLine(call, "joined " + counted(part.plan.count(), "chunk"));
                 status = made.status;
                 return;
             }
-            part.skipExisting = !planned.has("y"); // what exists then is older than the plan
-            if (report) part.report = call.folder / kLogs / (call.logName() + ".json");
+            part.skipExisting = !planned.replace; // what exists then is older than the plan
+            if (!planned.report.empty())
+                part.report = call.folder / kLogs / (call.logName() + ".json");
             status = makeChunk(
                 call, [&] { return make(planned, part); }, messages);
         };

@@ -71,19 +71,18 @@ struct PhotosMade { // NOLINT(bugprone-exception-escape): the library of JSON st
 /// Adds the options of the plan, of its chunks and of the join.
 void addPhotoChunkOptions(CommandLine& commandLine);
 
-/// Whether a command line plans a run, makes a chunk or joins. @throws UsageError
-bool isForPhotoChunks(const CommandLine& commandLine);
-
-/// Plans a run, makes a chunk or joins the chunks, as the command line says.
+/// Plans a run, makes a chunk or joins the chunks, if the command line says so.
 /// @param arguments the command line's words, the program's name first
 /// @param addOptions adds all options of the tool to another command line, which reads the words of
 ///        the plan
-/// @param make makes a part of the photos of the plan's command line
-/// @return the exit status; that of a join is the one of a run on one machine
+/// @param make makes a part of the photos of the plan's job
+/// @return the exit status, that of a join is the one of a run on one machine; nothing for other
+///         command lines
 /// @throws UsageError, Error
-int runPhotoChunks(const CommandLine& commandLine, const std::vector<std::string>& arguments,
-                   const std::function<void(CommandLine&)>& addOptions,
-                   const std::function<PhotosMade(const CommandLine&, const PhotoPart&)>& make,
-                   Messages& messages);
+std::optional<int>
+runPhotoChunks(const CommandLine& commandLine, const std::vector<std::string>& arguments,
+               const std::function<void(CommandLine&)>& addOptions,
+               const std::function<PhotosMade(const PhotoJob&, const PhotoPart&)>& make,
+               Messages& messages);
 
 } // namespace altiro3D::tools

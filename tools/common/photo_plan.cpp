@@ -38,166 +38,193 @@ bool isJpegName(const fs::path& name) {
     return extension == ".jpg" || extension == ".jpeg";
 }
 
-// Several outputs of one kind go into a directory, one alone has the name that was given.
-fs::path outputName(const std::optional<std::string>& wanted, bool batch, const std::string& stem,
-                    const std::string& ending) {
-    if (!wanted) return {};
-    return batch ? fs::path(*wanted) / (stem + ending) : fs::path(*wanted);
+// The outputs besides the Native, the options that name them, and the ends of the names that they
+// get in a folder.
+struct OutputKind {
+    const char* option;
+    fs::path PhotoOutputs::*file;
+    const char* ending;
+};
+constexpr OutputKind kOutputs[] = {
+    {"save-quilt", &PhotoOutputs::quilt, ".png"},
+    {"save-depth", &PhotoOutputs::savedDepth, "_depth.png"},
+    {"save-rgbd", &PhotoOutputs::rgbd, "_rgbd.png"},
+    {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
+    {"lg", &PhotoOutputs::video, ".mp4"},
+    {"save-views", &PhotoOutputs::views, "_views"}};
+
+std::string pairName(const DepthOptions& depth) {
+    return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
 }
 
-// Two names for each photo: its depth image, or the right eye's picture.
-bool takesPairs(const CommandLine& commandLine) {
-    return commandLine.has("d") || commandLine.value("stereo") == "files";
-}
-
-// Whether depth images beside the photos are used.
-bool takesStoredDepth(const CommandLine& commandLine) {
-    if (const auto use = commandLine.value("embedded-depth")) return use != "off";
-    return !commandLine.has("n") && !commandLine.has("l");
-}
-
-std::string pairName(const CommandLine& commandLine) {
-    return commandLine.has("d") ? "PHOTO DEPTH" : "LEFT RIGHT";
-}
-
-// The photos (and depths) among the names; the last name is the output.
-std::vector<FolderFile> inputsOf(const CommandLine& commandLine, std::vector<LeftOutFile>& leftOut,
-                                 Messages& messages) {
-    const std::vector<fs::path>& names = commandLine.files();
-    const bool pairs = takesPairs(commandLine);
-    std::vector<FolderFile> inputs;
-    std::vector<fs::path> given(names.begin(), names.end() - 1);
-    FolderSearch search;
-    search.recursive = commandLine.has("recursive");
-    search.pairDepth = !pairs && !commandLine.has("rgbd") && !commandLine.has("stereo");
-    search.leavesOutVr = search.pairDepth && commandLine.value("embedded-depth") != "off";
-    search.outputs = {names.back()};
-    if (const auto folder = commandLine.value("plan")) search.outputs.emplace_back(*folder);
-    for (const char* option :
-         {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "save-views", "lg"}) {
-        if (const auto directory = commandLine.value(option))
-            search.outputs.emplace_back(*directory);
+// Two folders: of photos, and of their depth images or right eyes' pictures.
+std::vector<FolderFile> pairsOf(const fs::path& photos, const fs::path& others,
+                                const FolderSearch& search, std::vector<LeftOutFile>& leftOut,
+                                Messages& messages) {
+    std::map<fs::path, fs::path> depths; // by name without extension
+    std::set<fs::path> listed;
+    std::vector<FolderFile> inputs = listFiles(photos, search, leftOut, messages);
+    for (FolderFile& input : inputs) {
+        const fs::path folder = input.folder.empty() ? others : others / input.folder;
+        if (listed.insert(folder).second && isDirectory(folder)) {
+            for (const fs::path& depth : listImages(folder))
+                depths[folder / depth.stem()] = depth;
+        }
+        auto found = depths.find(folder / input.file.stem());
+        for (auto named = depths.begin(); found == depths.end() && named != depths.end();
+             ++named) // a-depth.png
+            if (photoOfDepthName(named->second) == folder / input.file.stem()) found = named;
+        input.depth =
+            found != depths.end() ? found->second : folder / input.file.filename(); // fails by name
     }
-    if (pairs && given.size() == 2 && isDirectory(given[0]) && isDirectory(given[1])) {
-        search.outputs.push_back(given[1]);
-        std::map<fs::path, fs::path> depths; // by name without extension
-        std::set<fs::path> listed;
-        for (FolderFile& input : listFiles(given[0], search, leftOut, messages)) {
-            const fs::path folder = input.folder.empty() ? given[1] : given[1] / input.folder;
-            if (listed.insert(folder).second && isDirectory(folder)) {
-                for (const fs::path& depth : listImages(folder))
-                    depths[folder / depth.stem()] = depth;
-            }
-            auto found = depths.find(folder / input.file.stem());
-            for (auto named = depths.begin(); found == depths.end() && named != depths.end();
-                 ++named) // a-depth.png
-                if (photoOfDepthName(named->second) == folder / input.file.stem()) found = named;
-            input.depth = found != depths.end() ? found->second
-                                                : folder / input.file.filename(); // fails by name
-            inputs.push_back(input);
-        }
+    return inputs;
+}
+
+// The photos (and depths) among the names.
+std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& leftOut,
+                                 Messages& messages) {
+    const std::vector<fs::path>& names = job.inputs;
+    const bool pairs = job.depth.takesPairs();
+    FolderSearch search;
+    search.recursive = job.recursive;
+    search.pairDepth = job.depth.given.empty() && !job.depth.stereo;
+    search.leavesOutVr = job.depth.refusesVr;
+    search.outputs = {job.outputs.native};
+    if (!job.plan.empty()) search.outputs.push_back(job.plan);
+    for (const OutputKind& kind : kOutputs) {
+        if (const fs::path& directory = job.outputs.*kind.file; !directory.empty())
+            search.outputs.push_back(directory);
+    }
+    std::vector<FolderFile> inputs;
+    if (pairs && names.size() == 2 && isDirectory(names[0]) && isDirectory(names[1])) {
+        search.outputs.push_back(names[1]);
+        inputs = pairsOf(names[0], names[1], search, leftOut, messages);
     } else if (pairs) {
-        if (given.size() % 2 != 0) {
-            throw UsageError((commandLine.has("d") ? "-d" : "--stereo files") +
-                             (" takes pairs " + pairName(commandLine)) + " and one output, got " +
-                             counted(names.size(), "name") + "; see photo2native --help");
-        }
-        for (std::size_t i = 0; i < given.size(); i += 2)
-            inputs.push_back({given[i], given[i + 1], {}});
+        for (std::size_t i = 0; i < names.size(); i += 2)
+            inputs.push_back({names[i], names[i + 1], {}});
     } else {
-        for (const fs::path& name : given) {
+        for (const fs::path& name : names) {
             if (!isDirectory(name)) {
                 inputs.push_back({name, {}, {}});
                 continue;
             }
             for (FolderFile& photo : listFiles(name, search, leftOut, messages)) {
-                if (!takesStoredDepth(commandLine)) photo.depth.clear();
+                if (!job.depth.photo.useDepth) photo.depth.clear();
                 inputs.push_back(photo);
             }
         }
     }
     if (inputs.empty()) {
         throw Error(
-            ErrorCode::NotFound, given.front().string(),
+            ErrorCode::NotFound, names.front().string(),
             "holds no pictures to convert, expected photos" +
                 (leftOut.empty() ? std::string() : " (left out: " + kindsText(leftOut) + ")"));
     }
     return inputs;
 }
 
+// The names on the command line: photos, and the output.
+void takeNames(const CommandLine& commandLine, PhotoJob& job) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pairs = job.depth.takesPairs();
+    const std::size_t least = pairs ? 3 : 2;
+    if (names.size() < least) {
+        commandLine.failNames(pairs ? pairName(job.depth) + " OUT" : "PHOTO and OUT", least);
+    }
+    job.inputs.assign(names.begin(), names.end() - 1);
+    job.outputs.native = names.back();
+    for (const fs::path& name : job.inputs)
+        requirePhotoName(name);
+    if (pairs && job.inputs.size() % 2 != 0) {
+        throw UsageError((job.depth.fromFiles ? "-d" : "--stereo files") +
+                         (" takes pairs " + pairName(job.depth)) + " and one output, got " +
+                         counted(names.size(), "name") + "; see photo2native --help");
+    }
+}
+
 } // namespace
 
+PhotoJob photoJob(const CommandLine& commandLine) {
+    PhotoJob job;
+    job.budget = Budget(commandLine);
+    job.scene = sceneOptions(commandLine, AutoUse::Default);
+    job.camera = CameraOptions(commandLine, job.scene.native.views.method);
+    job.sway = swayOptions(commandLine);
+    job.swaySize = swaySizeOption(commandLine).value_or(cv::Size());
+    requireSwayFile(commandLine);
+    job.display = displayOptions(commandLine);
+    job.quilt = quiltRequest(commandLine);
+    job.depth = depthOptions(commandLine);
+    commandLine.exclude("y", "skip-existing");
+    job.replace = commandLine.has("y");
+    job.skipExisting = commandLine.has("skip-existing");
+    job.recursive = commandLine.has("recursive");
+    takeNames(commandLine, job);
+    for (const OutputKind& kind : kOutputs)
+        job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
+    job.report = commandLine.value("report").value_or("");
+    job.plan = commandLine.value("plan").value_or("");
+    const auto given = commandLine.given();
+    job.given = {given.begin(), given.end()};
+    return job;
+}
+
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
-    std::vector<fs::path> files;
-    for (const fs::path& file :
-         {item.native, item.quilt, item.savedDepth, item.rgbd, item.photoWithDepth, item.video}) {
-        if (!file.empty()) files.push_back(file);
+    std::vector<fs::path> files{item.native};
+    for (const OutputKind& kind : kOutputs) {
+        const fs::path& file = item.*kind.file;
+        if (!file.empty() && &file != &item.views) files.push_back(file);
     }
-    if (!item.views.empty()) {
-        for (int i = 0; i < views; ++i)
-            files.push_back(item.views / viewFileName(i, views));
-    }
+    for (int i = 0; i < views && !item.views.empty(); ++i)
+        files.push_back(item.views / viewFileName(i, views));
     return files;
 }
 
-PhotoInputs listPhotos(const CommandLine& commandLine, Messages& messages) {
-    const std::vector<fs::path>& names = commandLine.files();
-    const bool pairs = takesPairs(commandLine);
-    const std::size_t least = pairs ? 3 : 2;
-    commandLine.exclude("y", "skip-existing");
-    if (names.size() < least) {
-        commandLine.failNames(pairs ? pairName(commandLine) + " OUT" : "PHOTO and OUT", least);
-    }
-    for (std::size_t i = 0; i + 1 < names.size(); ++i)
-        requirePhotoName(names[i]);
-    const fs::path& last = names.back();
+PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
+    const bool pairs = job.depth.takesPairs();
+    const fs::path& output = job.outputs.native;
     PhotoInputs inputs;
-    inputs.files = inputsOf(commandLine, inputs.leftOut, messages);
-    inputs.batch = names.size() > least || isDirectory(last) || isDirectory(names.front());
+    inputs.files = inputsOf(job, inputs.leftOut, messages);
+    inputs.batch = job.inputs.size() > (pairs ? 2 : 1) || isDirectory(output) ||
+                   isDirectory(job.inputs.front());
     if (inputs.batch) {
-        requireDirectoryName(last, "photos",
-                             names.size() == 3 && !pairs ? ", or -d with a photo and its depth"
-                                                         : "");
+        requireDirectoryName(output, "photos",
+                             job.inputs.size() == 2 && !pairs ? ", or -d with a photo and its depth"
+                                                              : "");
     }
     return inputs;
 }
 
-PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& display,
-                     const QuiltLayout& layout, const PhotoInputs& inputs) {
-    const std::vector<fs::path>& names = commandLine.files();
-    const fs::path& last = names.back();
+PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+                     const PhotoInputs& inputs) {
     PhotoPlan plan;
     plan.leftOut = inputs.leftOut;
     plan.batch = inputs.batch;
-    for (const char* option :
-         {"save-quilt", "save-depth", "save-rgbd", "save-photo-with-depth", "lg"}) {
-        const auto name = commandLine.value(option);
-        if (plan.batch && name && (canWriteImage(*name) || canWriteVideo(*name))) {
-            throw UsageError("--" + std::string(option) + " " + *name +
+    plan.skipExisting = job.skipExisting;
+    plan.report = job.report;
+    for (const OutputKind& kind : kOutputs) {
+        const fs::path& name = job.outputs.*kind.file;
+        const bool namesFile = &name != &job.outputs.views && !name.empty() &&
+                               (canWriteImage(name) || canWriteVideo(name));
+        if (plan.batch && namesFile) {
+            throw UsageError("--" + std::string(kind.option) + " " + name.string() +
                              ": names one file, expected a directory for the outputs of several "
                              "photos");
         }
     }
     const std::vector<std::string> stems = outputStems(inputs.files);
     for (std::size_t i = 0; i < inputs.files.size(); ++i) {
-        const fs::path& photo = inputs.files[i].file;
-        const fs::path& depth = inputs.files[i].depth;
-        const std::string& stem = stems[i];
-        PhotoItem item;
-        item.photo = photo;
-        item.depth = depth;
-        item.isFromFolder = std::find(names.begin(), names.end(), photo) == names.end();
-        if (!plan.batch) requireFile(photo); // of several, one that is bad does not stop the rest
-        if (!plan.batch && !depth.empty()) requireFile(depth);
-        item.native = plan.batch ? last / (stem + "_native.png") : last;
-        item.quilt = outputName(commandLine.value("save-quilt"), plan.batch, stem, ".png");
-        item.savedDepth =
-            outputName(commandLine.value("save-depth"), plan.batch, stem, "_depth.png");
-        item.rgbd = outputName(commandLine.value("save-rgbd"), plan.batch, stem, "_rgbd.png");
-        item.photoWithDepth = outputName(commandLine.value("save-photo-with-depth"), plan.batch,
-                                         stem, "_with_depth.jpg");
-        item.views = outputName(commandLine.value("save-views"), plan.batch, stem, "_views");
-        item.video = outputName(commandLine.value("lg"), plan.batch, stem, ".mp4");
+        PhotoItem item{job.outputs, inputs.files[i].file, inputs.files[i].depth};
+        item.isFromFolder =
+            std::find(job.inputs.begin(), job.inputs.end(), item.photo) == job.inputs.end();
+        if (plan.batch) {
+            item.native /= stems[i] + "_native.png";
+            for (const OutputKind& kind : kOutputs)
+                if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
+        } else { // of several, one that is bad does not stop the rest
+            requireFile(item.photo);
+            if (!item.depth.empty()) requireFile(item.depth);
+        }
         if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
             const double aspect = named && named->aspect ? *named->aspect : display.aspect();
@@ -205,29 +232,17 @@ PhotoPlan planPhotos(const CommandLine& commandLine, const ChosenDisplay& displa
         }
         plan.items.push_back(item);
     }
-    plan.skipExisting = commandLine.has("skip-existing");
-    plan.report = commandLine.value("report").value_or("");
     return plan;
 }
 
-Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
-                       const ChosenDisplay& display, int views) {
+Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,
+                       int views) {
     // incomplete sets of outputs and the report are made again
-    Outputs outputs(commandLine.has("y") || plan.skipExisting);
-    for (const fs::path& file : display.files)
-        outputs.addInput(file);
-    for (const char* option : {"n", "net-profile", "camera"}) {
-        if (const auto file = commandLine.value(option)) outputs.addInput(*file);
-    }
+    Outputs outputs(job.replace || plan.skipExisting);
+    outputs.addInputs(display.files);
+    outputs.addInputs({job.depth.network, job.depth.profile, job.camera.file()});
     for (PhotoItem& item : plan.items) {
-        outputs.addInput(item.photo);
-        if (!item.depth.empty()) outputs.addInput(item.depth);
-        if (plan.batch) {
-            for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd,
-                                         item.photoWithDepth, item.video}) {
-                if (!file.empty()) outputs.addDirectory(file.parent_path());
-            }
-        }
+        outputs.addInputs({item.photo, item.depth});
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
             if (!file.empty()) requirePictureName(file, file != item.savedDepth);
         }
@@ -239,16 +254,17 @@ Outputs checkedOutputs(const CommandLine& commandLine, PhotoPlan& plan,
         if (!item.views.empty()) outputs.addDirectory(item.views);
         const std::vector<fs::path> files = outputsOf(item, views);
         for (const fs::path& file : files) {
+            if (plan.batch) outputs.addDirectory(file.parent_path());
             if (file == item.native && !plan.batch) {
                 outputs.addNative(file);
             } else {
-                outputs.addOutput(file);
+                outputs.addOutputs({file});
             }
         }
         item.isMade =
             plan.skipExisting && std::all_of(files.begin(), files.end(), isFileWithContents);
     }
-    if (!plan.report.empty()) outputs.addOutput(plan.report);
+    outputs.addOutputs({plan.report});
     outputs.check();
     return outputs;
 }

@@ -10,30 +10,31 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// The value of an option, or null.
-Json given(const CommandLine& commandLine, const std::string& option) {
-    const auto value = commandLine.value(option);
-    return value ? Json(*value) : Json(nullptr);
+// What an option was given, or what stands for it.
+Json given(const PhotoJob& job, const std::string& option, const Json& standard = nullptr) {
+    const auto value = job.given.find(option);
+    return value == job.given.end() ? standard : Json(value->second);
 }
 
-Json networkJson(const CommandLine& commandLine, const ChosenDepth& source) {
-    if (source.network() == nullptr) return nullptr;
-    return {{"name", source.network()->profile().name},
-            {"file", source.network()->file().string()},
-            {"profile", given(commandLine, "net-profile")},
-            {"inputWidth", source.network()->inputSize().width},
-            {"inputHeight", source.network()->inputSize().height},
-            {"engine", engineName(source.network()->engine())},
-            {"large", commandLine.has("l")}};
+Json networkJson(const PhotoRun& run) {
+    const DepthNetwork* const network = run.depth.network();
+    if (network == nullptr) return nullptr;
+    return {{"name", network->profile().name},
+            {"file", network->file().string()},
+            {"profile", given(run.job, "net-profile")},
+            {"inputWidth", network->inputSize().width},
+            {"inputHeight", network->inputSize().height},
+            {"engine", engineName(network->engine())},
+            {"large", run.job.depth.isLarge}};
 }
 
 // The settings of the views besides strength and focus, by the names of the options.
-Json knobsJson(const CommandLine& commandLine, const ViewOptions& views) {
+Json knobsJson(const PhotoJob& job, const ViewOptions& views) {
     return {{"refine", views.refinement},
             {"fill", views.layered.fill == LayeredFill::Continue ? "continue" : "background"},
             {"borders", views.layered.softBorders ? "soft" : "hard"},
             {"inpaint-from", views.real.backgroundOnly ? "behind" : "around"},
-            {"camera", given(commandLine, "camera")}};
+            {"camera", given(job, "camera")}};
 }
 
 std::string detailName(Detail detail) {
@@ -57,10 +58,11 @@ Json filesJson(const std::vector<fs::path>& files) {
 
 } // namespace
 
-Json photoReport(const CommandLine& commandLine, const PhotoRun& run, const Messages& messages) {
+Json photoReport(const PhotoRun& run, const Messages& messages) {
+    const PhotoJob& job = run.job;
     const QuiltLayout& layout = run.maker.layout();
     const NativeOptions& options = run.maker.options();
-    Json report = {{"tool", commandLine.name()},
+    Json report = {{"tool", "photo2native"},
                    {"version", version()},
                    {"openCv", CV_VERSION},
                    {"threads", cv::getNumThreads()}};
@@ -73,14 +75,14 @@ Json photoReport(const CommandLine& commandLine, const PhotoRun& run, const Mess
         fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                         : fingerprint(run.display.calibration));
     // with a camera or auto each picture has its own
-    const Json strength = commandLine.has("camera") || run.choices.strength
+    const Json strength = !job.camera.file().empty() || run.choices.strength
                               ? Json(nullptr)
                               : Json(options.views.strengthPercent);
     const Json focus = run.choices.focus ? Json(nullptr) : Json(options.views.focus);
     report["settings"] = {{"display", display},
-                          {"invert", commandLine.value("invert").value_or("auto")},
-                          {"viewFilter", commandLine.value("view-filter").value_or("nearest")},
-                          {"sampling", commandLine.value("sampling").value_or("nearest")},
+                          {"invert", given(job, "invert", "auto")},
+                          {"viewFilter", given(job, "view-filter", "nearest")},
+                          {"sampling", given(job, "sampling", "nearest")},
                           {"quilt",
                            {{"columns", layout.columns},
                             {"rows", layout.rows},
@@ -88,27 +90,27 @@ Json photoReport(const CommandLine& commandLine, const PhotoRun& run, const Mess
                             {"viewHeight", layout.tileSize.height},
                             {"views", layout.viewCount}}},
                           {"method", methodName(options.views.method)},
-                          {"knobs", knobsJson(commandLine, options.views)},
+                          {"knobs", knobsJson(job, options.views)},
                           {"exactDepth", options.refine.keepsDepth()},
                           {"strengthPercent", strength},
                           {"focus", focus},
                           {"fit", run.choices.framing ? "auto" : fitName(options.fit)},
-                          {"center", given(commandLine, "center")},
+                          {"center", given(job, "center")},
                           {"zoom", options.framing.zoom},
                           {"detail", detailName(options.detail)},
                           {"lensFilter", options.lensFilter},
                           {"path", pathName(run.maker)},
                           {"continuous", options.positions == ViewPositions::Continuous},
                           {"depth", run.depth.description()},
-                          {"depthImages", run.depth.fromFiles()},
-                          {"rgbdSide", given(commandLine, "rgbd")},
-                          {"stereo", given(commandLine, "stereo")},
-                          {"network", networkJson(commandLine, run.depth)},
-                          {"depthKind", commandLine.value("depth-kind").value_or("near-white")}};
-    if (commandLine.has("lg")) {
-        report["settings"]["video"] = {{"secondsPerTurn", run.sway.secondsPerTurn},
-                                       {"turns", run.sway.turns},
-                                       {"framesPerSecond", run.sway.frameRate.value()}};
+                          {"depthImages", job.depth.fromFiles},
+                          {"rgbdSide", given(job, "rgbd")},
+                          {"stereo", given(job, "stereo")},
+                          {"network", networkJson(run)},
+                          {"depthKind", given(job, "depth-kind", "near-white")}};
+    if (!job.outputs.video.empty()) {
+        report["settings"]["video"] = {{"secondsPerTurn", job.sway.secondsPerTurn},
+                                       {"turns", job.sway.turns},
+                                       {"framesPerSecond", job.sway.frameRate.value()}};
     }
     report["budget"] = run.budget.report();
     report["warnings"] = messages.warnings();

@@ -1,8 +1,8 @@
 #include "common/photo_run.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/depth_trade.hpp"
 #include "common/folder_run.hpp"
+#include "common/network_trust.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -18,8 +18,9 @@ Json parallaxJson(const AdjacentParallax& parallax) {
 }
 
 // Reports a parallax close to the limit; above the limit there is a warning.
-AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker& maker,
-                              const cv::Mat& depth, Messages& messages) {
+// @param hasCamera the strength follows from --camera
+AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv::Mat& depth,
+                              Messages& messages) {
     constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
     double nearest = 0;
     double farthest = 0;
@@ -41,7 +42,7 @@ AdjacentParallax tellParallax(const CommandLine& commandLine, const NativeMaker&
     }
     if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
         messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
-    warnAboutParallax(commandLine, parallax, messages);
+    warnAboutParallax(parallax, messages, hasCamera ? "the baseline in --camera" : "--strength");
     return parallax;
 }
 
@@ -52,13 +53,14 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
                    const Scene& scene, const cv::Rect& shown, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
-    const PhotoFit fit = withMargins(isFramed ? photoSwayFit(shown, options.fit, run.swaySize)
-                                              : photoSwayFit(photoSize, options.fit, run.swaySize),
-                                     photoSize, options.views);
+    const PhotoFit fit =
+        withMargins(isFramed ? photoSwayFit(shown, options.fit, run.job.swaySize)
+                             : photoSwayFit(photoSize, options.fit, run.job.swaySize),
+                    photoSize, options.views);
     Scene fitted;
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
-    writeSwayFile(item.video, fit.size, run.sway, photoViews(fitted, views));
+    writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));
     return fit.size;
 }
 
@@ -157,11 +159,9 @@ void makeQuilt(const NativeMaker& maker, const NativeOptions& options, const Sce
 }
 
 // Pictures that were not named are converted only if they are photos.
-// @param isEstimated no depth came with the picture
-void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimated,
-                  Messages& messages) {
+void requirePhoto(const PhotoItem& item, const ReadPhoto& photo, Messages& messages) {
     if (!item.isFromFolder || !item.depth.empty()) return;
-    const FoundQuilt found = findQuiltLayout(picture);
+    const FoundQuilt found = findQuiltLayout(photo.photo);
     if (found.verdict == QuiltVerdict::Quilt) {
         throw NotTaken{{item.photo, FileKind::Quilt,
                         "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
@@ -174,7 +174,7 @@ void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimate
                       std::to_string(found.layout.rows) +
                       " rows; if it is one, quilt2native -q makes its Native");
     }
-    if (!isEstimated || hasColours(picture)) return;
+    if (photo.origin != DepthOrigin::Estimated || hasColours(photo.photo)) return;
     const QuietStandardError quiet;
     if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
         throw NotTaken{{item.photo, FileKind::DepthImage,
@@ -183,16 +183,35 @@ void requirePhoto(const PhotoItem& item, const cv::Mat& picture, bool isEstimate
     }
 }
 
+std::string sizeKey(cv::Size size) {
+    return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+// What the time of a Native depends on besides the picture; usable in a file name.
+// @param photo size of the fitted photo
+std::string costKey(const NativeMaker& maker, cv::Size photo) {
+    const QuiltLayout& layout = maker.layout();
+    std::string key = pathName(maker) + "-" + sizeKey(photo) + "-" + sizeKey(maker.panelSize());
+    if (maker.options().positions == ViewPositions::Continuous) key += "-continuous";
+    if (maker.options().lensFilter) key += "-filtered";
+    if (maker.options().refine.keepsDepth()) key += "-exact";
+    if (blends(maker.options().sampling)) key += "-blended";
+    if (maker.path() == NativePath::OverQuilt)
+        key += "-" + sizeKey(layout.tileSize) + "-" + std::to_string(layout.viewCount);
+    return key;
+}
+
 // Chooses depth and method by the first photo, for all of them.
 // @return true if the depth must be estimated anew
-bool chooseByBudget(PhotoRun& run, const Scene& scene, const Scene& fitted, Messages& messages) {
+bool chooseByBudget(PhotoRun& run, const ReadPhoto& scene, const Scene& fitted,
+                    Messages& messages) {
     std::vector<NamedDepthSource> sources;
     std::vector<std::unique_ptr<DepthSource>> loaded;
     std::vector<BudgetDepth> depths;
     Scene estimated;
     const double focus = run.maker.options().views.focus;
-    if (run.depth.isEstimated()) {
-        if (run.depth.isDefault()) {
+    if (scene.origin == DepthOrigin::Estimated) {
+        if (run.job.depth.isDefault) {
             sources = depthSources(messages);
         } else {
             depths.push_back({run.depth.description(), [] {},
@@ -225,43 +244,28 @@ bool chooseByBudget(PhotoRun& run, const Scene& scene, const Scene& fitted, Mess
 
 } // namespace
 
-PhotoSettings photoSettings(const CommandLine& commandLine, Messages& messages) {
-    const Budget budget(commandLine);
-    const NativeOptions options = photoNativeOptions(commandLine);
-    const SwayOptions sway = swayOptions(commandLine);
-    const cv::Size swaySize = swaySizeOption(commandLine).value_or(cv::Size());
-    requireSwayFile(commandLine);
-    if (!commandLine.has("budget")) requireKnobsOf(commandLine, options.views.method);
-    checkNativeOptions(commandLine);
-    const ChosenDisplay display = findDisplay(commandLine, messages);
-    return {budget, options, sway, swaySize, display, chooseQuilt(commandLine, display, messages)};
-}
-
-PhotoRun openPhotoRun(const CommandLine& commandLine, const PhotoSettings& settings,
+PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                       StageTimes& times, Messages& messages) {
-    ChosenDepth depth(commandLine, messages);
+    ChosenDepth depth(job.depth, messages);
     if (depth.network() != nullptr) times.end("network");
-    PhotoRun run{
-        settings.display,
-        CameraOptions(commandLine),
-        makeNativeMaker(commandLine, settings.display, settings.layout, settings.options, messages),
-        photoChoices(commandLine),
-        settings.budget,
-        std::move(depth),
-        settings.sway,
-        settings.swaySize,
-        {},
-        {}};
+    PhotoRun run{job,
+                 display,
+                 job.camera,
+                 makeNativeMaker(job.scene, display, layout, messages),
+                 job.scene.choices,
+                 job.budget,
+                 std::move(depth),
+                 {},
+                 {}};
     times.end("display");
     return run;
 }
 
-Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun& run,
-                 Messages& messages) {
+Json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     StageTimes times;
     const double focus = run.maker.options().views.focus;
-    Scene scene = run.depth.read(item.photo, item.depth, focus, messages, times);
-    requirePhoto(item, scene.photo, run.depth.isEstimated(), messages);
+    ReadPhoto scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    requirePhoto(item, scene, messages);
     double aspect = run.display.aspect(); // of the Native
     double quiltAspect = aspect;
     if (!item.quilt.empty()) quiltAspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
@@ -273,7 +277,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     times.end("fit");
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, placed.scene, messages)) {
-            run.depth.estimateScene(scene.photo, focus, scene);
+            scene.source = run.depth.estimateScene(scene.photo, focus, scene);
         }
         // the views are others now
         placed = place(item, run, scene, aspect, options, chosen, messages);
@@ -287,15 +291,16 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
     }
     if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
         item.video.empty())
-        scene = {}; // large, and no longer needed
+        static_cast<Scene&>(scene) = {}; // large, and no longer needed
     maker.makeNative(placed.scene, run.quilt, run.native);
     times.end("native");
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
     const FitMode fitMode = maker.options().fit;
     if (!messages.hasSubject()) tellCut(photoAspect, aspect, run.maker.options(), messages);
     if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
+    const bool hasCamera = !run.job.camera.file().empty();
     const AdjacentParallax parallax =
-        tellParallax(commandLine, maker, shownDepth(placed.scene), messages);
+        tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
 
     warnAboutNativeFormat(item.native, messages);
     cv::Size videoSize;
@@ -312,15 +317,12 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
                    {"photoWidth", photoSize.width},
                    {"photoHeight", photoSize.height},
                    {"native", item.native.string()}};
-    const bool isPair = commandLine.has("stereo");
+    const bool isPair = run.job.depth.isPair;
     // a depth image beside the photo may not fit it
-    const bool isImageUsed =
-        !item.depth.empty() &&
-        (commandLine.has("d") || isPair ||
-         run.depth.used().find(item.depth.filename().string()) != std::string::npos);
+    const bool isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
     if (isImageUsed) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
-    report["depthSource"] = run.depth.used();
-    if (commandLine.has("unblurred")) report["unblurred"] = run.depth.isUnblurred();
+    report["depthSource"] = scene.source;
+    if (run.job.depth.photo.unblurred) report["unblurred"] = scene.isUnblurred;
     const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
                                                        {"depth", item.savedDepth},
                                                        {"rgbd", item.rgbd},
@@ -333,7 +335,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
         report["video"] = {{"file", item.video.string()},
                            {"width", videoSize.width},
                            {"height", videoSize.height},
-                           {"frames", framesPerTurn(run.sway) * run.sway.turns}};
+                           {"frames", framesPerTurn(run.job.sway) * run.job.sway.turns}};
     }
     report["aspect"] = aspect;
     if (!item.quilt.empty()) report["quiltAspect"] = quiltAspect;
@@ -362,7 +364,7 @@ Json makePicture(const CommandLine& commandLine, const PhotoItem& item, PhotoRun
             if (!file.empty()) messages.say(file.string() + ": " + key);
         }
         if (!item.video.empty())
-            messages.say(item.video.string() + ": video, " + swayText(run.sway, videoSize));
+            messages.say(item.video.string() + ": video, " + swayText(run.job.sway, videoSize));
     }
     messages.detail(times.text());
     return report;

@@ -12,14 +12,128 @@ namespace altiro3D::tools {
 
 namespace {
 
-using Extensions = std::initializer_list<const char*>;
+constexpr std::pair<const char*, ViewMethod> kMethods[] = {
+    {"fast", ViewMethod::Fast}, {"real", ViewMethod::Real}, {"layered", ViewMethod::Layered}};
+constexpr std::pair<const char*, FitMode> kFits[] = {
+    {"cover", FitMode::Cover}, {"contain", FitMode::Contain}, {"stretch", FitMode::Stretch}};
 
-constexpr Extensions kLossyFormats = {".jpg", ".jpeg", ".jpe", ".jp2"};
-constexpr Extensions kEightBitFormats = {".webp", ".bmp", ".dib"};
+template <typename Value, std::size_t N>
+std::string nameOf(const std::pair<const char*, Value> (&words)[N], Value value) {
+    const auto isIt = [&](const auto& word) { return word.second == value; };
+    return std::find_if(std::begin(words), std::end(words), isIt)->first;
+}
 
-bool hasExtension(const std::filesystem::path& file, Extensions extensions) {
-    const std::string extension = lowerCase(file.extension().string());
-    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+// The method, and the options of each, which are refused for another one.
+ViewOptions viewOptions(const CommandLine& commandLine, const AutoChoices& choices,
+                        ViewMethod standard) {
+    ViewOptions options;
+    const ViewOptions usual;
+    const auto method = commandLine.oneOf<ViewMethod>(
+        "method",
+        {{"fast", ViewMethod::Fast}, {"real", ViewMethod::Real}, {"layered", ViewMethod::Layered}});
+    const bool isGeometric = commandLine.has("g");
+    if (isGeometric && method && *method != ViewMethod::Real)
+        throw UsageError("-g means --method real, expected no other --method");
+    options.method = method.value_or(isGeometric ? ViewMethod::Real : standard);
+    if (!choices.strength)
+        options.strengthPercent =
+            commandLine.number("strength", 0, 100).value_or(usual.strengthPercent);
+    if (!choices.focus) options.focus = commandLine.number("focus", 0, 1).value_or(usual.focus);
+    options.layered.fill =
+        commandLine
+            .oneOf<LayeredFill>("fill", {{"background", LayeredFill::BackgroundLayer},
+                                         {"continue", LayeredFill::Continue}})
+            .value_or(usual.layered.fill);
+    options.layered.softBorders = commandLine.choice("borders", {"soft", "hard"}).value_or(0) == 0;
+    options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(usual.refinement);
+    options.real.backgroundOnly =
+        commandLine.choice("inpaint-from", {"around", "behind"}).value_or(0) == 1;
+    return options;
+}
+
+// Refuses options of methods that are not used, unless they have their default values.
+void requireKnobsOf(const ViewOptions& given) {
+    const ViewOptions usual;
+    struct Knob {
+        const char* name;
+        ViewMethod owner;
+        bool turned;
+    };
+    const Knob knobs[] = {
+        {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
+        {"borders", ViewMethod::Layered, given.layered.softBorders != usual.layered.softBorders},
+        {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
+        {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
+    for (const Knob& knob : knobs) {
+        if (knob.owner == given.method || !knob.turned) continue;
+        throw UsageError("--" + std::string(knob.name) + " is an option of method " +
+                         methodName(knob.owner) + ", but " + methodName(given.method) +
+                         " is used; expected --method " + methodName(knob.owner));
+    }
+}
+
+Framing framingOption(const CommandLine& commandLine, FitMode fit, bool isAuto) {
+    Framing framing;
+    framing.zoom = commandLine.number("zoom", 1, 1000).value_or(1);
+    const auto centre = commandLine.value("center");
+    if (!centre) return framing;
+    const char* at = centre->data();
+    const char* const end = at + centre->size();
+    const auto read = [&](double& part) {
+        const auto parsed = std::from_chars(at, end, part);
+        at = parsed.ptr;
+        return parsed.ec == std::errc() && part >= 0 && part <= 1;
+    };
+    const auto skipComma = [&] { return at != end && *at++ == ','; };
+    if (!read(framing.centre.x) || !skipComma() || !read(framing.centre.y) || at != end) {
+        throw UsageError("--center is \"" + *centre +
+                         "\", expected two numbers 0..1 with a comma, such as 0.3,0.5");
+    }
+    if (isAuto)
+        throw UsageError("--fit auto chooses the centre itself, expected no --center with it");
+    if (fit != FitMode::Cover && framing.zoom == 1) {
+        throw UsageError("--center has no effect, as --fit " + fitName(fit) +
+                         " shows all of the picture; expected --fit cover, or --zoom with it");
+    }
+    return framing;
+}
+
+// Refuses what continuous positions rule out.
+void requireContinuous(const CommandLine& commandLine, const SceneOptions& options) {
+    const std::string& option = options.continuous;
+    if (option.empty()) return;
+    if (commandLine.has("m")) {
+        throw UsageError(
+            option + " needs the exact directions of the lenses, but a map (-m) has whole views "
+                     "only; expected -c instead of -m");
+    }
+    if (options.native.views.method == ViewMethod::Real) {
+        throw UsageError(option + " reads single sub-pixels, but method real makes whole views "
+                                  "only; expected --method layered or fast with it");
+    }
+    if (blends(options.native.sampling)) {
+        throw UsageError(option + " needs no blending: --view-filter and --sampling blend views "
+                                  "of a quilt; expected it without them");
+    }
+}
+
+// What a photo shows without options that ask for something else.
+void showPhotoAs(const CommandLine& commandLine, NativeOptions& options) {
+    if (commandLine.has("best")) {
+        if (commandLine.has("quick"))
+            throw UsageError("--best and --quick exclude each other, expected one of them");
+        options.showAs(Detail::Panel);
+        return;
+    }
+    for (const char* other :
+         {"quick", "m", "g", "method", "view-filter", "sampling", "budget", "k", "continuous"}) {
+        if (commandLine.has(other)) return;
+    }
+    options.showAs(Detail::Lens);
+}
+
+bool isContinuous(const NativeOptions& options) {
+    return options.positions == ViewPositions::Continuous;
 }
 
 } // namespace
@@ -55,12 +169,6 @@ void addRefineOption(CommandLine& commandLine) {
         "Use the depth as it is. By default its edges are moved to the edges of the photo, soft "
         "steps are sharpened; exact depth hardly changes. Videos with "
         "estimated depth and method fast always use it as it is.");
-}
-
-DepthRefineOptions refineOptions(const CommandLine& commandLine) {
-    DepthRefineOptions options;
-    if (commandLine.has("exact-depth")) options.flaws = DepthFlaws();
-    return options;
 }
 
 void addViewOptions(CommandLine& commandLine, AutoUse use) {
@@ -100,22 +208,87 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
                            "telea|ns");
 }
 
-AutoChoices autoChoices(const CommandLine& commandLine) {
+void addNativeOptions(CommandLine& commandLine) {
+    commandLine.addAdvanced(
+        {"continuous"},
+        "Compute each sub-pixel for the exact direction in which its lens sends it, not for the "
+        "nearest view. Not with -g, -m, --view-filter and --sampling.");
+    commandLine.add({"best"}, "Make the best picture; takes several times as long.");
+}
+
+void addQuickOption(CommandLine& commandLine) {
+    commandLine.add({"quick"},
+                    "Make views of a quilt's size, each px as it is: detail that the lenses cannot "
+                    "show becomes coloured noise. So do --method, -k, --continuous, --sampling, "
+                    "--view-filter, --budget and -m.");
+}
+
+SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMethod standard) {
+    const bool isPhoto = use == AutoUse::Default;
+    const auto has = [&](const char* option) { return commandLine.has(option); };
     const auto isAuto = [&](const char* option) { return commandLine.value(option) == "auto"; };
-    return {isAuto("fit"), isAuto("focus"), isAuto("strength")};
+    SceneOptions options;
+    options.choices = {isAuto("fit"), isAuto("focus"), isAuto("strength")};
+    NativeOptions& native = options.native;
+    native.views = viewOptions(commandLine, options.choices, standard);
+    native.fit = commandLine
+                     .oneOf<FitMode>("fit", {{"cover", FitMode::Cover},
+                                             {"contain", FitMode::Contain},
+                                             {"stretch", FitMode::Stretch},
+                                             {"auto", FitMode::Cover}})
+                     .value_or(FitMode::Cover);
+    native.framing = framingOption(commandLine, native.fit, options.choices.framing);
+    if (has("exact-depth")) native.refine.flaws = DepthFlaws();
+    if (has("k") || has("best")) native.detail = Detail::Panel;
+    for (const char* option : {"best", "continuous"}) {
+        if (has(option)) options.continuous = std::string("--") + option;
+    }
+    if (!options.continuous.empty()) native.positions = ViewPositions::Continuous;
+    native.sampling = samplingOption(commandLine);
+    if (isPhoto) {
+        showPhotoAs(commandLine, native);
+        options.unasked.framing = !has("fit") && !has("center");
+        options.unasked.focus = !has("focus");
+        options.choices.framing = options.choices.framing || options.unasked.framing;
+        options.choices.focus = options.choices.focus || options.unasked.focus;
+        options.choices.limit = !has("strength") && !has("camera");
+    }
+    requireKnobsOf(native.views);
+    requireContinuous(commandLine, options);
+    return options;
 }
 
-AutoChoices photoChoices(const CommandLine& commandLine) {
-    AutoChoices choices = autoChoices(commandLine);
-    choices.framing = choices.framing || !(commandLine.has("fit") || commandLine.has("center"));
-    choices.focus = choices.focus || !commandLine.has("focus");
-    choices.limit = !commandLine.has("strength") && !commandLine.has("camera");
-    return choices;
+NativeMaker makeNativeMaker(const SceneOptions& scene, const ChosenDisplay& display,
+                            const QuiltLayout& layout, Messages& messages, bool preferContinuous) {
+    NativeOptions options = scene.native;
+    const std::string why =
+        display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
+    if (isContinuous(options) && !why.empty()) {
+        if (!scene.continuous.empty())
+            throw UsageError(scene.continuous + ": " + why + ", expected fewer (-q)");
+        options.detail = Detail::View; // without what showAs() sets
+        options.lensFilter = false;
+        options.positions = ViewPositions::Discrete;
+    }
+    if (why.empty()) {
+        if (preferContinuous) options.positions = ViewPositions::Continuous;
+        messages.detail("path: direct, " + (isContinuous(options)
+                                                ? "continuous positions"
+                                                : std::to_string(layout.viewCount) + " positions"));
+        return NativeMaker(display, layout, options);
+    }
+    messages.detail("path: over the quilt, as " + why);
+    if (blends(options.sampling)) return NativeMaker(display, layout, options);
+    return NativeMaker(lookUpTable(display, layout, messages), options);
 }
 
-std::string fixedWayText(const CommandLine& commandLine, const AutoChoices& choices) {
-    const bool framing = choices.framing && !commandLine.has("fit");
-    const bool focus = choices.focus && !commandLine.has("focus");
+std::string pathName(const NativeMaker& maker) {
+    return maker.path() == NativePath::Direct ? "direct" : "quilt";
+}
+
+std::string fixedWayText(const AutoChoices& unasked) {
+    const bool framing = unasked.framing;
+    const bool focus = unasked.focus;
     if (!framing && !focus) return {};
     return std::string("auto: ") + (framing ? "framing" : "") + (framing && focus ? " and " : "") +
            (focus ? "focus" : "") + " by the photo;" + (framing ? " --fit cover" : "") +
@@ -134,64 +307,8 @@ std::string autoText(const AutoChoices& choices, const Framing& framing, const V
     return text;
 }
 
-ViewOptions viewOptions(const CommandLine& commandLine) {
-    ViewOptions options;
-    constexpr ViewMethod kMethods[] = {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered};
-    const auto method = commandLine.choice("method", {"fast", "real", "layered"});
-    if (method) options.method = kMethods[*method];
-    if (commandLine.has("g")) {
-        if (method && options.method != ViewMethod::Real) {
-            throw UsageError("-g means --method real, expected no other --method");
-        }
-        options.method = ViewMethod::Real;
-    }
-    const AutoChoices choices = autoChoices(commandLine);
-    if (!choices.strength) {
-        options.strengthPercent =
-            commandLine.number("strength", 0, 100).value_or(options.strengthPercent);
-    }
-    if (!choices.focus) options.focus = commandLine.number("focus", 0, 1).value_or(options.focus);
-    if (commandLine.choice("fill", {"background", "continue"}).value_or(0) == 1) {
-        options.layered.fill = LayeredFill::Continue;
-    }
-    options.layered.softBorders = commandLine.choice("borders", {"soft", "hard"}).value_or(0) == 0;
-    options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(options.refinement);
-    options.real.backgroundOnly =
-        commandLine.choice("inpaint-from", {"around", "behind"}).value_or(0) == 1;
-    return options;
-}
-
 std::string methodName(ViewMethod method) {
-    switch (method) {
-    case ViewMethod::Fast:
-        return "fast";
-    case ViewMethod::Real:
-        return "real";
-    case ViewMethod::Layered:
-        break;
-    }
-    return "layered";
-}
-
-void requireKnobsOf(const CommandLine& commandLine, ViewMethod method) {
-    const ViewOptions given = viewOptions(commandLine);
-    const ViewOptions usual;
-    struct Knob {
-        const char* name;
-        ViewMethod owner;
-        bool turned;
-    };
-    const Knob knobs[] = {
-        {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
-        {"borders", ViewMethod::Layered, given.layered.softBorders != usual.layered.softBorders},
-        {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
-        {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
-    for (const Knob& knob : knobs) {
-        if (knob.owner == method || !knob.turned) continue;
-        throw UsageError("--" + std::string(knob.name) + " is an option of method " +
-                         methodName(knob.owner) + ", but " + methodName(method) +
-                         " is used; expected --method " + methodName(knob.owner));
-    }
+    return nameOf(kMethods, method);
 }
 
 void CameraOptions::add(CommandLine& commandLine) {
@@ -203,13 +320,12 @@ void CameraOptions::add(CommandLine& commandLine) {
     commandLine.addDropped("fov", "the views depend on --strength alone", "DEGREES");
 }
 
-CameraOptions::CameraOptions(const CommandLine& commandLine) {
+CameraOptions::CameraOptions(const CommandLine& commandLine, ViewMethod method)
+    : file_(commandLine.value("camera").value_or("")) {
     commandLine.exclude("camera", "strength");
-    if (const auto file = commandLine.value("camera")) {
-        camera_ = readCamera(*file);
-        source_ = *file;
-    }
-    if (camera_ && viewOptions(commandLine).method != ViewMethod::Real)
+    if (file_.empty()) return;
+    camera_ = readCamera(file_);
+    if (method != ViewMethod::Real)
         throw UsageError("--camera is an option of method real, expected -g with it");
 }
 
@@ -232,7 +348,7 @@ ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesyst
     ViewOptions result = options;
     if (camera_) {
         result.strengthPercent = *strength(options, fit);
-        messages.detail("camera: " + source_ + ", " +
+        messages.detail("camera: " + file_.string() + ", " +
                         std::to_string(fittedCamera(fit).intrinsics.fx) + " px in the view");
         return result;
     }
@@ -272,27 +388,6 @@ void addPhotoFitOptions(CommandLine& commandLine, AutoUse use) {
                          "to 5 % so that no view looks beyond the photo."
                        : ": cover that keeps what is near and sharp."),
         "cover|contain|stretch|auto");
-    addFramingOptions(commandLine);
-}
-
-FitMode photoFitOption(const CommandLine& commandLine) {
-    constexpr FitMode kModes[] = {FitMode::Cover, FitMode::Contain, FitMode::Stretch,
-                                  FitMode::Cover};
-    return kModes[commandLine.choice("fit", {"cover", "contain", "stretch", "auto"}).value_or(0)];
-}
-
-std::optional<FitMode> fitOption(const CommandLine& commandLine) {
-    constexpr FitMode kModes[] = {FitMode::Cover, FitMode::Contain, FitMode::Stretch};
-    const auto choice = commandLine.choice("fit", {"cover", "contain", "stretch"});
-    if (!choice) return std::nullopt;
-    return kModes[*choice];
-}
-
-FitMode fitOption(const CommandLine& commandLine, FitMode standard) {
-    return fitOption(commandLine).value_or(standard);
-}
-
-void addFramingOptions(CommandLine& commandLine) {
     commandLine.add({"center"},
                     "Centre of the part that is shown, in widths and heights of the picture: 0,0 "
                     "is the top left, 1,1 the bottom right (default 0.5,0.5).",
@@ -303,42 +398,12 @@ void addFramingOptions(CommandLine& commandLine) {
                     "FACTOR");
 }
 
-Framing framingOption(const CommandLine& commandLine, FitMode fit) {
-    Framing framing;
-    framing.zoom = commandLine.number("zoom", 1, 1000).value_or(1);
-    const auto centre = commandLine.value("center");
-    if (!centre) return framing;
-    const char* at = centre->data();
-    const char* const end = at + centre->size();
-    const auto read = [&](double& part) {
-        const auto parsed = std::from_chars(at, end, part);
-        at = parsed.ptr;
-        return parsed.ec == std::errc() && part >= 0 && part <= 1;
-    };
-    const auto skipComma = [&] { return at != end && *at++ == ','; };
-    if (!read(framing.centre.x) || !skipComma() || !read(framing.centre.y) || at != end) {
-        throw UsageError("--center is \"" + *centre +
-                         "\", expected two numbers 0..1 with a comma, such as 0.3,0.5");
-    }
-    if (autoChoices(commandLine).framing)
-        throw UsageError("--fit auto chooses the centre itself, expected no --center with it");
-    if (fit != FitMode::Cover && framing.zoom == 1) {
-        throw UsageError("--center has no effect, as --fit " + fitName(fit) +
-                         " shows all of the picture; expected --fit cover, or --zoom with it");
-    }
-    return framing;
+std::optional<FitMode> fitOption(const CommandLine& commandLine) {
+    return commandLine.oneOf("fit", kFits);
 }
 
 std::string fitName(FitMode mode) {
-    switch (mode) {
-    case FitMode::Cover:
-        return "cover";
-    case FitMode::Contain:
-        return "contain";
-    case FitMode::Stretch:
-        break;
-    }
-    return "stretch";
+    return nameOf(kFits, mode);
 }
 
 std::string cutText(double seenAspect, double panelAspect, FitMode mode) {
@@ -359,78 +424,13 @@ void tellCut(double seenAspect, double panelAspect, const NativeOptions& options
                  (isChosen ? "" : "--center chooses the part, ") + "--fit contain keeps all of it");
 }
 
-void warnAboutParallax(const CommandLine& commandLine, const AdjacentParallax& parallax,
-                       Messages& messages) {
+void warnAboutParallax(const AdjacentParallax& parallax, Messages& messages,
+                       const std::string& remedy) {
     if (!(parallax.viewPixels > kParallaxBudgetPixels)) return;
     messages.warnOfSubject("parallax between adjacent views is up to " +
                            fixed(parallax.viewPixels, 1) + " view px, above " +
                            fixed(kParallaxBudgetPixels, 0) +
-                           ": hard edges will show double; lower " +
-                           (commandLine.has("camera") ? "the baseline in --camera" : "--strength") +
-                           " or move --focus");
-}
-
-void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages) {
-    if (hasExtension(file, kLossyFormats)) {
-        messages.warn(file.string() +
-                      ": this format mixes neighbouring sub-pixels, which belong to different "
-                      "views, and weakens the depth; use PNG");
-    }
-}
-
-void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages) {
-    if (hasExtension(file, kLossyFormats)) {
-        messages.warn(file.string() + ": this format changes depth, most of all at its "
-                                      "edges; PNG keeps all 16 bits");
-    } else if (hasExtension(file, kEightBitFormats)) {
-        messages.warn(file.string() +
-                      ": this format keeps 8 of the depth's 16 bits; PNG keeps them all");
-    }
-}
-
-void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
-                    const std::filesystem::path& output, Messages& messages, StageTimes& times) {
-    cv::Mat native;
-    renderer.render(quilt, native);
-    times.end("render");
-    warnAboutNativeFormat(output, messages);
-    writeImage(output, native, ImageMark::Native);
-    times.end("write");
-    messages.say(output.string() + ": Native, " + sizeText(native.size()));
-}
-
-void warnIfQuilt(const std::filesystem::path& file, const std::string& instead,
-                 Messages& messages) {
-    try {
-        const std::optional<QuiltName> name = parseQuiltName(file);
-        if (!name || name->grid.columns * name->grid.rows < 2) return;
-    } catch (const Error&) {
-        return; // no quilt's name
-    }
-    messages.warn(file.string() +
-                  ": its name says that it is a quilt, but it is read as one "
-                  "picture of a scene; for a quilt use " +
-                  instead);
-}
-
-void refuseNative(const std::filesystem::path& file, const std::string& expected) {
-    if (!isMarkedNative(file)) return;
-    throw Error(ErrorCode::BadFormat, file.string(),
-                "is a Native already, expected " + expected +
-                    " (inputs come first, then outputs; "
-                    "native2view shows the views of a Native)");
-}
-
-cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages) {
-    Notes notes;
-    cv::Mat photo;
-    {
-        const QuietStandardError quiet;
-        photo = readPhoto(file, &notes);
-    }
-    for (const Note& note : notes)
-        messages.warn(file.string() + ": " + note.text);
-    return photo;
+                           ": hard edges will show double; lower " + remedy + " or move --focus");
 }
 
 } // namespace altiro3D::tools

@@ -1,10 +1,12 @@
 #include "common/quilt_options.hpp"
 
 #include "altiro3D/error.hpp"
-#include "common/cache.hpp"
+#include "altiro3D/image_io.hpp"
+#include "common/outputs.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace altiro3D::tools {
 
@@ -37,6 +39,88 @@ std::string aspectText(double aspect) {
     return fixed(aspect, 2) + ":1";
 }
 
+constexpr std::uintmax_t kMaxCacheBytes = std::uintmax_t{1} << 30;
+
+// Keeps the cache below its limit by removing the least recently used tables.
+void trimCache(const fs::path& directory) {
+    struct Entry {
+        fs::file_time_type used;
+        std::uintmax_t bytes;
+        fs::path file;
+    };
+    std::vector<Entry> entries;
+    std::uintmax_t total = 0;
+    std::error_code error;
+    for (fs::directory_iterator it(directory, error), end; !error && it != end;
+         it.increment(error)) {
+        std::error_code ignored;
+        if (it->path().extension() != ".map" || !it->is_regular_file(ignored)) continue;
+        entries.push_back({it->last_write_time(ignored), it->file_size(ignored), it->path()});
+        total += entries.back().bytes;
+    }
+    std::sort(entries.begin(), entries.end(),
+              [](const Entry& a, const Entry& b) { return a.used < b.used; });
+    for (const Entry& entry : entries) {
+        if (total <= kMaxCacheBytes) break;
+        fs::remove(entry.file, error);
+        total -= entry.bytes;
+    }
+}
+
+// The name of a table in the cache.
+std::string tableName(std::uint64_t calibration, const QuiltLayout& layout, bool inverted) {
+    return fingerprintText(calibration) + "-" + std::to_string(layout.columns) + "x" +
+           std::to_string(layout.rows) + "-" + std::to_string(layout.tileSize.width) + "x" +
+           std::to_string(layout.tileSize.height) + "-" + std::to_string(layout.viewCount) +
+           (inverted ? "-inverted" : "") + ".map";
+}
+
+// A table that an earlier run kept; nothing if it is missing, damaged or of another display.
+std::optional<NativeLut> keptLut(const fs::path& file, std::uint64_t calibration,
+                                 const QuiltLayout& layout, bool inverted, Messages& messages) {
+    std::error_code error;
+    if (!fs::exists(file, error)) return std::nullopt;
+    try {
+        NativeLut lut = NativeLut::load(file);
+        if (lut.quilt() != layout || lut.inverted() != inverted ||
+            lut.calibrationFingerprint() != calibration)
+            return std::nullopt;
+        fs::last_write_time(file, fs::file_time_type::clock::now(), error);
+        messages.detail("look-up table: from the cache, " + file.string());
+        return lut;
+    } catch (const Error& problem) {
+        messages.detail(std::string("look-up table in the cache is not used: ") + problem.what());
+        return std::nullopt;
+    }
+}
+
+void keepLut(const NativeLut& lut, const fs::path& file, Messages& messages) {
+    try {
+        std::error_code ignored;
+        fs::create_directories(file.parent_path(), ignored);
+        lut.save(file);
+        trimCache(file.parent_path());
+        messages.detail("look-up table: built and kept as " + file.string());
+    } catch (const Error& problem) {
+        messages.detail(std::string("look-up table: built, not kept: ") + problem.what());
+    }
+}
+
+// The table from the user's cache; a new one is kept there. If anything is wrong with the cache,
+// the table is built.
+NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, InvertViews invert,
+                    Messages& messages) {
+    const fs::path directory = cacheDirectory();
+    if (directory.empty()) return NativeLut(calibration, layout, invert);
+    const bool inverted = lensGeometry(calibration, invert).inverted;
+    const std::uint64_t display = fingerprint(calibration);
+    const fs::path file = directory / tableName(display, layout, inverted);
+    if (auto kept = keptLut(file, display, layout, inverted, messages)) return std::move(*kept);
+    NativeLut lut(calibration, layout, invert);
+    keepLut(lut, file, messages);
+    return lut;
+}
+
 } // namespace
 
 void addQuiltOptions(CommandLine& commandLine) {
@@ -65,13 +149,26 @@ void addSamplingOptions(CommandLine& commandLine, const std::string& standard) {
         "nearest|linear");
 }
 
-QuiltSampling samplingOption(const CommandLine& commandLine) {
-    const auto views = commandLine.choice("view-filter", {"nearest", "linear"});
-    const auto inTile = commandLine.choice("sampling", {"nearest", "linear"});
+QuiltSampling samplingOption(const CommandLine& commandLine, TileSampling standard) {
     QuiltSampling sampling;
-    if (views.value_or(0) == 1) sampling.views = ViewFilter::Linear;
-    if (inTile.value_or(0) == 1) sampling.inTile = TileSampling::Linear;
+    sampling.views = viewFilterOption(commandLine);
+    sampling.inTile = commandLine
+                          .oneOf<TileSampling>("sampling", {{"nearest", TileSampling::Nearest},
+                                                            {"linear", TileSampling::Linear}})
+                          .value_or(standard);
     return sampling;
+}
+
+QuiltSampling pictureSampling(const CommandLine& commandLine) {
+    return samplingOption(commandLine,
+                          commandLine.has("m") ? TileSampling::Nearest : TileSampling::Linear);
+}
+
+ViewFilter viewFilterOption(const CommandLine& commandLine) {
+    return commandLine
+        .oneOf<ViewFilter>("view-filter",
+                           {{"nearest", ViewFilter::Nearest}, {"linear", ViewFilter::Linear}})
+        .value_or(ViewFilter::Nearest);
 }
 
 bool blends(const QuiltSampling& sampling) {
@@ -112,18 +209,19 @@ ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& stan
     }
 }
 
-std::optional<QuiltGrid> gridOption(const CommandLine& commandLine) {
-    const auto text = commandLine.value("q");
-    if (!text) return std::nullopt;
+QuiltRequest quiltRequest(const CommandLine& commandLine) {
+    QuiltRequest request;
     try {
-        return parseQuiltGrid(*text);
+        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
+        if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
     } catch (const Error& error) {
         throw UsageError(inOptions(error).what());
     }
+    return request;
 }
 
-bool isLayoutStated(const CommandLine& commandLine, const fs::path& quiltFile) {
-    return commandLine.has("q") || commandLine.has("r") || parseQuiltName(quiltFile).has_value();
+bool isLayoutStated(const QuiltRequest& request, const fs::path& quiltFile) {
+    return request.grid || request.tileSize || parseQuiltName(quiltFile);
 }
 
 std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& file, cv::Size size,
@@ -169,16 +267,9 @@ std::string foundText(const FoundQuilt& found) {
     return "; found in the picture, " + fixed(100 * found.confidence, 0) + " % sure";
 }
 
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
-                        Messages& messages, const std::optional<fs::path>& quiltFile,
-                        std::optional<cv::Size> quiltSize, const std::optional<FoundQuilt>& found) {
-    QuiltRequest request;
-    request.grid = gridOption(commandLine);
-    try {
-        if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
-    } catch (const Error& error) {
-        throw UsageError(inOptions(error).what());
-    }
+QuiltLayout chooseQuilt(QuiltRequest request, const ChosenDisplay& display, Messages& messages,
+                        const std::optional<fs::path>& quiltFile, std::optional<cv::Size> quiltSize,
+                        const std::optional<FoundQuilt>& found) {
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
     const bool stated = display.map && found && found->verdict != QuiltVerdict::Quilt; // by the map
@@ -207,13 +298,21 @@ NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, M
                        : cachedLut(display.calibration, layout, display.invert, messages);
 }
 
-Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
+Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages) {
-    QuiltSampling sampling = samplingOption(commandLine);
-    // px of a view are larger than those of the panel; repeated ones become coloured noise
-    if (!commandLine.has("sampling") && !display.map) sampling.inTile = TileSampling::Linear;
     if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
     return Quilt2Native(lookUpTable(display, layout, messages));
+}
+
+void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
+                    const std::filesystem::path& output, Messages& messages, StageTimes& times) {
+    cv::Mat native;
+    renderer.render(quilt, native);
+    times.end("render");
+    warnAboutNativeFormat(output, messages);
+    writeImage(output, native, ImageMark::Native);
+    times.end("write");
+    messages.say(output.string() + ": Native, " + sizeText(native.size()));
 }
 
 } // namespace altiro3D::tools

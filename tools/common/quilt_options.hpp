@@ -15,8 +15,15 @@ namespace altiro3D::tools {
 void addQuiltOptions(CommandLine& commandLine);
 /// --view-filter --sampling
 void addSamplingOptions(CommandLine& commandLine, const std::string& standard = "nearest");
-/// @throws UsageError
-QuiltSampling samplingOption(const CommandLine& commandLine);
+/// @param standard without --sampling @throws UsageError
+QuiltSampling samplingOption(const CommandLine& commandLine,
+                             TileSampling standard = TileSampling::Nearest);
+/// The same for quilts that come as pictures: px inside a view are blended, unless `--sampling
+/// nearest` or `-m` is given. Px of a view are larger than those of the panel; repeated ones become
+/// coloured noise.
+QuiltSampling pictureSampling(const CommandLine& commandLine);
+/// --view-filter
+ViewFilter viewFilterOption(const CommandLine& commandLine);
 /// True if sub-pixels blend views or px of views.
 bool blends(const QuiltSampling& sampling);
 
@@ -35,11 +42,11 @@ std::string quiltText(const QuiltLayout& layout, double aspect);
 /// resolveQuilt() for a request of the command line: errors and warnings name `-q` and `-r`.
 ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& standard,
                             double panelAspect);
-/// `-q`. @throws UsageError
-std::optional<QuiltGrid> gridOption(const CommandLine& commandLine);
+/// `-q` and `-r`. @throws UsageError
+QuiltRequest quiltRequest(const CommandLine& commandLine);
 
 /// Whether the layout of a quilt file is stated: by `-q` and `-r`, or by its name.
-bool isLayoutStated(const CommandLine& commandLine, const std::filesystem::path& quiltFile);
+bool isLayoutStated(const QuiltRequest& request, const std::filesystem::path& quiltFile);
 
 /// The layout that was found in a picture, if it is certain; none if it is not, but the picture has
 /// the size of `usual`, which is then the best guess.
@@ -54,13 +61,12 @@ bool isQuiltPicture(const FoundQuilt& found, cv::Size picture, const QuiltLayout
 /// "; found in the picture, 97 % sure"
 std::string foundText(const FoundQuilt& found);
 
-/// The quilt's layout from `-q`, `-r`, a quilt's file name, its size, and what was found in it. The
-/// caller reports it with quiltText() and foundText().
+/// The quilt's layout from a request of the command line, a quilt's file name, its size, and what
+/// was found in it. The caller reports it with quiltText() and foundText().
 /// @param quiltFile the input quilt, if there is one
 /// @param quiltSize its size in px
 /// @param found what was found in it; only if its layout is not stated
-QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& display,
-                        Messages& messages,
+QuiltLayout chooseQuilt(QuiltRequest request, const ChosenDisplay& display, Messages& messages,
                         const std::optional<std::filesystem::path>& quiltFile = std::nullopt,
                         std::optional<cv::Size> quiltSize = std::nullopt,
                         const std::optional<FoundQuilt>& found = std::nullopt);
@@ -69,9 +75,12 @@ QuiltLayout chooseQuilt(const CommandLine& commandLine, const ChosenDisplay& dis
 /// a new table is kept.
 NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages);
 
-/// The renderer of quilts that come as pictures: it blends px inside a view, unless `--sampling
-/// nearest` or `-m` is given, and uses lookUpTable() if it blends nothing.
-Quilt2Native makeQuilt2Native(const CommandLine& commandLine, const ChosenDisplay& display,
+/// The renderer of quilts; it uses lookUpTable() if it blends nothing.
+Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages);
+
+/// Renders a quilt and writes the Native; stages "render" and "write".
+void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
+                    const std::filesystem::path& output, Messages& messages, StageTimes& times);
 
 } // namespace altiro3D::tools

@@ -2,7 +2,6 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/version.hpp"
-#include "common/console.hpp"
 
 #include <QCoreApplication>
 #include <algorithm>
@@ -46,6 +45,22 @@ int answer(const Messages& messages, const std::string& text) {
     return errno == EPIPE && !written ? kExitDone : finish(messages, kExitDone);
 }
 
+struct Console {
+    std::mutex mutex;
+    bool showsStatus = false;
+} console;
+
+void put(std::FILE* stream, const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stream);
+    std::fflush(stream);
+}
+
+// The caller holds the mutex.
+void takeStatusAway() {
+    if (console.showsStatus) put(stderr, "\r\033[K");
+    console.showsStatus = false;
+}
+
 // Standard error belongs to the process: the first object turns it off, the last one on again.
 struct Quiet {
     std::mutex mutex;
@@ -54,6 +69,29 @@ struct Quiet {
 } quiet;
 
 } // namespace
+
+void writeLine(std::FILE* stream, const std::string& line) {
+    const std::lock_guard<std::mutex> lock(console.mutex);
+    if (isatty(fileno(stream)) != 0) takeStatusAway();
+    put(stream, line + '\n');
+}
+
+bool hasStatusLine() {
+    return isatty(STDERR_FILENO) != 0;
+}
+
+void showStatus(const std::string& text) {
+    if (!hasStatusLine()) return;
+    const std::lock_guard<std::mutex> lock(console.mutex);
+    // Line wrap is off, because only the last row of a wrapped line could be erased.
+    put(stderr, "\r\033[K\033[?7l" + text + "\033[?7h");
+    console.showsStatus = true;
+}
+
+void clearStatus() {
+    const std::lock_guard<std::mutex> lock(console.mutex);
+    takeStatusAway();
+}
 
 std::string sizeText(cv::Size size) {
     return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
@@ -207,6 +245,15 @@ std::string fixed(double value, int decimals) {
 std::optional<std::string> environment(const char* name) {
     const char* value = std::getenv(name);
     return value != nullptr && *value != '\0' ? std::optional<std::string>(value) : std::nullopt;
+}
+
+std::filesystem::path cacheDirectory() {
+    const auto cache = environment("XDG_CACHE_HOME");
+    if (cache && std::filesystem::path(*cache).is_absolute())
+        return std::filesystem::path(*cache) / "altiro3D";
+    if (const auto home = environment("HOME"))
+        return std::filesystem::path(*home) / ".cache" / "altiro3D";
+    return {};
 }
 
 std::string lowerCase(std::string text) {

@@ -4,6 +4,8 @@
 #include "common/command_line.hpp"
 
 #include <chrono>
+#include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <opencv2/core/types.hpp>
@@ -17,6 +19,21 @@ namespace altiro3D::tools {
 constexpr int kExitDone = 0;
 constexpr int kExitFailed = 1;
 constexpr int kExitUsage = 2;
+
+// All writing to standard output and standard error: whole lines in order and, on a terminal, one
+// status line, which is erased before each line.
+
+/// Writes a line and flushes it.
+/// @param stream stdout or stderr @param line without its end
+void writeLine(std::FILE* stream, const std::string& line);
+
+/// Whether a status line is visible, i.e. standard error is a terminal.
+bool hasStatusLine();
+/// Replaces the status line; the text is cut off at the terminal's edge. Does nothing if
+/// hasStatusLine() is false.
+void showStatus(const std::string& text);
+/// Erases the status line.
+void clearStatus();
 
 /// The messages of a tool.
 ///
@@ -147,6 +164,10 @@ std::string lowerCase(std::string text);
 
 /// The value of an environment variable; nothing if it is not set or empty.
 std::optional<std::string> environment(const char* name);
+
+/// The user's directory for cached look-up tables and measured costs. It need not exist. Empty if
+/// the environment does not define one.
+std::filesystem::path cacheDirectory();
 
 /// The message of an exception on one line.
 std::string sentenceOf(const std::exception& error);

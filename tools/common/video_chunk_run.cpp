@@ -1,4 +1,4 @@
-#include "common/video_chunk_run.hpp"
+#include "common/video_run.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
@@ -6,14 +6,11 @@
 #include "common/chunk_folder.hpp"
 #include "common/folder_run.hpp"
 #include "common/outputs.hpp"
-#include "common/video_job.hpp"
-#include "common/video_plan.hpp"
 #include "common/video_progress.hpp"
-#include "common/video_run.hpp"
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
+#include <optional>
 #include <system_error>
 
 namespace altiro3D::tools {
@@ -27,58 +24,55 @@ constexpr const char* kJoined = "joined"; // size and time of the output that wa
 
 // The part of a run that its plan states.
 struct PlannedRun {
-    std::unique_ptr<CommandLine> commandLine;
-    VideoJob job;
+    std::optional<VideoRun> run;
     VideoConversion conversion;
 };
 
 // Opens the run of a plan as the plan's command line did, in its working directory.
 void openPlanned(const fs::path& folder, const std::string& tool,
-                 const std::function<void(CommandLine&)>& addOptions, PlannedRun& run,
+                 const std::function<void(CommandLine&)>& addOptions, PlannedRun& planned,
                  Messages& messages) {
     const int threads = readVideoChunks(folder).threads;
-    run.commandLine =
-        openCommandLine(folder, tool, threads, addOptions, [&](const CommandLine& commandLine) {
-            run.job.plan = planVideo(commandLine);
-            run.job.plan.isChecked = true; // the plan has checked the names
-            prepareVideo(commandLine, run.job, messages);
-            run.conversion = openVideo(commandLine, run.job, messages);
-        });
+    openCommandLine(folder, tool, threads, addOptions, [&](const CommandLine& commandLine) {
+        VideoJob job = videoJob(commandLine);
+        job.plan.isChecked = true; // the plan has checked the names
+        planned.run.emplace(job, messages);
+        planned.conversion = openVideo(*planned.run, messages);
+    });
 }
 
 std::string shareText(std::int64_t part, std::int64_t whole) {
     return fixed(100 * static_cast<double>(part) / static_cast<double>(whole), 1) + " %";
 }
 
-int plan(const CommandLine& commandLine, const std::vector<std::string>& arguments,
-         const fs::path& folder, Messages& messages) {
-    for (const char* option : {"show", "resume", "report", "recursive"})
-        commandLine.exclude("plan", option);
-    if (takesFolder(commandLine)) {
-        throw UsageError(
-            "--plan applies to one video, expected a single video instead of a folder");
-    }
-    VideoChunkOptions options;
-    options.seconds = commandLine.number(kLength, 1, 86400).value_or(options.seconds);
-    VideoJob job;
-    job.plan = planVideo(commandLine);
-    if (!job.plan.isFile) requireFile(job.plan.input);
-    prepareVideo(commandLine, job, messages);
-    VideoConversion conversion = openVideo(commandLine, job, messages);
+// Does work that shows its progress and that Ctrl-C stops.
+// @param work takes the receiver of progress and returns a result with `cancelled`
+template <typename Work>
+auto withProgress(bool json, const Work& work) {
     catchStop();
-    VideoProgressLine progress(VideoProgressLine::json(commandLine), {});
-    const VideoChunkPlan made =
-        planVideoChunks(std::move(conversion), folder, options, [&](const VideoProgress& now) {
-            progress.update(now);
-            return !isStopWanted();
-        });
-    progress.end(made.cancelled ? "stopped" : "done");
+    VideoProgressLine progress(json, {});
+    auto result = work([&](const VideoProgress& now) {
+        progress.update(now);
+        return !isStopWanted();
+    });
+    progress.end(result.cancelled ? "stopped" : "done");
+    return result;
+}
+
+int plan(const VideoJob& job, const VideoChunkOptions& options,
+         const std::vector<std::string>& arguments, const fs::path& folder, Messages& messages) {
+    if (!job.plan.isFile) requireFile(job.plan.input);
+    VideoRun run(job, messages);
+    VideoConversion conversion = openVideo(run, messages);
+    const VideoChunkPlan made = withProgress(job.jsonProgress, [&](const auto& progress) {
+        return planVideoChunks(std::move(conversion), folder, options, progress);
+    });
     if (made.cancelled) {
         messages.warn("stopped; no plan was made");
         return kExitStopped;
     }
     messages.warn(made.notes);
-    keepCommandLine(folder, arguments, commandLine, job.display);
+    keepCommandLine(folder, arguments, job.display, run.display);
     const auto depthOnly = std::count_if(made.chunks.begin(), made.chunks.end(),
                                          [](const VideoChunk& chunk) { return chunk.frames == 0; });
     messages.say(folder.string() + ": " + counted(made.chunks.size(), "chunk") +
@@ -91,18 +85,13 @@ int plan(const CommandLine& commandLine, const std::vector<std::string>& argumen
 }
 
 int makeChunk(const ChunkCall& call, PlannedRun& run, bool json, Messages& messages) {
-    catchStop();
-    repeatEncoder(run.job.encoding);
+    repeatEncoder(run.run->encoding);
     const std::string task = std::to_string(call.number);
     const std::string name = call.folder.string() + ": chunk " + task;
-    VideoProgressLine progress(json, {});
     logLine(call, "begins chunk " + task);
-    const VideoConversionResult result = makeVideoChunk(std::move(run.conversion), call.folder,
-                                                        call.number, [&](const VideoProgress& now) {
-                                                            progress.update(now);
-                                                            return !isStopWanted();
-                                                        });
-    progress.end(result.cancelled ? "stopped" : "done");
+    const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
+        return makeVideoChunk(std::move(run.conversion), call.folder, call.number, progress);
+    });
     messages.warn(result.notes);
     if (result.cancelled) {
         logLine(call, "was stopped");
@@ -135,18 +124,13 @@ int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messag
         messages.say(output.string() + " is made already");
         return kExitDone;
     }
-    Outputs outputs(replace || run.commandLine->has("y"));
-    outputs.addInput(run.job.plan.input);
-    outputs.addOutput(output);
+    Outputs outputs(replace || run.run->job.replace);
+    outputs.addInputs({run.run->plan.input});
+    outputs.addOutputs({output});
     outputs.check();
-    catchStop();
-    VideoProgressLine progress(json, {});
-    const VideoConversionResult result =
-        joinVideoChunks(std::move(run.conversion), call.folder, [&](const VideoProgress& now) {
-            progress.update(now);
-            return !isStopWanted();
-        });
-    progress.end(result.cancelled ? "stopped" : "done");
+    const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
+        return joinVideoChunks(std::move(run.conversion), call.folder, progress);
+    });
     if (result.cancelled) {
         messages.warn("stopped; " + output.string() + " was not made");
         return kExitStopped;
@@ -168,17 +152,27 @@ void addVideoChunkOptions(CommandLine& commandLine) {
                     "SECONDS", "Check the chunks of the plan in this folder, and write OUT.");
 }
 
-bool isForVideoChunks(const CommandLine& commandLine) {
-    return isForChunks(commandLine, kLength);
-}
-
-int runVideoChunks(const CommandLine& commandLine, const std::vector<std::string>& arguments,
-                   const std::function<void(CommandLine&)>& addOptions, Messages& messages) {
+std::optional<int> runVideoChunks(const CommandLine& commandLine,
+                                  const std::vector<std::string>& arguments,
+                                  const std::function<void(CommandLine&)>& addOptions,
+                                  Messages& messages) {
+    const std::optional<ChunkCall> called = chunkCall(commandLine, kLength);
+    if (!called) return std::nullopt;
+    const ChunkCall& call = *called;
     const bool json = VideoProgressLine::json(commandLine);
     if (json) messages.leaveStandardOutput();
-    const ChunkCall call = chunkCall(commandLine);
-    if (call.task == ChunkCall::Task::Plan)
-        return plan(commandLine, arguments, call.folder, messages);
+    if (call.task == ChunkCall::Task::Plan) {
+        for (const char* option : {"show", "resume", "report", "recursive"})
+            commandLine.exclude("plan", option);
+        const VideoJob job = videoJob(commandLine);
+        if (job.isFolder) {
+            throw UsageError(
+                "--plan applies to one video, expected a single video instead of a folder");
+        }
+        VideoChunkOptions options;
+        options.seconds = commandLine.number(kLength, 1, 86400).value_or(options.seconds);
+        return plan(job, options, arguments, call.folder, messages);
+    }
     return runLogged(call, [&] {
         PlannedRun run;
         openPlanned(call.folder, commandLine.name(), addOptions, run, messages);

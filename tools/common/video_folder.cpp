@@ -43,15 +43,15 @@ std::string suffixOf(VideoProduct product) {
 }
 
 // The videos of the folder.
-std::vector<FolderFile> listVideos(const CommandLine& commandLine,
-                                   std::vector<LeftOutFile>& leftOut, Messages& messages) {
-    const fs::path& folder = commandLine.files()[0];
+std::vector<FolderFile> listVideos(const VideoJob& job, std::vector<LeftOutFile>& leftOut,
+                                   Messages& messages) {
+    const fs::path& folder = job.plan.input;
     FolderSearch search;
     search.wanted = {FileKind::Video};
-    if (commandLine.has("from-quilt")) search.wanted.insert(FileKind::QuiltVideo);
+    if (job.plan.fromQuilt) search.wanted.insert(FileKind::QuiltVideo);
     search.pairDepth = false;
-    search.recursive = commandLine.has("recursive");
-    search.outputs = {commandLine.files()[1]};
+    search.recursive = job.recursive;
+    search.outputs = {job.plan.output};
     std::vector<FolderFile> videos = listFiles(folder, search, leftOut, messages);
     if (videos.empty()) {
         const std::string others =
@@ -63,20 +63,19 @@ std::vector<FolderFile> listVideos(const CommandLine& commandLine,
 }
 
 // The plans of all videos, whose outputs do not collide.
-std::vector<VideoPlan> planVideos(const CommandLine& commandLine, const VideoJob& job,
-                                  const std::vector<FolderFile>& videos, Messages& messages) {
-    const VideoWriterOptions encoding = encoderOptions(commandLine, job.profile);
-    const VideoProduct product = job.plan.product;
+std::vector<VideoPlan> planVideos(const VideoRun& run, const std::vector<FolderFile>& videos,
+                                  Messages& messages) {
+    const VideoPlan& all = run.job.plan;
+    const VideoProduct product = all.product;
     std::optional<QuiltLayout> layout;
-    if (product == VideoProduct::Quilt) layout = layoutOfViews(commandLine, job, messages);
+    if (product == VideoProduct::Quilt) layout = layoutOfViews(run, messages);
     const std::vector<std::string> stems = outputStems(videos);
     std::vector<VideoPlan> plans;
     for (std::size_t i = 0; i < videos.size(); ++i) {
-        VideoPlan plan = job.plan;
+        VideoPlan plan = all;
         plan.input = videos[i].file;
-        plan.output =
-            commandLine.files()[1] / (stems[i] + suffixOf(product) + endingOf(encoding, plan));
-        if (layout) plan.output = quiltFileName(plan.output, *layout, job.display.aspect());
+        plan.output = all.output / (stems[i] + suffixOf(product) + endingOf(run.encoding, plan));
+        if (layout) plan.output = quiltFileName(plan.output, *layout, run.display.aspect());
         plan.report.clear();
         plan.isFile = true;
         plan.isFromFolder = true;
@@ -87,43 +86,36 @@ std::vector<VideoPlan> planVideos(const CommandLine& commandLine, const VideoJob
 }
 
 // Checks all names and creates the directories.
-void prepareOutputs(const CommandLine& commandLine, const VideoJob& job,
-                    const std::vector<VideoPlan>& plans) {
-    Outputs outputs(commandLine.has("y") || commandLine.has("resume"));
-    addCommonInputs(commandLine, job.display, outputs);
+void prepareOutputs(const VideoRun& run, const std::vector<VideoPlan>& plans) {
+    const VideoJob& job = run.job;
+    Outputs outputs(job.replace || job.resume);
+    outputs.addInputs(run.display.files);
+    outputs.addInputs({job.depth.network, job.depth.profile});
     for (const VideoPlan& plan : plans) {
-        outputs.addInput(plan.input);
+        outputs.addInputs({plan.input});
         outputs.addDirectory(plan.output.parent_path());
-        outputs.addOutput(plan.output);
+        outputs.addOutputs({plan.output});
     }
-    if (!job.plan.report.empty()) outputs.addOutput(job.plan.report);
+    outputs.addOutputs({job.plan.report});
     outputs.check();
     outputs.makeDirectories();
 }
 
 } // namespace
 
-int runVideoFolder(const CommandLine& commandLine, Messages& messages) {
-    if (VideoProgressLine::json(commandLine)) messages.leaveStandardOutput();
-    for (const char* option : {"show", "d", "depth"}) {
-        if (commandLine.has(option)) {
-            throw UsageError((option[1] == '\0' ? "-" : "--") + std::string(option) +
-                             " applies to one video, expected a single video instead of a folder");
-        }
-    }
-    VideoJob job;
-    job.plan = planVideo(commandLine);
+int runVideoFolder(const VideoJob& job, Messages& messages) {
+    if (job.jsonProgress) messages.leaveStandardOutput();
     std::vector<LeftOutFile> leftOut;
-    const std::vector<FolderFile> videos = listVideos(commandLine, leftOut, messages);
+    const std::vector<FolderFile> videos = listVideos(job, leftOut, messages);
     requireDirectoryName(job.plan.output, "videos");
-    prepareVideo(commandLine, job, messages);
-    const fs::path report = job.plan.report;
-    std::vector<VideoPlan> plans = planVideos(commandLine, job, videos, messages);
-    prepareOutputs(commandLine, job, plans);
-    openDepth(commandLine, job, messages);
+    VideoRun videoRun(job, messages);
+    const fs::path& report = job.plan.report;
+    std::vector<VideoPlan> plans = planVideos(videoRun, videos, messages);
+    prepareOutputs(videoRun, plans);
+    openDepth(videoRun, messages);
 
-    const auto isMade = [&commandLine](const VideoPlan& plan) {
-        return commandLine.has("resume") && isFileWithContents(plan.output) &&
+    const auto isMade = [&job](const VideoPlan& plan) {
+        return job.resume && isFileWithContents(plan.output) &&
                !ResumableVideoWriter::isUnfinished(plan.output);
     };
     const auto made = std::count_if(plans.begin(), plans.end(), isMade);
@@ -139,8 +131,8 @@ int runVideoFolder(const CommandLine& commandLine, Messages& messages) {
         std::string text; // of the report
         const FolderRun::Outcome outcome = run.convert(plan.input, [&] {
             plan.place = run.place() + " " + oneLine(plan.input.filename().string()) + " ";
-            job.plan = plan;
-            return makeVideo(commandLine, job, &text, messages);
+            videoRun.plan = plan;
+            return makeVideo(videoRun, &text, messages);
         });
         if (!text.empty()) {
             reports.push_back(Json::parse(text));
@@ -153,7 +145,7 @@ int runVideoFolder(const CommandLine& commandLine, Messages& messages) {
     }
     const int status = run.end();
     if (!report.empty()) {
-        const Json all = {{"tool", commandLine.name()},
+        const Json all = {{"tool", job.tool},
                           {"version", version()},
                           {"videos", reports},
                           {"warnings", messages.warnings()}};

@@ -1,13 +1,11 @@
-#include "common/video_job.hpp"
+#include "common/video_run.hpp"
 
 #include "altiro3D/video_conversion.hpp"
 #include "common/folder_run.hpp"
-#include "common/native_options.hpp"
 #include "common/picture_options.hpp"
 #include "common/quilt_options.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <functional>
 #include <opencv2/core.hpp>
 
@@ -16,26 +14,6 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 namespace {
-
-// The depth sources of the options, for the library.
-class EstimatedDepth : public DepthSource {
-  public:
-    explicit EstimatedDepth(ChosenDepth& depth) : depth_(depth) {}
-    std::string description() const override { return depth_.description(); }
-    DepthKind kind() const override { return depth_.kind(); }
-    const DepthNetwork* network() const override { return depth_.network(); }
-    DepthEdges edges() const override { return depth_.source().edges(); }
-    void load() override { depth_.source().load(); }
-    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        depth_.source().read(image, photo, raw);
-    }
-    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        depth_.source().readFrame(image, photo, raw);
-    }
-
-  private:
-    ChosenDepth& depth_;
-};
 
 std::string factsText(const VideoFacts& facts) {
     std::string text = sizeText(facts.size);
@@ -51,10 +29,10 @@ std::string factsText(const VideoFacts& facts) {
 
 // A picture opens as a video of one frame; only --input-... makes this intentional.
 // @param facts null: of a file that is not opened yet
-void refusePicture(const CommandLine& commandLine, const VideoPlan& plan, const VideoFacts* facts) {
+void refusePicture(const VideoPlan& plan, const VideoFacts* facts) {
     std::error_code error;
-    if (!fs::is_regular_file(plan.input, error) || commandLine.has("input-format") ||
-        commandLine.has("input-options") ||
+    if (!fs::is_regular_file(plan.input, error) || !plan.part.format.empty() ||
+        !plan.part.formatOptions.empty() ||
         !(facts != nullptr ? isPicture(plan.input, *facts) : isHeifPicture(plan.input))) {
         return;
     }
@@ -180,183 +158,127 @@ void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
 
 // The path from frames with depth to Natives.
 // @param seenAspect width : height of the scene as it is shown
-void choosePath(const CommandLine& commandLine, VideoJob& job, double seenAspect,
-                Messages& messages) {
-    NativeOptions& native = job.native;
-    job.path = "quilt";
-    if (job.plan.product == VideoProduct::Rgbd) return;
-    tellCut(seenAspect, job.display.aspect(), native, messages);
-    if (job.plan.product == VideoProduct::Quilt) return;
+void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
+    run.path = "quilt";
+    if (run.plan.product == VideoProduct::Rgbd) return;
+    tellCut(seenAspect, run.display.aspect(), run.scene.native, messages);
+    if (run.plan.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
-        makeNativeMaker(commandLine, job.display, job.layout, native, messages, job.profile.keep);
-    job.path = pathName(maker);
-    native.positions = maker.options().positions;
-}
-
-std::optional<DepthRange> depthRangeOption(const CommandLine& commandLine) {
-    const auto text = commandLine.value("depth-range");
-    if (!text) return std::nullopt;
-    if (!commandLine.has("depth") && !commandLine.has("d"))
-        throw UsageError("--depth-range goes with --depth, expected a depth video or images");
-    DepthRange range;
-    char rest = 0;
-    const bool isRead =
-        std::sscanf(text->c_str(), "%lf:%lf%c", &range.low, &range.high, &rest) == 2;
-    if (!isRead || !(range.low >= 0) || !(range.high > range.low) || !(range.high <= 65535)) {
-        throw UsageError("--depth-range is \"" + *text +
-                         "\", expected two numbers of 0..65535, as 0:4095");
-    }
-    return range;
+        makeNativeMaker(run.scene, run.display, run.layout, messages, run.job.profile.keep);
+    run.path = pathName(maker);
+    run.scene.native.positions = maker.options().positions;
 }
 
 double aspectOf(cv::Size size) {
     return static_cast<double>(size.width) / size.height;
 }
 
-void takeDepth(const CommandLine& commandLine, VideoJob& job, const std::optional<RgbdLayout>& rgbd,
-               VideoConversion& conversion) {
-    if (!job.depth) return;
-    const std::optional<DepthRange> range = depthRangeOption(commandLine);
-    if (!job.depth->fromFiles() && !rgbd) {
-        conversion.depth = std::make_unique<EstimatedDepth>(*job.depth);
+void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {
+    if (!run.depth) return;
+    const DepthOptions& options = run.job.depth;
+    if (options.given.empty()) {
+        conversion.depth = storedDepthOr(run.depth->source(), {false, false}); // has a share in it
         return;
     }
     GivenVideoDepth& given = conversion.given.emplace();
-    if (job.depth->fromFiles()) given.source = job.plan.depth;
+    if (options.fromFiles) given.source = run.plan.depth;
     given.rgbd = rgbd;
-    given.kind = job.depth->kind();
-    given.range = range;
+    given.kind = run.depth->kind();
+    given.range = run.job.depthRange;
     given.read = [](const fs::path& file, Notes* notes) {
         const QuietStandardError quiet;
         return readDepthSamples(file, notes);
     };
 }
 
-VideoWriterOptions encodingOf(const CommandLine& commandLine, const VideoJob& job,
-                              Messages& messages) {
-    VideoWriterOptions encoding = encoderOptions(commandLine, job.profile);
-    if (job.plan.product == VideoProduct::Native && encoding.compatible) {
-        messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
-                      "sub-pixels belong to different views, so views are mixed and depth blurs; "
-                      "use it only for players that refuse the usual file");
-    }
-    encoding.threads = cv::getNumThreads();
-    return encoding;
-}
-
 } // namespace
 
-void prepareVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
-    const VideoPlan& plan = job.plan;
-    NativeOptions& native = job.native;
-    job.profile = videoProfile(commandLine);
-    if (plan.show && !commandLine.has("profile")) job.profile = videoProfile("live");
-    native = nativeOptions(commandLine);
-    if ((native.framing != Framing() || autoChoices(commandLine).any()) &&
-        (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
-        throw UsageError(
-            std::string(
-                "--center, --zoom and auto apply to views that are made of frames, expected no ") +
-            (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
-    }
-    if (job.profile.keep) native.detail = Detail::Panel;
-    if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
-    if (!commandLine.has("method") && !commandLine.has("g"))
-        native.views.method = job.profile.method;
-    if (!plan.fromQuilt) requireKnobsOf(commandLine, native.views.method);
-    checkNativeOptions(commandLine);
-    job.display = findDisplay(commandLine, messages, {}, useOf(plan.product));
-    if (job.display.map) native.sampling = {};
+VideoRun::VideoRun(const VideoJob& options, Messages& messages)
+    : job(options), plan(options.plan),
+      display(findDisplay(options.display, messages, {}, useOf(options.plan.product))),
+      scene(options.scene), encoding(options.encoding) {}
+
+void openDepth(VideoRun& run, Messages& messages) {
+    if (!run.depth && !run.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);
 }
 
-void openDepth(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
-    if (job.depth || job.plan.fromQuilt) return;
-    ChosenDepth& depth = job.depth.emplace(commandLine, messages, Medium::Video);
-    int& steps = job.depthOptions.every;
-    steps = job.profile.depthEvery;
-    const auto every = commandLine.value("depth-every");
-    if (every) steps = *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
-    if (!depth.fromFiles() && !depth.rgbd()) return;
-    if (every) {
-        throw UsageError("--depth-every says how often depth is estimated, but here it is given; "
-                         "leave it out");
-    }
-    steps = 1;
-}
-
-QuiltLayout layoutOfViews(const CommandLine& commandLine, const VideoJob& job, Messages& messages) {
-    QuiltLayout layout = chooseQuilt(commandLine, job.display, messages);
-    if (job.plan.product == VideoProduct::Quilt && !commandLine.has("r") && !job.display.map) {
+QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
+    QuiltLayout layout = chooseQuilt(run.job.quilt, run.display, messages);
+    if (run.plan.product == VideoProduct::Quilt && !run.job.quilt.tileSize && !run.display.map) {
         cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
         tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
     }
     return layout;
 }
 
-VideoConversion openVideo(const CommandLine& commandLine, VideoJob& job, Messages& messages) {
-    VideoPlan& plan = job.plan;
-    NativeOptions& native = job.native;
+VideoConversion openVideo(VideoRun& run, Messages& messages) {
+    const VideoJob& job = run.job;
+    VideoPlan& plan = run.plan;
+    NativeOptions& native = run.scene.native;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
-    refusePicture(commandLine, plan, nullptr); // FFmpeg's error would not say so
+    refusePicture(plan, nullptr); // FFmpeg's error would not say so
     conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = conversion.reader->facts();
-    refusePicture(commandLine, plan, &facts);
+    refusePicture(plan, &facts);
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
     if (!plan.fromQuilt) {
         warnIfQuilt(plan.input, "--from-quilt", messages);
-        if (!commandLine.has("rgbd") && !commandLine.has("depth") && !commandLine.has("d"))
-            refuseHalves(plan, messages);
+        if (job.depth.given.empty()) refuseHalves(plan, messages);
     }
-    if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, job.display, messages);
+    if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, run.display, messages);
     std::optional<RgbdLayout> rgbd;
     std::optional<FoundQuilt> found;
-    if (plan.fromQuilt && !isLayoutStated(commandLine, plan.input)) found = searchFrames(plan, 64);
-    if (plan.isFromFolder && !plan.fromQuilt && !job.depth->rgbd())
-        refuseQuiltVideo(plan, messages);
-    job.layout = plan.fromQuilt ? chooseQuilt(commandLine, job.display, messages, plan.input,
-                                              facts.size, found)
-                                : layoutOfViews(commandLine, job, messages);
+    if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) found = searchFrames(plan, 64);
+    if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd) refuseQuiltVideo(plan, messages);
+    run.layout = plan.fromQuilt
+                     ? chooseQuilt(job.quilt, run.display, messages, plan.input, facts.size, found)
+                     : layoutOfViews(run, messages);
     if (plan.product == VideoProduct::Quilt)
-        plan.output = quiltFileName(plan.output, job.layout, job.display.aspect());
-    checkOutputs(commandLine, plan, job.display);
+        plan.output = quiltFileName(plan.output, run.layout, run.display.aspect());
+    checkOutputs(job, plan, run.display);
     if (plan.fromQuilt) {
-        const QuiltShape shape(plan.input, job.layout, job.display, fitOption(commandLine));
-        messages.say("quilt: " + quiltText(job.layout, shape.shownAspect()) +
+        const QuiltShape shape(plan.input, run.layout, run.display, job.fit);
+        messages.say("quilt: " + quiltText(run.layout, shape.shownAspect()) +
                      (found ? foundText(*found) : ""));
         tellShape(shape, messages);
         native.fit = shape.fit();
         conversion.viewAspect = shape.aspect();
     } else {
         if (plan.product == VideoProduct::Native)
-            messages.say("quilt: " + quiltText(job.layout, job.display.aspect()));
-        openDepth(commandLine, job, messages);
-        if (job.depth->rgbd()) {
-            rgbd = rgbdOf(plan.input, *job.depth->rgbd(),
+            messages.say("quilt: " + quiltText(run.layout, run.display.aspect()));
+        openDepth(run, messages);
+        if (job.depth.rgbd) {
+            rgbd = rgbdOf(plan.input, *job.depth.rgbd,
                           facts.sampleAspect.value() * aspectOf(facts.size), messages);
         }
         const cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
-        choosePath(commandLine, job, facts.sampleAspect.value() * aspectOf(photo), messages);
+        choosePath(run, facts.sampleAspect.value() * aspectOf(photo), messages);
     }
-    job.encoding = encodingOf(commandLine, job, messages);
+    if (plan.product == VideoProduct::Native && run.encoding.compatible) {
+        messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
+                      "sub-pixels belong to different views, so views are mixed and depth blurs; "
+                      "use it only for players that refuse the usual file");
+    }
+    run.encoding.threads = cv::getNumThreads();
 
     conversion.input = plan.input;
     conversion.part = plan.part;
     conversion.output = plan.output;
     conversion.product = plan.product;
-    conversion.display = job.display;
-    conversion.map = job.display.map;
-    conversion.layout = job.layout;
+    conversion.display = run.display;
+    conversion.map = run.display.map;
+    conversion.layout = run.layout;
     conversion.native = native;
-    conversion.choices = autoChoices(commandLine);
+    conversion.choices = job.scene.choices;
     conversion.fromQuilt = plan.fromQuilt;
-    takeDepth(commandLine, job, rgbd, conversion);
+    takeDepth(run, rgbd, conversion);
     conversion.depthOptions = job.depthOptions;
-    conversion.encoding = job.encoding;
-    conversion.settings = settingsOf(commandLine);
-    if (commandLine.has("resume")) {
+    conversion.encoding = run.encoding;
+    conversion.settings = job.settings;
+    if (job.resume) {
         conversion.unfinished = UnfinishedRun::Resume;
-    } else if (commandLine.has("y")) {
+    } else if (job.replace) {
         conversion.unfinished = UnfinishedRun::Discard;
     }
     return conversion;

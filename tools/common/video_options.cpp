@@ -20,6 +20,28 @@ const std::array<VideoProfile, 3> kProfiles = {{
     {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12},
 }};
 
+// Seconds as "90", "1:30" or "0:01:30.5".
+std::optional<double> secondsOption(const CommandLine& commandLine, const std::string& option) {
+    const auto given = commandLine.value(option);
+    if (!given) return std::nullopt;
+    const std::string& text = *given;
+    double seconds = 0;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (int part = 0; part < 3; ++part) {
+        double value = 0;
+        const auto parsed = std::from_chars(at, end, value, std::chars_format::fixed);
+        const bool later = part > 0 && value >= 60;
+        if (parsed.ec != std::errc() || !(value >= 0) || value > 1e8 || later) break;
+        seconds = seconds * 60 + value;
+        if (parsed.ptr == end) return seconds;
+        if (*parsed.ptr != ':' || value != std::floor(value)) break;
+        at = parsed.ptr + 1;
+    }
+    throw UsageError("--" + option + " is \"" + text +
+                     "\", expected seconds, as 12.5, or [h:]mm:ss");
+}
+
 } // namespace
 
 void addProfileOption(CommandLine& commandLine) {
@@ -31,13 +53,9 @@ void addProfileOption(CommandLine& commandLine) {
         "live|balanced|best");
 }
 
-VideoProfile videoProfile(const CommandLine& commandLine) {
-    return kProfiles[commandLine.choice("profile", {"live", "balanced", "best"}).value_or(1)];
-}
-
-VideoProfile videoProfile(const std::string& name) {
-    return *std::find_if(kProfiles.begin(), kProfiles.end(),
-                         [&](const VideoProfile& profile) { return profile.name == name; });
+VideoProfile videoProfile(const CommandLine& commandLine, bool show) {
+    return kProfiles[commandLine.choice("profile", {"live", "balanced", "best"})
+                         .value_or(show ? 0 : 1)];
 }
 
 void addVideoInputOptions(CommandLine& commandLine) {
@@ -56,19 +74,19 @@ void addVideoInputOptions(CommandLine& commandLine) {
 
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
     VideoReaderOptions options;
-    if (const auto from = commandLine.value("from")) options.from = secondsOption("from", *from);
+    options.from = secondsOption(commandLine, "from").value_or(options.from);
     commandLine.exclude("to", "preview");
-    if (const auto to = commandLine.value("to")) {
-        options.to = secondsOption("to", *to);
-        if (options.to <= options.from) {
-            throw UsageError("--to is " + *to + ", expected a time after --from");
-        }
+    if (const auto to = secondsOption(commandLine, "to")) {
+        options.to = *to;
+        if (*to <= options.from)
+            throw UsageError("--to is " + *commandLine.value("to") +
+                             ", expected a time after --from");
     }
-    if (const auto preview = commandLine.value("preview")) {
-        const double length = secondsOption("preview", *preview);
-        if (length <= 0)
-            throw UsageError("--preview is \"" + *preview + "\", expected more than 0");
-        options.to = options.from + length;
+    if (const auto preview = secondsOption(commandLine, "preview")) {
+        if (*preview <= 0)
+            throw UsageError("--preview is \"" + *commandLine.value("preview") +
+                             "\", expected more than 0");
+        options.to = options.from + *preview;
     }
     options.format = commandLine.value("input-format").value_or("");
     options.deinterlace = !commandLine.has("no-deinterlace");
@@ -104,12 +122,14 @@ void addEncoderOptions(CommandLine& commandLine) {
 }
 
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile) {
-    constexpr VideoCodec kCodecs[] = {VideoCodec::H264, VideoCodec::Hevc, VideoCodec::H264Rgb,
-                                      VideoCodec::Ffv1, VideoCodec::ProRes};
     VideoWriterOptions options;
-    options.codec =
-        kCodecs[commandLine.choice("codec", {"h264", "hevc", "h264rgb", "ffv1", "prores"})
-                    .value_or(0)];
+    options.codec = commandLine
+                        .oneOf<VideoCodec>("codec", {{"h264", VideoCodec::H264},
+                                                     {"hevc", VideoCodec::Hevc},
+                                                     {"h264rgb", VideoCodec::H264Rgb},
+                                                     {"ffv1", VideoCodec::Ffv1},
+                                                     {"prores", VideoCodec::ProRes}})
+                        .value_or(VideoCodec::H264);
     if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
         for (const char* option : {"crf", "preset"}) {
             if (commandLine.has(option)) {
@@ -125,34 +145,14 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
                          *commandLine.value("codec"));
     }
     options.crf = commandLine.number("crf", 0, 51).value_or(profile.crf);
-    options.preset = profile.preset;
-    if (commandLine.has("preset")) {
-        std::vector<std::string> presets;
-        for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
-            presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
-        options.preset = static_cast<EncoderPreset>(*commandLine.choice("preset", presets));
-    }
+    std::vector<std::string> presets;
+    for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
+        presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
+    const auto preset = commandLine.choice("preset", presets);
+    options.preset = preset ? static_cast<EncoderPreset>(*preset) : profile.preset;
     options.audio = !commandLine.has("no-audio");
     options.subtitles = !commandLine.has("no-subtitles");
     return options;
-}
-
-double secondsOption(const std::string& option, const std::string& text) {
-    double seconds = 0;
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    for (int part = 0; part < 3; ++part) {
-        double value = 0;
-        const auto parsed = std::from_chars(at, end, value, std::chars_format::fixed);
-        const bool later = part > 0 && value >= 60;
-        if (parsed.ec != std::errc() || !(value >= 0) || value > 1e8 || later) break;
-        seconds = seconds * 60 + value;
-        if (parsed.ptr == end) return seconds;
-        if (*parsed.ptr != ':' || value != std::floor(value)) break;
-        at = parsed.ptr + 1;
-    }
-    throw UsageError("--" + option + " is \"" + text +
-                     "\", expected seconds, as 12.5, or [h:]mm:ss");
 }
 
 bool isHeifPicture(const std::filesystem::path& file) {

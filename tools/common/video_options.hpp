@@ -22,10 +22,9 @@ struct VideoProfile {
 
 /// --profile
 void addProfileOption(CommandLine& commandLine);
-/// "live", "balanced" (default) or "best" @throws UsageError
-VideoProfile videoProfile(const CommandLine& commandLine);
-/// The profile of that name.
-VideoProfile videoProfile(const std::string& name);
+/// "live", "balanced" or "best"; without --profile live to show a video, else balanced.
+/// @throws UsageError
+VideoProfile videoProfile(const CommandLine& commandLine, bool show);
 
 /// --from --to --preview, --input-format --input-options
 void addVideoInputOptions(CommandLine& commandLine);
@@ -37,9 +36,6 @@ void addEncoderOptions(CommandLine& commandLine);
 /// Reads the encoder options; the video sets size and times.
 /// @throws UsageError
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
-
-/// Seconds as "90", "1:30" or "0:01:30.5". @throws UsageError that names the option
-double secondsOption(const std::string& option, const std::string& text);
 
 /// Whether a file is a HEIC or AVIF picture, by its first bytes. FFmpeg opens some as videos.
 bool isHeifPicture(const std::filesystem::path& file);

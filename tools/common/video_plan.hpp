@@ -2,13 +2,19 @@
 
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_io.hpp"
+#include "common/depth_options.hpp"
 #include "common/display_options.hpp"
 #include "common/outputs.hpp"
+#include "common/picture_options.hpp"
+#include "common/video_options.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
-/// The input and outputs of a run of video2native.
+/// The command line, the input and the outputs of a run of video2native.
 namespace altiro3D::tools {
 
 /// Names and kinds of the input and outputs of one run. An empty path: not given.
@@ -30,24 +36,35 @@ struct VideoPlan {
     std::string inputName() const { return input == "-" ? "standard input" : input.string(); }
 };
 
-/// Derives the plan from the command line.
-/// @throws UsageError if its options exclude each other
-VideoPlan planVideo(const CommandLine& commandLine);
-
-/// Whether the input is a folder of videos.
-bool takesFolder(const CommandLine& commandLine);
-
-/// Adds the files that a run reads besides its input: calibrations, network and profile.
-void addCommonInputs(const CommandLine& commandLine, const ChosenDisplay& display,
-                     Outputs& outputs);
+/// The command line of a run.
+struct VideoJob {
+    VideoPlan plan;        ///< Of one video; of a folder, the plan of each begins with it.
+    bool isFolder = false; ///< The input is a folder of videos.
+    bool replace = false;  ///< `-y`
+    bool resume = false;
+    bool recursive = false;
+    bool jsonProgress = false;
+    VideoProfile profile;
+    DisplayOptions display;
+    std::string screen; ///< `--screen`; empty: the display's own.
+    QuiltRequest quilt;
+    SceneOptions scene;         ///< How Natives are made, with what the profile sets.
+    std::optional<FitMode> fit; ///< `--fit`; nothing: not given.
+    DepthOptions depth;
+    std::optional<DepthRange> depthRange;
+    VideoDepthOptions depthOptions; ///< How often depth is estimated.
+    VideoWriterOptions encoding;    ///< How frames are encoded.
+    std::string tool;
+    std::vector<std::pair<std::string, std::string>> given; ///< As given, for the report.
+    RunSettings settings; ///< Of them what determines the frames and the file, to resume a run.
+};
+/// Turns a command line of video2native into a job. @throws UsageError
+VideoJob videoJob(const CommandLine& commandLine);
+/// The same for a command line that names no videos, or those of a plan.
+VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan);
 
 /// Checks the names of a run before any work, see Outputs::check().
 /// @throws UsageError, Error
-void checkOutputs(const CommandLine& commandLine, const VideoPlan& plan,
-                  const ChosenDisplay& display);
-
-/// The options that determine the frames and the file, as a JSON object of texts. A run can only be
-/// resumed with the same options.
-RunSettings settingsOf(const CommandLine& commandLine);
+void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDisplay& display);
 
 } // namespace altiro3D::tools

@@ -1,7 +1,5 @@
 #include "common/video_progress.hpp"
 
-#include "common/console.hpp"
-
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>

@@ -2,21 +2,28 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "altiro3D/version.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_io.hpp"
-#include "common/display_player.hpp"
 #include "common/folder_run.hpp"
 #include "common/picture_options.hpp"
 #include "common/run_tool.hpp"
-#include "common/video_job.hpp"
 #include "common/video_progress.hpp"
-#include "common/video_report.hpp"
 
+#include <QCoreApplication>
+#include <QFile>
+#include <QProcess>
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <malloc.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
+
+using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -26,6 +33,190 @@ std::atomic<bool> stopWanted{false};
 extern "C" void stopOnce(int signal) {
     stopWanted.store(true);
     std::signal(signal, SIG_DFL);
+}
+
+// Shows Natives on the display with altiro3Dview, which is installed beside the tool.
+class DisplayPlayer {
+  public:
+    // @throws Error
+    DisplayPlayer(const VideoJob& job, const ChosenDisplay& display);
+
+    // Sends a Native to the viewer and waits until all of it is written.
+    // @param native [rows x cols, CV_8UC3, BGR]
+    // @return false if the viewer has ended
+    bool show(const cv::Mat& native);
+    // Result of end() if a signal ended the viewer.
+    static constexpr int kCrashed = -1;
+    // Waits until the viewer has ended. @return its exit status, or kCrashed
+    int end();
+
+  private:
+    QProcess viewer_;
+    cv::Mat rgb_;
+};
+
+DisplayPlayer::DisplayPlayer(const VideoJob& job, const ChosenDisplay& display) {
+    QStringList arguments{"--show", "-"};
+    if (!display.isMapOnly && !display.files.empty()) { // behind the map, if there is one
+        arguments << "-c" << QFile::decodeName(display.files.back().c_str());
+    }
+    for (const auto& [option, value] :
+         {std::pair("--serial", job.display.serial), std::pair("--screen", job.screen)}) {
+        if (!value.empty()) arguments << option << QString::fromLocal8Bit(value.c_str());
+    }
+    viewer_.setProcessChannelMode(QProcess::ForwardedChannels);
+    viewer_.start(QCoreApplication::applicationDirPath() + "/altiro3Dview", arguments);
+    if (!viewer_.waitForStarted()) {
+        throw Error(ErrorCode::NotFound, "altiro3Dview",
+                    "cannot be started, expected it beside video2native");
+    }
+}
+
+bool DisplayPlayer::show(const cv::Mat& native) {
+    const std::string head =
+        "P6\n" + std::to_string(native.cols) + " " + std::to_string(native.rows) + "\n255\n";
+    cv::cvtColor(native, rgb_, cv::COLOR_BGR2RGB);
+    const auto bytes = static_cast<qint64>(rgb_.total() * rgb_.elemSize());
+    viewer_.write(head.data(), static_cast<qint64>(head.size()));
+    viewer_.write(reinterpret_cast<const char*>(rgb_.data), bytes);
+    while (viewer_.state() == QProcess::Running && viewer_.bytesToWrite() > 0)
+        viewer_.waitForBytesWritten(100);
+    return viewer_.state() == QProcess::Running;
+}
+
+int DisplayPlayer::end() {
+    viewer_.closeWriteChannel();
+    viewer_.waitForFinished(-1);
+    if (viewer_.exitStatus() == QProcess::NormalExit) return viewer_.exitCode();
+    return kCrashed;
+}
+
+// Result of a run.
+struct VideoOutcome {
+    VideoConversionResult result;
+    cv::Size size;        // of the pictures
+    bool stopped = false; // by the user
+    bool failed = false;  // the error was reported already
+    std::string cutOff;   // warning that the input is cut off; empty if it is not
+
+    double rate() const { // frames per second
+        const double seconds = result.seconds();
+        return seconds > 0 ? static_cast<double>(result.made()) / seconds : 0;
+    }
+    const char* state() const {
+        return stopped ? "stopped" : cutOff.empty() ? "done" : "truncated";
+    }
+};
+
+double millisecondsPerFrame(const StageReport& stage) {
+    return 1000 * stage.seconds / std::max<double>(1, static_cast<double>(stage.frames));
+}
+
+Json stagesJson(const PipelineReport& report) {
+    Json stages = Json::array();
+    for (const StageReport& stage : report.stages) {
+        stages.push_back({{"name", stage.name},
+                          {"frames", stage.frames},
+                          {"millisecondsPerFrame", millisecondsPerFrame(stage)},
+                          {"longestMilliseconds", 1000 * stage.longest}});
+    }
+    return stages;
+}
+
+// What auto has chosen for each scene.
+Json choicesJson(const VideoConversionResult& result) {
+    Json scenes = Json::array();
+    for (const SceneChoice& choice : result.choices) {
+        scenes.push_back({{"start", choice.start},
+                          {"center", {choice.framing.centre.x, choice.framing.centre.y}},
+                          {"focus", choice.focus},
+                          {"strengthPercent", choice.strengthPercent}});
+    }
+    return scenes;
+}
+
+Json settingsJson(const VideoRun& run) {
+    const VideoJob& job = run.job;
+    Json settings = {
+        {"profile", job.profile.name},
+        {"display", run.display.source},
+        {"quilt", run.layout.text()},
+        {"encoder", {{"preset", presetName(run.encoding.preset)}, {"crf", run.encoding.crf}}}};
+    if (run.depth) {
+        const NativeOptions& native = run.scene.native;
+        settings["method"] = methodName(native.views.method);
+        const AutoChoices& choices = job.scene.choices; // those are in "choices"
+        if (!choices.strength) settings["strengthPercent"] = native.views.strengthPercent;
+        if (!choices.focus) settings["focus"] = native.views.focus;
+        settings["path"] = run.path;
+        settings["continuous"] = native.positions == ViewPositions::Continuous;
+        settings["depth"] = run.depth->description();
+        settings["depthEvery"] = job.depthOptions.every; // 0: as pictures need it
+        if (const DepthNetwork* network = run.depth->network()) {
+            settings["networkSize"] = {network->inputSize().width, network->inputSize().height};
+            settings["networkEngine"] = engineName(network->engine());
+        }
+    }
+    for (const auto& [option, value] : job.given)
+        settings["given"][option] = value;
+    return settings;
+}
+
+// Settings, counts and times of a run, for programs.
+std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
+                        const Messages& messages) {
+    const VideoConversionResult& result = outcome.result;
+    const Json json = {{"tool", run.job.tool},
+                       {"version", version()},
+                       {"openCv", CV_VERSION},
+                       {"threads", cv::getNumThreads()},
+                       {"input", run.plan.input.string()},
+                       {"output", run.plan.output.string()},
+                       {"state", outcome.state()},
+                       {"width", outcome.size.width},
+                       {"height", outcome.size.height},
+                       {"frames", result.frames},
+                       {"framesOfThisRun", result.made()},
+                       {"duration", result.end},
+                       {"seconds", result.seconds()},
+                       {"finishSeconds", result.finishSeconds},
+                       {"framesPerSecond", outcome.rate()},
+                       {"stages", stagesJson(result.pipeline)},
+                       {"inferences", result.inferences},
+                       {"repeatedFrames", result.repeated},
+                       {"droppedFrames", result.pipeline.dropped},
+                       {"sceneCuts", result.cuts},
+                       {"choices", choicesJson(result)},
+                       {"corruptFrames", result.counts.corrupt},
+                       {"repairedTimes", result.counts.repairedTimes},
+                       {"truncated", result.counts.truncated},
+                       {"peakMegabytes", peakMegabytes()},
+                       {"settings", settingsJson(run)},
+                       {"warnings", messages.warnings()}};
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// The details of -v, and the number of frames that came too fast.
+void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages& messages) {
+    const VideoConversionResult& result = outcome.result;
+    std::string times;
+    for (const StageReport& stage : result.pipeline.stages) {
+        times += (times.empty() ? "" : ", ") + stage.name + " " +
+                 fixed(millisecondsPerFrame(stage), 1) + " ms";
+    }
+    messages.detail("a frame takes: " + times);
+    if (!run.plan.show)
+        messages.detail("finishing the file took " + fixed(result.finishSeconds, 1) + " s");
+    if (run.depth) {
+        messages.detail("depth was inferred for " + std::to_string(result.inferences) + " of " +
+                        std::to_string(result.made()) + " frames, " +
+                        std::to_string(result.cuts.size()) + " scene cuts, " +
+                        std::to_string(result.repeated) + " repeated frames");
+    }
+    if (!run.plan.show && result.pipeline.dropped > 0) {
+        messages.say(counted(result.pipeline.dropped, "frame") +
+                     " came too fast and were left out");
+    }
 }
 
 // Opens the output; errors about an earlier run name this tool's options.
@@ -53,8 +244,7 @@ VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) 
 }
 
 // Reports remarks at the end.
-void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutcome& outcome,
-                 Messages& messages) {
+void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages) {
     Notes notes = outcome.result.notes;
     if (outcome.result.counts.truncated && notes.front().code == NoteCode::CutOff) {
         outcome.cutOff = notes.front().text + "; the readable part was converted";
@@ -62,18 +252,18 @@ void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutco
     }
     messages.warn(notes);
     const std::vector<SceneChoice>& choices = outcome.result.choices;
-    ViewOptions views = job.native.views;
+    ViewOptions views = run.scene.native.views;
     if (!choices.empty()) {
         views.focus = choices.front().focus;
         views.strengthPercent = choices.front().strengthPercent;
         const std::string first =
             choices.size() == 1 ? "" : " (first of " + std::to_string(choices.size()) + " scenes)";
-        messages.say("auto: " + autoText(autoChoices(commandLine), choices.front().framing, views) +
+        messages.say("auto: " + autoText(run.scene.choices, choices.front().framing, views) +
                      first);
     }
-    if (!job.depth || job.plan.product != VideoProduct::Native) return;
+    if (!run.depth || run.plan.product != VideoProduct::Native) return;
     const auto parallaxOf = [&] {
-        return adjacentParallax(views, job.layout, job.display.panelSize(), {0, 1});
+        return adjacentParallax(views, run.layout, run.display.panelSize(), {0, 1});
     };
     AdjacentParallax largest = parallaxOf();
     for (const SceneChoice& choice : choices) {
@@ -81,24 +271,23 @@ void tellRemarks(const CommandLine& commandLine, const VideoJob& job, VideoOutco
         views.strengthPercent = choice.strengthPercent;
         if (parallaxOf().viewPixels > largest.viewPixels) largest = parallaxOf();
     }
-    warnAboutParallax(commandLine, largest, messages);
+    warnAboutParallax(largest, messages);
 }
 
 // Makes the file.
-VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
-                     VideoConversion conversion, bool jsonProgress, Messages& messages) {
-    const VideoPlan& plan = job.plan;
+VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& messages) {
+    const VideoPlan& plan = run.plan;
     VideoConverter converter = openConverter(plan, std::move(conversion));
     messages.warn(converter.notes());
-    repeatEncoder(job.encoding);
+    repeatEncoder(run.encoding);
     const VideoProgress begun = converter.progress();
     if (begun.keptFrames > 0) {
         messages.say("continues at " + clockText(begun.end) +
                      "; already made: " + counted(begun.keptFrames, "frame"));
-    } else if (commandLine.has("resume")) {
+    } else if (run.job.resume) {
         messages.say("no earlier run was found; starts from the beginning");
     }
-    VideoProgressLine progress(jsonProgress, begun,
+    VideoProgressLine progress(run.job.jsonProgress, begun,
                                plan.isFromFolder ? plan.input.string() : std::string(), plan.place);
     VideoOutcome outcome;
     outcome.size = converter.size();
@@ -121,7 +310,7 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
         throw;
     }
     outcome.stopped = outcome.result.cancelled;
-    tellRemarks(commandLine, job, outcome, messages);
+    tellRemarks(run, outcome, messages);
     progress.end(outcome.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
@@ -132,11 +321,10 @@ VideoOutcome convert(const CommandLine& commandLine, const VideoJob& job,
 }
 
 // Shows the video on the display at its own rate; late frames are dropped.
-VideoOutcome show(const CommandLine& commandLine, const VideoJob& job, VideoConversion conversion,
-                  Messages& messages) {
-    DisplayPlayer screen(commandLine, job.display);
+VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& messages) {
+    DisplayPlayer screen(run.job, run.display);
     conversion.show = [&screen](const cv::Mat& native) { return screen.show(native); };
-    VideoConverter converter = openConverter(job.plan, std::move(conversion));
+    VideoConverter converter = openConverter(run.plan, std::move(conversion));
     VideoOutcome outcome;
     outcome.size = converter.size();
     outcome.result = converter.run([](const VideoProgress&) { return !stopWanted.load(); });
@@ -148,8 +336,8 @@ VideoOutcome show(const CommandLine& commandLine, const VideoJob& job, VideoConv
     }
     outcome.failed = status != kExitDone && !outcome.stopped; // altiro3Dview has reported why
     if (outcome.failed) return outcome;
-    tellRemarks(commandLine, job, outcome, messages);
-    messages.say(job.plan.inputName() + ": " + counted(outcome.result.frames, "frame") +
+    tellRemarks(run, outcome, messages);
+    messages.say(run.plan.inputName() + ": " + counted(outcome.result.frames, "frame") +
                  " shown, " + std::to_string(outcome.result.pipeline.dropped) + " dropped; " +
                  fixed(outcome.rate(), 1) + " fps");
     return outcome;
@@ -171,33 +359,27 @@ void repeatEncoder(const VideoWriterOptions& encoding) {
     if (encoding.preset > EncoderPreset::SuperFast) mallopt(M_PERTURB, 0xff);
 }
 
-int runVideo(const CommandLine& commandLine, const VideoPlan& plan, Messages& messages) {
-    if (VideoProgressLine::json(commandLine)) messages.leaveStandardOutput();
-    VideoJob job;
-    job.plan = plan;
-    prepareVideo(commandLine, job, messages);
+int runVideo(const VideoJob& job, Messages& messages) {
+    if (job.jsonProgress) messages.leaveStandardOutput();
+    VideoRun run(job, messages);
     std::string report;
-    const int status =
-        makeVideo(commandLine, job, plan.report.empty() ? nullptr : &report, messages);
-    if (!report.empty()) writeFile(plan.report, report);
+    const int status = makeVideo(run, job.plan.report.empty() ? nullptr : &report, messages);
+    if (!report.empty()) writeFile(job.plan.report, report);
     return status;
 }
 
-int makeVideo(const CommandLine& commandLine, VideoJob& job, std::string* report,
-              Messages& messages) {
-    const VideoPlan& plan = job.plan;
-    VideoConversion conversion = openVideo(commandLine, job, messages);
+int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
+    VideoConversion conversion = openVideo(run, messages);
+    const VideoPlan& plan = run.plan;
     catchStop();
-    const VideoOutcome outcome = plan.show
-                                     ? show(commandLine, job, std::move(conversion), messages)
-                                     : convert(commandLine, job, std::move(conversion),
-                                               VideoProgressLine::json(commandLine), messages);
+    const VideoOutcome outcome = plan.show ? show(run, std::move(conversion), messages)
+                                           : convert(run, std::move(conversion), messages);
     if (outcome.failed) return kExitFailed;
-    tellVideoDetails(job, outcome, messages);
-    if (report != nullptr) *report = videoReport(commandLine, job, outcome, messages);
+    tellVideoDetails(run, outcome, messages);
+    if (report != nullptr) *report = videoReport(run, outcome, messages);
     if (outcome.stopped) {
         std::string line = "stopped at " + clockText(outcome.result.end);
-        if (!plan.show) line += "; " + job.plan.output.string() + " is whole up to there";
+        if (!plan.show) line += "; " + plan.output.string() + " is whole up to there";
         if (outcome.result.keepsWork) line += ", --resume continues";
         messages.warn(line);
         return kExitStopped;

@@ -73,7 +73,9 @@ QString nameOf(const ChosenDisplay& display) {
     return QString::fromStdString(serial.empty() ? name : name + ", " + serial);
 }
 
-int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& messages) {
+// @param job files to open @param isPair a photo and its depth image
+int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& layout, bool isPair,
+              Messages& messages) {
     if (!hasDesktop()) {
         throw Error(ErrorCode::NotFound, "desktop",
                     "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
@@ -81,9 +83,9 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     // also volumes that are mounted elsewhere; of several the first will do, as the window can
     // choose
     ChosenDisplay display =
-        findDisplay(commandLine, messages, {[] { return qt::findVolumes(); }, true});
+        findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true});
     if (display.isMapOnly) throw UsageError("a map is not enough, expected the calibration -c");
-    display.quilt = chooseQuilt(commandLine, display, messages);
+    display.quilt = chooseQuilt(layout, display, messages);
     QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's; numbers in files have a point
     QApplication::setOrganizationName("altiro3D");
@@ -91,12 +93,12 @@ int runWindow(int& argc, char** argv, const CommandLine& commandLine, Messages& 
     QApplication::setDesktopFileName("altiro3Dview");
     MainWindow window(display, messages.warnings());
     messages.dropWarnings(); // the window shows them
-    window.controller().setPlaySettings(playSettings(commandLine));
+    window.controller().setPlaySettings(job.play);
     if (messages.verbose()) detailSilence(messages);
     window.show();
-    const std::vector<std::filesystem::path>& files = commandLine.files();
+    const std::vector<std::filesystem::path>& files = job.files;
     if (files.empty()) window.welcome(nameOf(display));
-    if (commandLine.has("d")) {
+    if (isPair) {
         window.controller().open(Source{files[0], files[1], Reading::Photo});
     } else {
         window.controller().open(files);
@@ -164,15 +166,14 @@ int main(int argc, char** argv) {
         commandLine.addTerm(CommandLine::Chapter::Environment, variable,
                             "The desktop on which the window opens.");
     }
-    return runToolWithoutApplication(argc, argv, commandLine,
-                                     [&](const CommandLine& given, Messages& messages) {
-                                         requireUsage(given);
-                                         if (given.has("list-displays"))
-                                             return listDisplays(argc, argv, given, messages);
-                                         if (given.has("show"))
-                                             return present(argc, argv, given, messages);
-                                         if (given.has("test-picture"))
-                                             return presentTestPicture(argc, argv, given, messages);
-                                         return runWindow(argc, argv, given, messages);
-                                     });
+    return runToolWithoutApplication(
+        argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
+            requireUsage(given);
+            if (given.has("list-displays"))
+                return listDisplays(argc, argv, given.has("json"), messages);
+            const ShowJob job = showJob(given);
+            if (given.has("show")) return present(argc, argv, job, messages);
+            if (given.has("test-picture")) return presentTestPicture(argc, argv, job, messages);
+            return runWindow(argc, argv, job, quiltRequest(given), given.has("d"), messages);
+        });
 }

@@ -75,8 +75,7 @@ std::string textOf(const qt::ScreenFacts& screen) {
     return text;
 }
 
-int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
-                 tools::Messages& messages) {
+int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
     std::unique_ptr<QGuiApplication> application;
     if (hasDesktop())
         application = std::make_unique<QGuiApplication>(argc, argv);
@@ -85,7 +84,7 @@ int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
     const std::vector<qt::ScreenFacts> screens =
         application ? screenFacts() : std::vector<qt::ScreenFacts>();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
-    if (commandLine.has("json")) {
+    if (json) {
         messages.print(
             jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));
         return tools::kExitDone;

@@ -17,8 +17,7 @@ std::vector<qt::ScreenFacts> screenFacts();
 /// The known properties of a screen: "HDMI-1, LKG-P00655, 1536 x 2048 px".
 std::string textOf(const qt::ScreenFacts& screen);
 
-/// Prints the displays, screens and volumes found, for people or (--json) for programs.
-int listDisplays(int& argc, char** argv, const tools::CommandLine& commandLine,
-                 tools::Messages& messages);
+/// Prints the displays, screens and volumes found, for people or (JSON) for programs.
+int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages);
 
 } // namespace altiro3D::viewer

@@ -7,7 +7,6 @@
 #include "common/quilt_options.hpp"
 #include "common/run_tool.hpp"
 #include "common/views_folder.hpp"
-#include "common/views_quilt.hpp"
 
 #include <algorithm>
 #include <map>

@@ -41,23 +41,22 @@ std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenF
 }
 
 // The screen for a Native: that of --screen, of --serial, or of the display that it is for.
-std::size_t chooseScreen(const tools::CommandLine& commandLine,
-                         const std::vector<qt::ScreenFacts>& screens, cv::Size native,
-                         tools::Messages& messages) {
-    if (const auto wanted = commandLine.value("screen")) return namedScreen(*wanted, screens);
+std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>& screens,
+                         cv::Size native, tools::Messages& messages) {
+    if (!job.screen.empty()) return namedScreen(job.screen, screens);
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
     std::optional<std::size_t> chosen;
-    if (const auto serial = commandLine.value("serial")) {
+    if (const std::string& serial = job.display.serial; !serial.empty()) {
         for (std::size_t i = 0; i < displays.size(); ++i) {
             const bool named =
-                displays[i].name == *serial || displays[i].volume == *serial ||
-                (displays[i].calibration && displays[i].calibration->serial == *serial);
+                displays[i].name == serial || displays[i].volume == serial ||
+                (displays[i].calibration && displays[i].calibration->serial == serial);
             if (named && displays[i].screen) chosen = i;
         }
     } else {
         std::optional<Calibration> calibration;
-        if (const auto file = commandLine.value("c"))
-            calibration = readCalibration(tools::calibrationFile(*file));
+        if (!job.display.calibration.empty())
+            calibration = readCalibration(tools::calibrationFile(job.display.calibration));
         chosen = qt::chooseDisplay(displays, screens, calibration, native);
     }
     if (!chosen) {
@@ -130,24 +129,23 @@ void requireSize(const std::string& what, cv::Size size, const qt::ScreenFacts& 
 }
 
 // The screen of the display that a run shows its pictures on.
-QScreen& screenFor(const tools::CommandLine& commandLine, const std::string& what, cv::Size native,
-                   bool requiresSize, tools::Messages& messages) {
+QScreen& screenFor(const ShowJob& job, const std::string& what, cv::Size native, bool requiresSize,
+                   tools::Messages& messages) {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::size_t screen = chooseScreen(commandLine, screens, native, messages);
+    const std::size_t screen = chooseScreen(job, screens, native, messages);
     if (requiresSize) requireSize(what, native, screens[screen]);
     messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));
     return *QGuiApplication::screens()[static_cast<int>(screen)];
 }
 
-int presentStream(int& argc, char** argv, const tools::CommandLine& commandLine,
-                  tools::Messages& messages) {
+int presentStream(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     PictureStream stream;
     requireDesktop();
     const QApplication application(argc, argv);
     qt::NativeWidget widget;
     QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
     widget.setNative(stream.first());
-    widget.showOn(screenFor(commandLine, "-", stream.first().size(), true, messages));
+    widget.showOn(screenFor(job, "-", stream.first().size(), true, messages));
     messages.flushWarnings();
     Arrivals arrivals;
     QObject::connect(
@@ -166,32 +164,21 @@ int presentStream(int& argc, char** argv, const tools::CommandLine& commandLine,
     return status;
 }
 
-SlideShow::Settings showSettings(const tools::CommandLine& commandLine, bool isSingle) {
-    SlideShow::Settings settings;
-    settings.each = commandLine.number("each", 0.1, 1e6).value_or(settings.each);
-    settings.loops = commandLine.has("loop") || isSingle;
-    settings.shuffles = commandLine.has("shuffle");
-    settings.seed = std::random_device()();
-    return settings;
-}
-
-int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
-                 tools::Messages& messages) {
-    std::vector<std::filesystem::path> names = {*commandLine.value("show")};
-    names.insert(names.end(), commandLine.files().begin(), commandLine.files().end());
-    ShowFiles files(names);
+int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
+    ShowFiles files(job.files);
     for (const Note& note : files.notes())
         messages.warn(note.text);
     const bool isSingle = files.files().size() == 1 && files.folders().empty();
-    const SlideShow::Settings settings = showSettings(commandLine, isSingle);
+    SlideShow::Settings settings = job.slides;
+    settings.loops = settings.loops || isSingle;
     requireDesktop();
     const QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C");                // Qt takes the user's
     QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
     const tools::ChosenDisplay found = tools::findDisplay(
-        commandLine, messages, {[] { return qt::findVolumes(); }, true}, tools::DisplayUse::None);
+        job.display, messages, {[] { return qt::findVolumes(); }, true}, tools::DisplayUse::None);
     QScreen& screen =
-        screenFor(commandLine, found.files.empty() ? "calibration" : found.files.front().string(),
+        screenFor(job, found.files.empty() ? "calibration" : found.files.front().string(),
                   found.isSample ? cv::Size() : found.panelSize(), !found.isSample, messages);
     messages.flushWarnings();
     std::string problem;
@@ -206,7 +193,7 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
     QObject::connect(&presenter, &SlidePresenter::ended, &application, &QApplication::quit,
                      Qt::QueuedConnection);
     if (messages.verbose()) detailSilence(messages);
-    presenter.setPlaySettings(playSettings(commandLine));
+    presenter.setPlaySettings(job.play);
     presenter.start(screen);
     const int status = QApplication::exec();
     const VideoPlayer::Counts counts = presenter.counts();
@@ -216,18 +203,28 @@ int presentFiles(int& argc, char** argv, const tools::CommandLine& commandLine,
     }
     if (presenter.show().hasShown() || problem.empty()) return status;
     if (isSingle) throw std::runtime_error(problem);
-    throw Error(ErrorCode::NotFound, names.front().string(),
+    throw Error(ErrorCode::NotFound, job.files.front().string(),
                 "holds nothing that can be shown, expected photos, quilts or Natives");
 }
 
 } // namespace
 
-PlaySettings playSettings(const tools::CommandLine& commandLine) {
-    PlaySettings settings;
+ShowJob showJob(const tools::CommandLine& commandLine) {
+    ShowJob job;
+    if (const auto show = commandLine.value("show")) job.files.emplace_back(*show);
+    if (!job.files.empty() && job.files.front() == "-" && !commandLine.files().empty())
+        throw tools::UsageError("--show - takes no further names");
+    job.files.insert(job.files.end(), commandLine.files().begin(), commandLine.files().end());
+    job.display = tools::displayOptions(commandLine);
+    job.screen = commandLine.value("screen").value_or("");
+    job.slides.each = commandLine.number("each", 0.1, 1e6).value_or(job.slides.each);
+    job.slides.loops = commandLine.has("loop");
+    job.slides.shuffles = commandLine.has("shuffle");
+    job.slides.seed = std::random_device()();
     if (const auto volume = commandLine.number("volume", 0, 100))
-        settings.volume = static_cast<int>(std::lround(*volume));
-    settings.muted = commandLine.has("mute");
-    return settings;
+        job.play.volume = static_cast<int>(std::lround(*volume));
+    job.play.muted = commandLine.has("mute");
+    return job;
 }
 
 void detailSilence(tools::Messages& messages) {
@@ -235,28 +232,25 @@ void detailSilence(tools::Messages& messages) {
         messages.detail("videos are shown without sound: " + why);
 }
 
-int present(int& argc, char** argv, const tools::CommandLine& commandLine,
-            tools::Messages& messages) {
-    if (*commandLine.value("show") != "-") return presentFiles(argc, argv, commandLine, messages);
-    if (!commandLine.files().empty()) throw tools::UsageError("--show - takes no further names");
-    return presentStream(argc, argv, commandLine, messages);
+int present(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
+    const bool isStream = job.files.front() == "-";
+    return (isStream ? presentStream : presentFiles)(argc, argv, job, messages);
 }
 
-int presentTestPicture(int& argc, char** argv, const tools::CommandLine& commandLine,
-                       tools::Messages& messages) {
+int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     requireDesktop();
     const QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's
     const tools::ChosenDisplay display =
-        tools::findDisplay(commandLine, messages, {[] { return qt::findVolumes(); }, true});
+        tools::findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true});
     if (display.isMapOnly)
         throw tools::UsageError("a map is not enough, expected the calibration -c");
     const cv::Mat native = makeTestPicture(display);
     qt::NativeWidget widget;
     QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
     widget.setNative(native);
-    widget.showOn(screenFor(commandLine, display.isSample ? "calibration" : display.source,
-                            native.size(), true, messages));
+    widget.showOn(screenFor(job, display.isSample ? "calibration" : display.source, native.size(),
+                            true, messages));
     for (const std::string& sentence : testPictureAdvice())
         messages.say(sentence);
     messages.flushWarnings();

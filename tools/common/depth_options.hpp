@@ -14,8 +14,7 @@ namespace altiro3D::tools {
 enum class Medium { Photo, Video };
 
 /// -n -l --net-profile --network-size --engine -d --rgbd --depth-kind --stereo --embedded-depth
-/// --unblurred;
-/// for videos also --depth
+/// --unblurred; for videos also --depth
 void addDepthOptions(CommandLine& commandLine, Medium medium = Medium::Photo);
 
 /// An engine's name for people. @return "OpenCV" or "ONNX Runtime"

@@ -43,9 +43,7 @@ struct SceneOptions {
 ///        --quick or an option that asks for something else is given; framing and focus are chosen
 ///        and the strength is limited, unless options state them
 /// @param standard without --method
-/// @throws UsageError, also for options of methods that are not used, unless they have their
-/// default
-///         values
+/// @throws UsageError, also for an option of another method that does not have its default value
 SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
                           ViewMethod standard = ViewOptions().method);
 /// Makes the NativeMaker for a display. On the path over a quilt it uses lookUpTable().

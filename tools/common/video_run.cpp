@@ -38,58 +38,51 @@ extern "C" void stopOnce(int signal) {
 // Shows Natives on the display with altiro3Dview, which is installed beside the tool.
 class DisplayPlayer {
   public:
-    // @throws Error
-    DisplayPlayer(const VideoJob& job, const ChosenDisplay& display);
+    static constexpr int kCrashed = -1; // of end(): a signal ended the viewer
 
-    // Sends a Native to the viewer and waits until all of it is written.
-    // @param native [rows x cols, CV_8UC3, BGR]
+    DisplayPlayer(const VideoJob& job, const ChosenDisplay& display) {
+        QStringList arguments{"--show", "-"};
+        if (!display.isMapOnly && !display.files.empty()) { // behind the map, if there is one
+            arguments << "-c" << QFile::decodeName(display.files.back().c_str());
+        }
+        for (const auto& [option, value] :
+             {std::pair("--serial", job.display.serial), std::pair("--screen", job.screen)}) {
+            if (!value.empty()) arguments << option << QString::fromLocal8Bit(value.c_str());
+        }
+        viewer_.setProcessChannelMode(QProcess::ForwardedChannels);
+        viewer_.start(QCoreApplication::applicationDirPath() + "/altiro3Dview", arguments);
+        if (!viewer_.waitForStarted()) {
+            throw Error(ErrorCode::NotFound, "altiro3Dview",
+                        "cannot be started, expected it beside video2native");
+        }
+    }
+
+    // Sends a Native [CV_8UC3, BGR] to the viewer and waits until all of it is written.
     // @return false if the viewer has ended
-    bool show(const cv::Mat& native);
-    // Result of end() if a signal ended the viewer.
-    static constexpr int kCrashed = -1;
+    bool show(const cv::Mat& native) {
+        const std::string head =
+            "P6\n" + std::to_string(native.cols) + " " + std::to_string(native.rows) + "\n255\n";
+        cv::cvtColor(native, rgb_, cv::COLOR_BGR2RGB);
+        const auto bytes = static_cast<qint64>(rgb_.total() * rgb_.elemSize());
+        viewer_.write(head.data(), static_cast<qint64>(head.size()));
+        viewer_.write(reinterpret_cast<const char*>(rgb_.data), bytes);
+        while (viewer_.state() == QProcess::Running && viewer_.bytesToWrite() > 0)
+            viewer_.waitForBytesWritten(100);
+        return viewer_.state() == QProcess::Running;
+    }
+
     // Waits until the viewer has ended. @return its exit status, or kCrashed
-    int end();
+    int end() {
+        viewer_.closeWriteChannel();
+        viewer_.waitForFinished(-1);
+        if (viewer_.exitStatus() == QProcess::NormalExit) return viewer_.exitCode();
+        return kCrashed;
+    }
 
   private:
     QProcess viewer_;
     cv::Mat rgb_;
 };
-
-DisplayPlayer::DisplayPlayer(const VideoJob& job, const ChosenDisplay& display) {
-    QStringList arguments{"--show", "-"};
-    if (!display.isMapOnly && !display.files.empty()) { // behind the map, if there is one
-        arguments << "-c" << QFile::decodeName(display.files.back().c_str());
-    }
-    for (const auto& [option, value] :
-         {std::pair("--serial", job.display.serial), std::pair("--screen", job.screen)}) {
-        if (!value.empty()) arguments << option << QString::fromLocal8Bit(value.c_str());
-    }
-    viewer_.setProcessChannelMode(QProcess::ForwardedChannels);
-    viewer_.start(QCoreApplication::applicationDirPath() + "/altiro3Dview", arguments);
-    if (!viewer_.waitForStarted()) {
-        throw Error(ErrorCode::NotFound, "altiro3Dview",
-                    "cannot be started, expected it beside video2native");
-    }
-}
-
-bool DisplayPlayer::show(const cv::Mat& native) {
-    const std::string head =
-        "P6\n" + std::to_string(native.cols) + " " + std::to_string(native.rows) + "\n255\n";
-    cv::cvtColor(native, rgb_, cv::COLOR_BGR2RGB);
-    const auto bytes = static_cast<qint64>(rgb_.total() * rgb_.elemSize());
-    viewer_.write(head.data(), static_cast<qint64>(head.size()));
-    viewer_.write(reinterpret_cast<const char*>(rgb_.data), bytes);
-    while (viewer_.state() == QProcess::Running && viewer_.bytesToWrite() > 0)
-        viewer_.waitForBytesWritten(100);
-    return viewer_.state() == QProcess::Running;
-}
-
-int DisplayPlayer::end() {
-    viewer_.closeWriteChannel();
-    viewer_.waitForFinished(-1);
-    if (viewer_.exitStatus() == QProcess::NormalExit) return viewer_.exitCode();
-    return kCrashed;
-}
 
 // Result of a run.
 struct VideoOutcome {

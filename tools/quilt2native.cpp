@@ -90,8 +90,8 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
 
 // Refuses options without an effect on pictures.
 void refuseVideoOptions(const CommandLine& commandLine) {
-    for (const char* option : {"codec", "crf", "preset", "compat", "no-audio", "no-subtitles",
-                               "resume", "progress", "report"}) {
+    for (const char* option : {"codec", "crf", "preset", "max-rate", "compat", "no-audio",
+                               "no-subtitles", "resume", "progress", "report"}) {
         if (commandLine.has(option)) {
             throw UsageError("--" + std::string(option) +
                              " applies to videos, expected a video as output");

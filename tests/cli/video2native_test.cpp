@@ -480,6 +480,32 @@ TEST(Video2NativeTool, EqualFramesAreMadeOnce) {
     EXPECT_EQ(frameCount(studio / "native.mp4"), 50u);
 }
 
+TEST(Video2NativeTool, SizeAndRateAreSaidAndTheCapIsThePanels) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoStudio studio;
+    const auto made = [&](const Arguments& more) {
+        const Outcome outcome =
+            studio.run(kTool, studio.call("n.mp4", Arguments{"-y", "--report", "r.json"} + more));
+        EXPECT_TRUE(isDone(outcome));
+        return std::pair(outcome.out, Json::parse(slurp(studio / "r.json")));
+    };
+    const auto [text, report] = made({"--profile", "balanced", "--preview", "0.5"});
+    const auto bytes = static_cast<double>(fs::file_size(studio / "n.mp4"));
+    EXPECT_EQ(report["bytes"].get<double>(), bytes);
+    EXPECT_NEAR(report["megabitsPerSecond"].get<double>(), 8e-6 * bytes / 0.5, 0.005);
+    EXPECT_EQ(report["settings"]["encoder"]["maxRate"], 1); // of 96 x 128 px: .6, at least 1
+    char expected[100];
+    std::snprintf(expected, sizeof expected, ", %.1f MB, %.1f Mbit/s; ", 1e-6 * bytes,
+                  report["megabitsPerSecond"].get<double>());
+    EXPECT_NE(text.find(expected), std::string::npos) << text;
+    std::snprintf(expected, sizeof expected, "the whole video (0:03.0) becomes about %.1f MB",
+                  6e-6 * bytes);
+    EXPECT_NE(text.find(expected), std::string::npos) << text;
+    EXPECT_EQ(made({"--profile", "live"}).second["settings"]["encoder"]["maxRate"], 0);
+    EXPECT_EQ(made({"--max-rate", "7"}).second["settings"]["encoder"]["maxRate"], 7);
+    EXPECT_EQ(made({"--max-rate", "0"}).first.find("becomes about"), std::string::npos);
+}
+
 TEST(Video2NativeTool, APartIsMadeWithItsSound) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio;
@@ -1666,6 +1692,14 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
          "--crf does not apply to --codec ffv1"},
         {{"--codec", "ffv1", "--compat", "clip.mp4", "o.mkv"}, "--compat goes with"},
         {{"--crf", "99", "clip.mp4", "o.mp4"}, "0..51"},
+        {{"--max-rate", "-1", "clip.mp4", "o.mp4"}, "0..100000"},
+        {{"--max-rate", "much", "clip.mp4", "o.mp4"}, "--max-rate is \"much\""},
+        {{"--max-rate", "0.5", "clip.mp4", "o.mp4"}, "--max-rate is 0.5, expected 0 or 1..100000"},
+        {{"--max-rate", "9", "--codec", "hevc", "clip.mp4", "o.mp4"},
+         "--max-rate goes with --codec"},
+        {{"--max-rate", "9", "--codec", "prores", "clip.mp4", "o.mov"},
+         "--max-rate does not apply to --codec prores"},
+        {{"--max-rate", "9", "--crf", "0", "clip.mp4", "o.mp4"}, "--max-rate goes with --crf 1"},
         {{"--from", "1:2:3:4", "clip.mp4", "o.mp4"}, "expected seconds"},
         {{"--from", "2", "--to", "1", "clip.mp4", "o.mp4"}, "expected a time after --from"},
         {{"--preview", "0", "clip.mp4", "o.mp4"}, "expected more than 0"},

@@ -81,6 +81,12 @@ int plan(const VideoJob& job, const VideoChunkOptions& options,
                  ", " + counted(made.frames, "frame") + ", " + clockText(made.end) +
                  "; depth that is made twice: " + shareText(made.repeatedFrames, made.frames) +
                  "; planned in " + fixed(made.seconds, 1) + " s");
+    const double most = run.encoding.maxRate;
+    if (most > 0) {
+        messages.say("the pictures take at most about " + bytesText(1e6 / 8 * most * made.end) +
+                     " (--max-rate " + fixed(most, 0) + ")");
+        tellDecoding(run, most, messages);
+    }
     return kExitDone;
 }
 
@@ -137,9 +143,10 @@ int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messag
     }
     messages.warn(result.notes);
     writeFile(mark, fileStamp(output));
-    const std::string line = output.string() + ": " + counted(result.frames, "frame") + ", " +
-                             clockText(result.end) + "; joined in " +
-                             fixed(result.finishSeconds, 1) + " s";
+    const std::string line =
+        output.string() + ": " + counted(result.frames, "frame") + ", " + clockText(result.end) +
+        ", " + bytesAndRateText(static_cast<double>(fs::file_size(output)), result.end) +
+        "; joined in " + fixed(result.finishSeconds, 1) + " s";
     logLine(call, line);
     messages.say(line);
     return kExitDone;

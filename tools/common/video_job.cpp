@@ -220,6 +220,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     refusePicture(plan, nullptr); // FFmpeg's error would not say so
     conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = conversion.reader->facts();
+    run.inputFacts = facts;
     refusePicture(plan, &facts);
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
     if (!plan.fromQuilt) {
@@ -260,6 +261,9 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
                       "sub-pixels belong to different views, so views are mixed and depth blurs; "
                       "use it only for players that refuse the usual file");
     }
+    if (plan.product == VideoProduct::Native && run.encoding.codec == VideoCodec::H264 &&
+        run.encoding.crf >= 1 && !job.isMaxRateGiven)
+        run.encoding.maxRate = defaultMaxRate(job.profile, run.display.panelSize());
     run.encoding.threads = cv::getNumThreads();
 
     conversion.input = plan.input;

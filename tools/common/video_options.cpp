@@ -15,9 +15,9 @@ namespace {
 
 // Measured: docs/tradeoff.md, docs/performance.md.
 const std::array<VideoProfile, 3> kProfiles = {{
-    {"live", ViewMethod::Fast, false, 0, EncoderPreset::UltraFast, 20},
-    {"balanced", ViewMethod::Layered, false, 0, EncoderPreset::SuperFast, 16},
-    {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12},
+    {"live", ViewMethod::Fast, false, 0, EncoderPreset::UltraFast, 20, 0},
+    {"balanced", ViewMethod::Layered, false, 0, EncoderPreset::SuperFast, 16, 50},
+    {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12, 50},
 }};
 
 // Seconds as "90", "1:30" or "0:01:30.5".
@@ -40,6 +40,20 @@ std::optional<double> secondsOption(const CommandLine& commandLine, const std::s
     }
     throw UsageError("--" + option + " is \"" + text +
                      "\", expected seconds, as 12.5, or [h:]mm:ss");
+}
+
+double maxRateOption(const CommandLine& commandLine, const VideoWriterOptions& options) {
+    const double rate = commandLine.number("max-rate", 0, 100000).value_or(0);
+    if (rate == 0) return 0;
+    if (rate < 1) {
+        throw UsageError("--max-rate is " + *commandLine.value("max-rate") +
+                         ", expected 0 or 1..100000");
+    }
+    if (options.codec == VideoCodec::Hevc)
+        throw UsageError("--max-rate goes with --codec h264 or h264rgb, not with hevc");
+    if (options.crf < 1)
+        throw UsageError("--max-rate goes with --crf 1 or more, which need not be lossless");
+    return rate;
 }
 
 } // namespace
@@ -114,6 +128,11 @@ void addEncoderOptions(CommandLine& commandLine) {
     commandLine.addAdvanced({"preset"},
                             "Effort of h264, hevc, h264rgb: a slower preset makes smaller files.",
                             "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
+    commandLine.addAdvanced(
+        {"max-rate"},
+        "Most megabits per second of h264, h264rgb, as a mean of some seconds; 0: any. Default: 50 "
+        "per megapixel of the panel for Natives of profile balanced and best, else any.",
+        "MBITS");
     commandLine.addAdvanced({"compat"},
                             "4:2:0 for players that refuse 4:4:4 (h264, hevc). It mixes the "
                             "colours of neighbouring pixels and so the views of a Native.");
@@ -131,7 +150,7 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
                                                      {"prores", VideoCodec::ProRes}})
                         .value_or(VideoCodec::H264);
     if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
-        for (const char* option : {"crf", "preset"}) {
+        for (const char* option : {"crf", "preset", "max-rate"}) {
             if (commandLine.has(option)) {
                 throw UsageError("--" + std::string(option) + " does not apply to --codec " +
                                  *commandLine.value("codec") + "; leave it out");
@@ -145,6 +164,7 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
                          *commandLine.value("codec"));
     }
     options.crf = commandLine.number("crf", 0, 51).value_or(profile.crf);
+    options.maxRate = maxRateOption(commandLine, options);
     std::vector<std::string> presets;
     for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
         presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
@@ -153,6 +173,11 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     options.audio = !commandLine.has("no-audio");
     options.subtitles = !commandLine.has("no-subtitles");
     return options;
+}
+
+double defaultMaxRate(const VideoProfile& profile, cv::Size panel) {
+    if (profile.bitsPerPixel == 0) return 0;
+    return std::max(1.0, std::round(1e-6 * profile.bitsPerPixel * panel.area()));
 }
 
 bool isHeifPicture(const std::filesystem::path& file) {

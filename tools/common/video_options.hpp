@@ -18,6 +18,7 @@ struct VideoProfile {
     int depthEvery = 0; ///< see VideoDepthOptions
     EncoderPreset preset = EncoderPreset::SuperFast;
     double crf = 16;
+    double bitsPerPixel = 50; ///< most bits per px of the panel and second, 0: any
 };
 
 /// --profile
@@ -31,11 +32,14 @@ void addVideoInputOptions(CommandLine& commandLine);
 /// @throws UsageError
 VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
 
-/// --codec --crf --preset --compat --no-audio --no-subtitles
+/// --codec --crf --preset --max-rate --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
-/// Reads the encoder options; the video sets size and times.
+/// Reads the encoder options; the video sets size and times, and its size the default of maxRate.
 /// @throws UsageError
 VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
+
+/// The cap of a Native's rate by its profile, Mbit/s; 0: none.
+double defaultMaxRate(const VideoProfile& profile, cv::Size panel);
 
 /// Whether a file is a HEIC or AVIF picture, by its first bytes. FFmpeg opens some as videos.
 bool isHeifPicture(const std::filesystem::path& file);

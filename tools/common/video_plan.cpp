@@ -51,8 +51,8 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     }
     plan.part = videoReaderOptions(commandLine);
     if (show) {
-        for (const char* option :
-             {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset", "compat", "progress"})
+        for (const char* option : {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset",
+                                   "max-rate", "compat", "progress"})
             commandLine.exclude("show", option);
         return plan;
     }
@@ -115,6 +115,8 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     job.resume = commandLine.has("resume");
     job.recursive = commandLine.has("recursive");
     job.jsonProgress = VideoProgressLine::json(commandLine);
+    job.isPreview = commandLine.has("preview");
+    job.isMaxRateGiven = commandLine.has("max-rate");
     job.profile = videoProfile(commandLine, plan.show);
     job.scene = sceneOptions(commandLine, AutoUse::Named, job.profile.method);
     NativeOptions& native = job.scene.native;

@@ -44,6 +44,8 @@ struct VideoJob {
     bool resume = false;
     bool recursive = false;
     bool jsonProgress = false;
+    bool isPreview = false;
+    bool isMaxRateGiven = false; ///< Otherwise the display sets VideoWriterOptions::maxRate.
     VideoProfile profile;
     DisplayOptions display;
     std::string screen; ///< `--screen`; empty: the display's own.

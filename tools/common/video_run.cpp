@@ -15,6 +15,7 @@
 #include <QProcess>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <malloc.h>
 #include <nlohmann/json.hpp>
@@ -84,6 +85,10 @@ class DisplayPlayer {
     cv::Mat rgb_;
 };
 
+double megabits(double bytes, double seconds) {
+    return seconds > 0 ? 8e-6 * bytes / seconds : 0;
+}
+
 // Result of a run.
 struct VideoOutcome {
     VideoConversionResult result;
@@ -91,11 +96,13 @@ struct VideoOutcome {
     bool stopped = false; // by the user
     bool failed = false;  // the error was reported already
     std::string cutOff;   // warning that the input is cut off; empty if it is not
+    double bytes = 0;     // of the file, with its sound
 
     double rate() const { // frames per second
         const double seconds = result.seconds();
         return seconds > 0 ? static_cast<double>(result.made()) / seconds : 0;
     }
+    double megabitsPerSecond() const { return megabits(bytes, result.end); }
     const char* state() const {
         return stopped ? "stopped" : cutOff.empty() ? "done" : "truncated";
     }
@@ -134,7 +141,10 @@ Json settingsJson(const VideoRun& run) {
         {"profile", job.profile.name},
         {"display", run.display.source},
         {"quilt", run.layout.text()},
-        {"encoder", {{"preset", presetName(run.encoding.preset)}, {"crf", run.encoding.crf}}}};
+        {"encoder",
+         {{"preset", presetName(run.encoding.preset)},
+          {"crf", run.encoding.crf},
+          {"maxRate", run.encoding.maxRate}}}};
     if (run.depth) {
         const NativeOptions& native = run.scene.native;
         settings["method"] = methodName(native.views.method);
@@ -174,6 +184,8 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"seconds", result.seconds()},
                        {"finishSeconds", result.finishSeconds},
                        {"framesPerSecond", outcome.rate()},
+                       {"bytes", outcome.bytes},
+                       {"megabitsPerSecond", outcome.megabitsPerSecond()},
                        {"stages", stagesJson(result.pipeline)},
                        {"inferences", result.inferences},
                        {"repeatedFrames", result.repeated},
@@ -187,6 +199,24 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"settings", settingsJson(run)},
                        {"warnings", messages.warnings()}};
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+// Says what a preview lets expect of the whole, what --max-rate did, and what plays the Natives of
+// a large panel.
+void tellRate(const VideoRun& run, const VideoOutcome& outcome, Messages& messages) {
+    const double rate = outcome.megabitsPerSecond();
+    const std::optional<double> whole = run.inputFacts.duration;
+    if (run.job.isPreview && whole && outcome.result.end > 0) {
+        messages.say("the whole video (" + clockText(*whole) + ") becomes about " +
+                     bytesText(outcome.bytes * *whole / outcome.result.end) + " at this rate");
+    }
+    constexpr double kNear = 0.9;
+    if (run.encoding.maxRate > 0 && rate > kNear * run.encoding.maxRate) {
+        messages.say("the quality is lowered where it would take more than " +
+                     fixed(run.encoding.maxRate, 0) +
+                     " Mbit/s; --max-rate sets another limit, 0 none");
+    }
+    tellDecoding(run, rate, messages);
 }
 
 // The details of -v, and the number of frames that came too fast.
@@ -303,13 +333,16 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
         throw;
     }
     outcome.stopped = outcome.result.cancelled;
+    outcome.bytes = static_cast<double>(std::filesystem::file_size(plan.output));
     tellRemarks(run, outcome, messages);
     progress.end(outcome.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
                  " video, " + sizeText(outcome.size) + ", " +
                  counted(outcome.result.frames, "frame") + ", " + clockText(outcome.result.end) +
-                 "; " + fixed(outcome.rate(), 1) + " fps");
+                 ", " + bytesAndRateText(outcome.bytes, outcome.result.end) + "; " +
+                 fixed(outcome.rate(), 1) + " fps");
+    tellRate(run, outcome, messages);
     return outcome;
 }
 
@@ -337,6 +370,36 @@ VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& mes
 }
 
 } // namespace
+
+std::string bytesText(double bytes) {
+    return bytes < 1e9 ? fixed(bytes / 1e6, 1) + " MB" : fixed(bytes / 1e9, 1) + " GB";
+}
+
+std::string bytesAndRateText(double bytes, double seconds) {
+    return bytesText(bytes) + ", " + fixed(megabits(bytes, seconds), 1) + " Mbit/s";
+}
+
+void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
+    const VideoWriterOptions& encoding = run.encoding;
+    if (run.plan.product != VideoProduct::Native || encoding.codec != VideoCodec::H264 ||
+        encoding.compatible)
+        return;
+    // Measured: docs/performance.md.
+    const bool isQuick = encoding.preset < EncoderPreset::Medium;
+    const double secondsPerMegapixel = isQuick ? 0.0011 : 0.0022;
+    const double secondsPerMegabit = isQuick ? 0.0027 : 0.009;
+    constexpr double kEasy = 0.75; // of a core
+    const cv::Size panel = run.display.panelSize();
+    const double frames =
+        run.inputFacts.averageRate.isKnown() ? run.inputFacts.averageRate.value() : 30;
+    const double cores =
+        secondsPerMegapixel * 1e-6 * panel.area() * frames + secondsPerMegabit * rate;
+    if (cores <= kEasy) return;
+    messages.say("to play " + sizeText(panel) + " at " + fixed(frames, 0) + " fps and " +
+                 fixed(rate, 0) + " Mbit/s takes about " + fixed(std::ceil(cores + 0.25), 0) +
+                 " cores of a processor, as graphics hardware decodes no H.264 in 4:4:4; with "
+                 "--codec hevc it may");
+}
 
 bool isStopWanted() {
     return stopWanted.load();

@@ -22,6 +22,7 @@ struct VideoRun {
     std::string path;                 ///< "direct" or "quilt", for reports.
     std::optional<ChosenDepth> depth; ///< Absent if frames are quilts.
     VideoWriterOptions encoding;      ///< How frames are encoded.
+    VideoFacts inputFacts;            ///< Of the input that was opened last.
 };
 
 /// Chooses the source of depth, unless the run has one already or the frames are quilts.
@@ -52,6 +53,13 @@ int runVideo(const VideoJob& job, Messages& messages);
 /// @return the exit status
 /// @throws UsageError, Error, NotTaken
 int makeVideo(VideoRun& run, std::string* report, Messages& messages);
+
+/// "45.1 MB"
+std::string bytesText(double bytes);
+/// Size and rate of a file: "45.1 MB, 120.3 Mbit/s". @param seconds its length
+std::string bytesAndRateText(double bytes, double seconds);
+/// Says what decodes H.264 4:4:4 that one thread can hardly play. @param rate Mbit/s
+void tellDecoding(const VideoRun& run, double rate, Messages& messages);
 
 /// Lets the first Ctrl-C set isStopWanted(), and a second one end the process.
 void catchStop();

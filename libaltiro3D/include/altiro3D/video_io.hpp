@@ -212,10 +212,14 @@ struct VideoWriterOptions {
     EncoderPreset preset = EncoderPreset::SuperFast; ///< Of H264, H264Rgb and Hevc.
     /// The frames are Natives, whose neighbouring px belong to different views. In 4:4:4, H264 and
     /// Hevc then work without psychovisual optimization and at crf + 2, which is more accurate at
-    /// about the same size. H264 at UltraFast and SuperFast takes a fixed quantizer of that value
-    /// and omits searches that gain little: for cuts, for motion between px, for the best number
-    /// of B-frames.
+    /// about the same size. H264 up to the preset Fast also codes without arithmetic coding and
+    /// deblocking, which halves the time to decode, and chroma a little more coarsely than luma. At
+    /// UltraFast and SuperFast it takes a quantizer of that value for all frames and omits searches
+    /// that gain little: for cuts, for motion between px, for the best number of B-frames.
     bool native = false;
+    /// Most Mbit/s of H264 and H264Rgb as a mean of some seconds, 1..100000; 0: any. Where more
+    /// would be needed, the quantizer rises. Not with a `crf` below 1, which loses nothing.
+    double maxRate = 0;
     Fraction timeBase{1, 1000};  ///< Unit of the frames' times, s.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
     bool constantRate = false;   ///< frameRate is known and holds for every frame.

@@ -107,6 +107,7 @@ Json encodingOf(const VideoWriterOptions& options) {
     return {{"codec", static_cast<int>(options.codec)},
             {"compatible", options.compatible},
             {"crf", options.crf},
+            {"maxRate", options.maxRate},
             {"preset", static_cast<int>(options.preset)},
             {"colours", colours},
             {"copied", {options.audio, options.subtitles, options.chapters, options.metadata}},

@@ -426,6 +426,8 @@ TEST_F(VideoChunksTest, AnotherConversionOrInputIsRefused) {
         }
     };
     isRefused("encoder was ");
+    change = [](VideoConversion& all) { all.encoding.maxRate = 50; };
+    isRefused("encoder was ");
     change = {};
     EXPECT_NE(errorOf([&] { plan(40); }).find("length of chunks was 30 and is 40"),
               std::string::npos);

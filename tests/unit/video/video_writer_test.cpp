@@ -23,7 +23,9 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <numeric>
 #include <opencv2/core.hpp>
+#include <set>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -293,6 +295,87 @@ TEST(VideoWriter, NativesAreMoreAccurateThanOtherPicturesOfTheirSizeInTheFile) {
     lossless.size = natives[0].size();
     lossless.crf = 0;
     EXPECT_EQ(encoded(lossless, true).first, encoded(lossless, false).first);
+}
+
+// Megabits of each second of a video, by its packets.
+std::vector<double> megabitsOfSeconds(const fs::path& file) {
+    std::vector<double> sums;
+    for (const std::string& line : lines(ffprobe(file, "packet=pts_time,size"))) {
+        const auto second = static_cast<std::size_t>(std::stod(line));
+        sums.resize(std::max(sums.size(), second + 1));
+        sums[second] += 8e-6 * std::stod(line.substr(line.find('|') + 1));
+    }
+    return sums;
+}
+
+void writeNoise(const fs::path& file, const VideoWriterOptions& options, int count) {
+    VideoWriter writer(file, options);
+    for (int i = 0; i < count; ++i)
+        writer.write({randomPhoto(options.size, i + 1, 0.5), i, 1});
+    writer.finish();
+}
+
+TEST(VideoWriter, MaxRateHoldsInEachSecondAndGivesTheSameBytes) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    constexpr int kSeconds = 6;
+    const TemporaryDirectory directory;
+    VideoWriterOptions options = smallOptions();
+    options.size = {192, 128};
+    options.native = true;
+    options.threads = 4;
+    const fs::path file = directory / "noise.mkv";
+    const fs::path again = directory / "again.mkv";
+    for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::H264Rgb}) {
+        options.codec = codec;
+        for (const EncoderPreset preset :
+             {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Medium}) {
+            SCOPED_TRACE(presetName(preset));
+            options.preset = preset;
+            options.maxRate = 0;
+            writeNoise(file, options, 25);
+            const double free = megabitsOfSeconds(file)[0];
+            options.maxRate = free / 2;
+            writeNoise(file, options, 25 * kSeconds);
+            const std::vector<double> rates = megabitsOfSeconds(file);
+            ASSERT_EQ(rates.size(), static_cast<std::size_t>(kSeconds));
+            const double all = std::accumulate(rates.begin(), rates.end(), 0.0);
+            EXPECT_LE(all, options.maxRate * (kSeconds + 1.5)); // some come early
+            EXPECT_GE(all, options.maxRate * kSeconds * 0.8);
+            for (std::size_t i = 1; i < rates.size(); ++i)
+                EXPECT_LE(rates[i], options.maxRate * 1.25) << i;
+            writeNoise(again, options, 25 * kSeconds);
+            EXPECT_TRUE(slurp(file) == slurp(again));
+            options.maxRate = 10 * free; // nothing to hold
+            writeNoise(file, options, 25);
+            EXPECT_NEAR(megabitsOfSeconds(file)[0], free, 0.1 * free);
+        }
+    }
+}
+
+// Arithmetic coding and deblocking take more than half of the time to decode.
+TEST(VideoWriter, NativesAreCodedToBeDecodedQuickly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "native.mkv";
+    for (const EncoderPreset preset :
+         {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Fast}) {
+        VideoWriterOptions options = smallOptions();
+        options.preset = preset;
+        options.native = true;
+        writeClip(file, options, 3);
+        std::set<std::string> found;
+        for (const std::string& line : lines(ffmpeg(
+                 "-v verbose -i " + arg(file) + " -c copy -bsf:v trace_headers -f null - 2>&1"))) {
+            for (const char* field :
+                 {"entropy_coding_mode_flag", "disable_deblocking_filter_idc"}) {
+                if (line.find(field) != std::string::npos)
+                    found.insert(field + line.substr(line.rfind(' ')));
+            }
+        }
+        EXPECT_EQ(found, (std::set<std::string>{"entropy_coding_mode_flag 0",
+                                                "disable_deblocking_filter_idc 1"}))
+            << presetName(preset);
+    }
 }
 
 TEST(VideoWriter, OddSizesAreKept) {
@@ -999,6 +1082,21 @@ TEST(VideoWriter, OptionsAreChecked) {
               }),
               "size: is 8 x 48 px, expected 16..16384 px a side");
     EXPECT_EQ(problem([](auto& o) { o.crf = 52; }), "crf: is 52, expected 0..51");
+    for (const double rate : {-1.0, 0.5, 100001.0, std::numeric_limits<double>::quiet_NaN()}) {
+        EXPECT_EQ(problem([&](auto& o) { o.maxRate = rate; }).find("maxRate: is "), 0u) << rate;
+    }
+    const auto withRate = [&](VideoCodec codec, double crf) {
+        return problem([&](auto& o) {
+            o.codec = codec;
+            o.crf = crf;
+            o.maxRate = 50;
+        });
+    };
+    EXPECT_EQ(withRate(VideoCodec::H264Rgb, 1), "(no error)");
+    EXPECT_EQ(withRate(VideoCodec::Hevc, 16),
+              "maxRate: is set, expected the codec H264 or H264Rgb with it");
+    EXPECT_EQ(withRate(VideoCodec::H264, 0),
+              "maxRate: is set, expected a crf of 1 or more with it");
     EXPECT_EQ(problem([](auto& o) { o.preset = static_cast<EncoderPreset>(9); }),
               "preset: is 9, expected an EncoderPreset");
     EXPECT_EQ(problem([](auto& o) {

@@ -244,6 +244,26 @@ TEST_F(ViewerController, KnobsAreUndoneGestureByGesture) {
     EXPECT_EQ(controller_.knobs(), knobs);
 }
 
+TEST_F(ViewerController, WhileAKnobMovesTheNativeIsADraft) {
+    openPhoto();
+    controller_.setArea({150, 200});
+    controller_.setMode(Mode::Native);
+    ASSERT_TRUE(waitForFrame());
+    for (const double strength : {11.0, 12.0}) {
+        Knobs knobs = controller_.knobs();
+        knobs.views.strengthPercent = strength;
+        controller_.turn(knobs, "strength", 7);
+    }
+    ASSERT_TRUE(waitForFrame());
+    const cv::Mat draft = picture().clone();
+    EXPECT_TRUE(controller_.frame().setup.isDraft);
+    ASSERT_TRUE(waitFor([this] { return shown() && !controller_.frame().setup.isDraft; }));
+    EXPECT_FALSE(samePicture(picture(), draft)); // the filter is on again
+    controller_.undoStack().undo();
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_FALSE(controller_.frame().setup.isDraft);
+}
+
 TEST_F(ViewerController, ABrokenFileIsNamedAndTheNextOneOpens) {
     spill(folder_ / "broken.png", "\x89PNG\r\n\x1a\nand nothing more");
     controller_.open(std::vector<fs::path>{folder_ / "broken.png"});

@@ -21,6 +21,7 @@ constexpr std::size_t kRendering = 1;
 constexpr std::size_t kPresenting = 2;
 constexpr int kSwingMilliseconds = 33;
 constexpr double kSwingPeriodMilliseconds = 4000;
+constexpr int kRestMilliseconds = 200;
 constexpr int kStoreMilliseconds = 2000; // a crash loses the settings of this time
 constexpr double kPi = 3.14159265358979323846;
 
@@ -45,6 +46,12 @@ Controller::Controller(Display display, QObject* parent)
       depthMaker_(std::make_shared<DepthMaker>()), studio_(std::make_shared<Studio>(depthMaker_)) {
     swingTimer_.setInterval(kSwingMilliseconds);
     connect(&swingTimer_, &QTimer::timeout, this, &Controller::swing);
+    restTimer_.setSingleShot(true);
+    restTimer_.setInterval(kRestMilliseconds);
+    connect(&restTimer_, &QTimer::timeout, this, [this] {
+        if (mode_ == Mode::Native || mode_ == Mode::Lens) requestFrame();
+        requestNative();
+    });
     storeTimer_.setSingleShot(true);
     storeTimer_.setInterval(kStoreMilliseconds);
     connect(&storeTimer_, &QTimer::timeout, this, [this] { store_.save(); });
@@ -317,9 +324,10 @@ void Controller::requestFrame() {
     // no frames of the previous file while another one is read: they would be taken for frames of
     // the new file
     if (opening_ || !document_ || area_.empty()) return;
-    const bool isDraft = canvas_ && canvas_->isPainting();
-    Request request{document_, knobs_, display_,     mode_,  position_,
-                    area_,     pan_,   paintedNow(), isDraft};
+    const bool isDraft = restTimer_.isActive() && (mode_ == Mode::Native || mode_ == Mode::Lens);
+    Request request{document_, knobs_,       display_,
+                    mode_,     position_,    area_,
+                    pan_,      paintedNow(), isDraft || (canvas_ && canvas_->isPainting())};
     if (!has(modesOf(document_->kind), mode_)) return;
     worker_.post(kRendering,
                  [this, request = std::move(request), studio = studio_, number = readings_] {
@@ -356,23 +364,29 @@ void Controller::setPresenting(bool presenting) {
 void Controller::requestNative() {
     if (!presenting_ || opening_ || !document_) return;
     const cv::Size all(INT_MAX, INT_MAX);
-    worker_.post(
-        kPresenting,
-        [this, studio = studio_,
-         request = Request{document_, knobs_, display_, Mode::Native, 0, all, {}, paintedNow()}] {
-            cv::Mat native;
-            try {
-                native = studio->render(request).picture;
-            } catch (const std::exception&) {
-                return; // the picture in the window says why
-            }
-            QMetaObject::invokeMethod(
-                this,
-                [this, native, document = request.document] {
-                    if (presenting_ && document == document_) emit nativeReady(native);
-                },
-                Qt::QueuedConnection);
-        });
+    worker_.post(kPresenting, [this, studio = studio_,
+                               request = Request{document_,
+                                                 knobs_,
+                                                 display_,
+                                                 Mode::Native,
+                                                 0,
+                                                 all,
+                                                 {},
+                                                 paintedNow(),
+                                                 restTimer_.isActive()}] {
+        cv::Mat native;
+        try {
+            native = studio->render(request).picture;
+        } catch (const std::exception&) {
+            return; // the picture in the window says why
+        }
+        QMetaObject::invokeMethod(
+            this,
+            [this, native, document = request.document] {
+                if (presenting_ && document == document_) emit nativeReady(native);
+            },
+            Qt::QueuedConnection);
+    });
 }
 
 // The time that the picture took to the window leads the next ones.

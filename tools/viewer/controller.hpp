@@ -243,6 +243,7 @@ class Controller : public QObject {
     std::shared_ptr<const Display> display_;
     Mode mode_ = Mode::Sway;
     double position_ = 0;
+    QTimer restTimer_; // runs while a setting moves: Natives are drafts
     bool swinging_ = false;
     QTimer swingTimer_;
     QElapsedTimer swingClock_;

@@ -22,6 +22,7 @@ QString Controller::exportObstacle() const {
 Setup Controller::exportSetup() const {
     Setup setup = frame_.setup;
     setup.knobs = knobs_;
+    setup.isDraft = false;
     setup.isChosen = false;
     layFlatDepth(setup);
     return setup;

@@ -38,7 +38,9 @@ class Controller::Turn : public QUndoCommand {
 };
 
 void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
-    if (knobs != knobs_) undoStack_.push(new Turn(*this, knobs_, knobs, what, gesture));
+    if (knobs == knobs_) return;
+    if (gesture != 0) restTimer_.start();
+    undoStack_.push(new Turn(*this, knobs_, knobs, what, gesture));
 }
 
 void Controller::resetKnobs() {

@@ -30,6 +30,7 @@ NativeOptions nativeOptions(const Setup& setup) {
     NativeOptions options;
     options.views = knobs.views;
     options.fit = knobs.fit;
+    if (setup.isDraft) return options;
     if (makesBestNative(knobs)) {
         options.showAs(Detail::Panel);
     } else if (!setup.document->video && knobs.views.method == ViewMethod::Layered) {

@@ -23,7 +23,8 @@ struct Setup {
     std::shared_ptr<const Display> display;
     DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
     std::optional<DepthFlaws> flaws{};      ///< Of the depth, if an earlier picture gave them.
-    bool isChosen = false;                  ///< `knobs` holds what chooseAutomatic() has chosen.
+    bool isDraft = false;  ///< Natives of views' px without the lens filter, to be quick.
+    bool isChosen = false; ///< `knobs` holds what chooseAutomatic() has chosen.
 };
 
 /// Sets depth without a range to the focus, as the tools do, so that all views are equal.

@@ -97,10 +97,11 @@ struct Studio::State {
         std::string how;
         DisplayPointer display;
         Knobs knobs;
+        bool isDraft = false;
         bool operator==(const NativeKey& o) const { return !(*this != o); }
         bool operator!=(const NativeKey& o) const {
             return document != o.document || how != o.how || display != o.display ||
-                   knobs != o.knobs;
+                   knobs != o.knobs || isDraft != o.isDraft;
         }
     };
     Kept<std::pair<std::string, NativeKey>, Knobs> chosen; // with the file of a video
@@ -186,14 +187,14 @@ struct Studio::State {
 
     NativeKey keyOf(const Setup& setup) const {
         Knobs knobs = setup.document->kind == Kind::Scene ? setup.knobs : Knobs();
-        return {setup.document, how, setup.display, knobs};
+        return {setup.document, how, setup.display, knobs, setup.isDraft};
     }
 
     // What is automatic. A video keeps the choice of the picture of a scene that came first with
     // these settings, so that it stays steady.
     void choose(Setup& setup) {
         if (!setup.knobs.automatic.any()) return;
-        NativeKey key{setup.document, how, setup.display, setup.knobs};
+        NativeKey key{setup.document, how, setup.display, setup.knobs, false};
         std::string video;
         if (setup.document->video) {
             video =
@@ -267,6 +268,7 @@ Frame Studio::render(const Request& request) {
     setup.document = request.document;
     setup.knobs = request.knobs;
     setup.display = request.display;
+    setup.isDraft = request.isDraft && (request.mode == Mode::Native || request.mode == Mode::Lens);
     const Kind kind = request.document->kind;
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {

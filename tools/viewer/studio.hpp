@@ -35,7 +35,7 @@ struct Request {
     cv::Size area;          ///< Area for the picture, px of the screen.
     cv::Point pan;          ///< Mode Native: offset from the middle, px.
     PaintedDepth painted{}; ///< Takes the place of the photo's depth.
-    bool isDraft = false;   ///< Modes Sway and Depth: fewer px, to be quick.
+    bool isDraft = false;   ///< Modes Sway and Depth: fewer px; Native and Lens: as Setup::isDraft.
 };
 
 /// A picture for the window.

@@ -137,14 +137,13 @@ Json choicesJson(const VideoConversionResult& result) {
 
 Json settingsJson(const VideoRun& run) {
     const VideoJob& job = run.job;
-    Json settings = {
-        {"profile", job.profile.name},
-        {"display", run.display.source},
-        {"quilt", run.layout.text()},
-        {"encoder",
-         {{"preset", presetName(run.encoding.preset)},
-          {"crf", run.encoding.crf},
-          {"maxRate", run.encoding.maxRate}}}};
+    Json settings = {{"profile", job.profile.name},
+                     {"display", run.display.source},
+                     {"quilt", run.layout.text()},
+                     {"encoder",
+                      {{"preset", presetName(run.encoding.preset)},
+                       {"crf", run.encoding.crf},
+                       {"maxRate", run.encoding.maxRate}}}};
     if (run.depth) {
         const NativeOptions& native = run.scene.native;
         settings["method"] = methodName(native.views.method);

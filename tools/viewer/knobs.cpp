@@ -7,13 +7,8 @@ namespace altiro3D::viewer {
 namespace {
 
 auto parts(const Knobs& k) {
-    const ViewOptions& v = k.views;
-    return std::make_tuple(v.method, v.strengthPercent, v.focus, v.refinement,
-                           v.layered.edgeDilationPixels, v.layered.fill, v.layered.softBorders,
-                           v.real.inpainting, v.real.backgroundOnly, k.fit, k.framing.centre.x,
-                           k.framing.centre.y, k.framing.zoom, k.isFramingChosen,
-                           k.automatic.framing, k.automatic.focus, k.automatic.strength,
-                           k.automatic.limit, k.depth, k.best, k.columns, k.rows);
+    return std::tuple_cat(std::tie(k.views, k.fit, k.framing, k.depth, k.best, k.columns, k.rows),
+                          AutoChoices::fields(k.automatic));
 }
 
 } // namespace

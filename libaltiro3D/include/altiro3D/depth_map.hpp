@@ -10,6 +10,7 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 namespace altiro3D {
@@ -167,6 +168,13 @@ struct DepthFlaws {
     [[nodiscard]] bool any() const {
         return softnessPixels != 0 || growthPixels != 0 || shiftPixels != cv::Point() ||
                mixedPixels != 0;
+    }
+
+    /// All fields, to save them. @param o the flaws @return references to its fields
+    template <typename Flaws>
+    static auto fields(Flaws& o) {
+        return std::tie(o.softnessPixels, o.growthPixels, o.shiftPixels.x, o.shiftPixels.y,
+                        o.isUneven, o.isBlurred, o.mixedPixels);
     }
 };
 

@@ -11,6 +11,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <tuple>
 
 namespace altiro3D {
 
@@ -97,6 +98,13 @@ struct NativeOptions : PlacementOptions {
     ViewPositions positions = ViewPositions::Discrete;
     /// How a quilt is sampled. Linear sampling requires the path over a quilt.
     QuiltSampling sampling;
+
+    /// All fields, to save them. @param o the options @return references to its fields
+    template <typename Options>
+    static auto fields(Options& o) {
+        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.detail, o.lensFilter,
+                        o.positions, o.sampling.views, o.sampling.inTile);
+    }
 
     /// Sets detail, filter and positions so that the picture through the lenses is the most
     /// accurate one.

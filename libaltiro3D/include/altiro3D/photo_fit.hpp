@@ -7,6 +7,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <tuple>
 
 namespace altiro3D {
 
@@ -25,11 +26,17 @@ struct Framing {
     cv::Point2d centre{0.5, 0.5};
     /// Enlargement, 1..1000, relative to the fit by FitMode.
     double zoom = 1;
+
+    /// All fields, to compare or save them. @param o the framing @return references to its fields
+    template <typename Part>
+    static auto fields(Part& o) {
+        return std::tie(o.centre.x, o.centre.y, o.zoom);
+    }
 };
 
 /// Whether two framings are equal. @param a one @param b the other @return true if all fields are
 [[nodiscard]] inline bool operator==(const Framing& a, const Framing& b) {
-    return a.centre == b.centre && a.zoom == b.zoom;
+    return Framing::fields(a) == Framing::fields(b);
 }
 /// Whether two framings differ. @param a one @param b the other @return true if a field does
 [[nodiscard]] inline bool operator!=(const Framing& a, const Framing& b) {

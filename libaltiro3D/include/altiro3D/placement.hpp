@@ -8,6 +8,7 @@
 #include "altiro3D/view_options.hpp"
 
 #include <opencv2/core/types.hpp>
+#include <tuple>
 
 namespace altiro3D {
 
@@ -65,6 +66,12 @@ struct AutoChoices {
 
     /// Whether something is chosen. @return true if a field is
     [[nodiscard]] bool any() const { return framing || focus || strength || limit; }
+
+    /// All fields, to compare or save them. @param o the choices @return references to its fields
+    template <typename Choices>
+    static auto fields(Choices& o) {
+        return std::tie(o.framing, o.focus, o.strength, o.limit, o.isVideo);
+    }
 };
 
 /// Limit of a strength that is chosen, %.

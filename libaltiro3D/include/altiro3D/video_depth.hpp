@@ -8,6 +8,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <tuple>
 
 namespace altiro3D {
 
@@ -54,6 +55,12 @@ struct VideoDepthOptions {
     /// ago, the previous depth keeps the weight steadiness^n against the new one (5.4). 0: each
     /// inference replaces the previous depth.
     double steadiness = 0.9;
+
+    /// All fields, to save them. @param o the options @return references to its fields
+    template <typename Options>
+    static auto fields(Options& o) {
+        return std::tie(o.every, o.longestGap, o.maxChangedShare, o.steadiness);
+    }
 };
 
 /// Checks the options.

@@ -6,6 +6,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <tuple>
 
 namespace altiro3D {
 
@@ -21,6 +22,12 @@ struct RealOptions {
     double inpaintingRadius = 3;               ///< Neighbourhood of a pixel in a hole, px, 1..20.
     bool backgroundOnly = false; ///< Fill disocclusions from the background only; false, as
                                  ///< published, uses the foreground as well.
+
+    /// All fields, to compare or save them. @param o the options @return references to its fields
+    template <typename Options>
+    static auto fields(Options& o) {
+        return std::tie(o.inpainting, o.inpaintingRadius, o.backgroundOnly);
+    }
 };
 
 /// Checks options.
@@ -55,6 +62,12 @@ struct LayeredOptions {
     bool softBorders = true;
     /// What disocclusions show.
     LayeredFill fill = LayeredFill::BackgroundLayer;
+
+    /// All fields, to compare or save them. @param o the options @return references to its fields
+    template <typename Options>
+    static auto fields(Options& o) {
+        return std::tie(o.tearPixels, o.edgeDilationPixels, o.softBorders, o.fill);
+    }
 };
 
 /// Options of the views.
@@ -73,7 +86,26 @@ struct ViewOptions {
     RealOptions real;
     /// Layered: edges and disocclusions.
     LayeredOptions layered;
+
+    /// All fields, to compare or save them. @param o the options @return references to its fields
+    template <typename Options>
+    static auto fields(Options& o) {
+        return std::tie(o.method, o.strengthPercent, o.focus, o.refinement, o.real, o.layered);
+    }
 };
+
+/// Whether options are equal. @param a one @param b the other @return true if all fields are
+[[nodiscard]] inline bool operator==(const RealOptions& a, const RealOptions& b) {
+    return RealOptions::fields(a) == RealOptions::fields(b);
+}
+/// As above. @param a one @param b the other @return true if all fields are
+[[nodiscard]] inline bool operator==(const LayeredOptions& a, const LayeredOptions& b) {
+    return LayeredOptions::fields(a) == LayeredOptions::fields(b);
+}
+/// As above. @param a one @param b the other @return true if all fields are
+[[nodiscard]] inline bool operator==(const ViewOptions& a, const ViewOptions& b) {
+    return ViewOptions::fields(a) == ViewOptions::fields(b);
+}
 
 /// Checks all options, including those of the other methods.
 /// @param options the options to check

@@ -10,6 +10,9 @@
 
 #include <cstdio>
 #include <thread>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
 namespace altiro3D {
 
@@ -63,41 +66,40 @@ Json feedingOf(const DepthNetwork& network) {
             {"processor", static_cast<int>(network.target())}};
 }
 
-Json numbersOf(const ViewOptions& views) {
-    return {static_cast<int>(views.method),
-            views.strengthPercent,
-            views.focus,
-            views.refinement,
-            static_cast<int>(views.real.inpainting),
-            views.real.inpaintingRadius,
-            views.real.backgroundOnly,
-            views.layered.tearPixels,
-            views.layered.edgeDilationPixels,
-            static_cast<int>(views.layered.fill),
-            views.layered.softBorders};
+// Whether a struct gives all of its fields.
+template <typename T, typename = void>
+constexpr bool kHasFields = false;
+template <typename T>
+constexpr bool kHasFields<T, std::void_t<decltype(T::fields(std::declval<T&>()))>> = true;
+
+void addNumbers(Json& all, const std::optional<DepthFlaws>& flaws);
+
+// Appends the numbers of options, in the order of their fields.
+template <typename T>
+void addNumbers(Json& all, const T& value) {
+    if constexpr (kHasFields<T>) {
+        std::apply([&](const auto&... fields) { (addNumbers(all, fields), ...); },
+                   T::fields(value));
+    } else if constexpr (std::is_enum_v<T>) {
+        all.push_back(static_cast<int>(value));
+    } else {
+        all.push_back(value);
+    }
 }
 
-Json numbersOf(const std::optional<DepthFlaws>& flaws) {
-    if (!flaws) return nullptr; // they are measured
-    return {flaws->softnessPixels, flaws->isBlurred, flaws->growthPixels, flaws->shiftPixels.x,
-            flaws->shiftPixels.y,  flaws->isUneven,  flaws->mixedPixels};
+void addNumbers(Json& all, const std::optional<DepthFlaws>& flaws) {
+    if (flaws) {
+        addNumbers(all, *flaws);
+    } else {
+        all.push_back(nullptr); // they are measured
+    }
 }
 
-Json numbersOf(const NativeOptions& native) {
-    return {static_cast<int>(native.fit),
-            static_cast<int>(native.detail),
-            native.lensFilter,
-            static_cast<int>(native.positions),
-            static_cast<int>(native.sampling.views),
-            static_cast<int>(native.sampling.inTile),
-            numbersOf(native.refine.flaws),
-            native.framing.centre.x,
-            native.framing.centre.y,
-            native.framing.zoom};
-}
-
-Json numbersOf(const VideoDepthOptions& depth) {
-    return {depth.every, depth.longestGap, depth.maxChangedShare, depth.steadiness};
+template <typename Options>
+Json numbersOf(const Options& options) {
+    Json all = Json::array();
+    addNumbers(all, options);
+    return all;
 }
 
 Json encodingOf(const VideoWriterOptions& options) {
@@ -160,10 +162,8 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     add("product", static_cast<int>(conversion.product));
     add("part", {conversion.part.from, conversion.part.to, conversion.part.format,
                  conversion.part.formatOptions, conversion.part.deinterlace});
-    add("views", numbersOf(conversion.native.views));
     add("ways of rendering", numbersOf(conversion.native));
-    const AutoChoices& choices = conversion.choices;
-    add("choices", {choices.framing, choices.focus, choices.strength});
+    add("choices", numbersOf(conversion.choices));
     add("steps of depth", numbersOf(conversion.depthOptions));
     add("encoder", encodingOf(conversion.encoding));
     const int threads = conversion.encoding.threads; // encoders divide frames among threads

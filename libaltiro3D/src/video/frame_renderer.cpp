@@ -13,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 
 namespace altiro3D {
 
@@ -20,32 +21,28 @@ namespace {
 
 const DepthRefineOptions kAsItIs{DepthFlaws()};
 
-// Numbers of saved states, and their range: DepthFlaws,
+// Numbers of saved states, and their range: the fields of DepthFlaws,
 using FlawValues = std::array<double, 7>;
-constexpr FlawValues kMinFlaws = {0, 0, -7, -7, -7, 0, 0};
-constexpr FlawValues kMaxFlaws = {64, 1, 7, 7, 7, 1, 7};
+constexpr FlawValues kMinFlaws = {0, -7, -7, -7, 0, 0, 0};
+constexpr FlawValues kMaxFlaws = {64, 7, 7, 7, 1, 1, 7};
 // and the position of the part that is shown, focus and strength.
 using ChoiceValues = std::array<double, 4>;
 constexpr ChoiceValues kMinChoices = {0, 0, 0, 0};
 constexpr ChoiceValues kMaxChoices = {1, 1, 1, 10000};
 
 FlawValues valuesOf(const DepthFlaws& flaws) {
-    return {flaws.softnessPixels,
-            flaws.isBlurred ? 1.0 : 0.0,
-            flaws.growthPixels,
-            static_cast<double>(flaws.shiftPixels.x),
-            static_cast<double>(flaws.shiftPixels.y),
-            flaws.isUneven ? 1.0 : 0.0,
-            static_cast<double>(flaws.mixedPixels)};
+    return std::apply([](auto... fields) { return FlawValues{static_cast<double>(fields)...}; },
+                      DepthFlaws::fields(flaws));
 }
 
 DepthFlaws flawsOf(const FlawValues& values) {
-    return {values[0],
-            values[2],
-            cv::Point(static_cast<int>(values[3]), static_cast<int>(values[4])),
-            values[5] > 0.5,
-            values[1] > 0.5,
-            static_cast<int>(values[6])};
+    DepthFlaws flaws;
+    std::apply(
+        [value = values.begin()](auto&... fields) mutable {
+            ((fields = static_cast<std::remove_reference_t<decltype(fields)>>(*value++)), ...);
+        },
+        DepthFlaws::fields(flaws));
+    return flaws;
 }
 
 // Appends whether numbers are known, and the numbers.

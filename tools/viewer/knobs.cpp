@@ -7,8 +7,9 @@ namespace altiro3D::viewer {
 namespace {
 
 auto parts(const Knobs& k) {
-    return std::tuple_cat(std::tie(k.views, k.fit, k.framing, k.depth, k.best, k.columns, k.rows),
-                          AutoChoices::fields(k.automatic));
+    return std::tuple_cat(
+        std::tie(k.views, k.fit, k.framing, k.isFramingChosen, k.depth, k.best, k.columns, k.rows),
+        AutoChoices::fields(k.automatic));
 }
 
 } // namespace

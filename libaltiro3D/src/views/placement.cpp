@@ -148,8 +148,9 @@ ChosenOptions chooseFromScene(const Scene& scene, double aspect, const QuiltLayo
         now.framing = insideViews(scene, inside, aspect, now.framing, now.views);
         if (now.framing != uncut.framing) {
             const cv::Size photo = scene.photo.size();
-            chosen.inside =
-                withoutSeenBorder(photo, inside, fitPhoto(photo, aspect, quilt.tileSize, uncut));
+            constexpr int kFine = 1024;
+            const cv::Size size(kFine, std::max(1, cvRound(kFine / aspect)));
+            chosen.inside = withoutSeenBorder(photo, inside, fitPhoto(photo, aspect, size, uncut));
         }
     }
     return chosen;

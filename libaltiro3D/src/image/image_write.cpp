@@ -52,23 +52,17 @@ const Writer* writerFor(const fs::path& path) {
     return found == kWriters.end() ? nullptr : found;
 }
 
-// The pieces of the file; empty if it cannot be encoded.
-std::vector<std::vector<unsigned char>> encode(const cv::Mat& picture, const Writer& writer,
-                                               ImageMark mark) {
+// Empty if it cannot be encoded.
+std::vector<unsigned char> encode(const cv::Mat& picture, const Writer& writer, ImageMark mark) {
     const std::string format = writer.format;
-    if (format == "PNG") {
-        return png::encode(picture, mark == ImageMark::Native ? kNativeMark : std::string_view());
-    }
+    if (format == "PNG")
+        return encodePng(picture, mark == ImageMark::Native ? kNativeMark : std::string_view());
     cv::Mat suited = picture;
     if (picture.depth() == CV_16U && !writer.holds16Bit) suited = toEightBits(picture);
     if (writer.channels == 3 && suited.channels() == 1) {
         cv::cvtColor(suited, suited, cv::COLOR_GRAY2BGR);
     }
-    std::vector<unsigned char> bytes =
-        format == "JPEG" ? encodeJpeg(suited) : encodeImage(suited, writer.extension);
-    std::vector<std::vector<unsigned char>> pieces;
-    if (!bytes.empty()) pieces.push_back(std::move(bytes));
-    return pieces;
+    return format == "JPEG" ? encodeJpeg(suited) : encodeImage(suited, writer.extension);
 }
 
 } // namespace
@@ -99,25 +93,22 @@ void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
                     std::string(writer->format) +
                         " holds no colours, expected .ppm or .png for a colour picture");
     }
-    std::vector<std::vector<unsigned char>> pieces;
+    std::vector<unsigned char> file;
     try {
-        pieces = orOutOfMemory(path.string(),
-                               std::string("does not fit into memory as ") + writer->format +
-                                   ", expected a smaller picture or more memory to be free",
-                               [&] { return encode(picture, *writer, mark); });
+        file = orOutOfMemory(path.string(),
+                             std::string("does not fit into memory as ") + writer->format +
+                                 ", expected a smaller picture or more memory to be free",
+                             [&] { return encode(picture, *writer, mark); });
     } catch (const cv::Exception& exception) {
         throw Error(ErrorCode::WriteFailed, path.string(),
                     std::string("cannot be encoded as ") + writer->format + ": " + exception.err +
                         "; write a .png");
     }
-    if (pieces.empty()) {
+    if (file.empty()) {
         throw Error(ErrorCode::WriteFailed, path.string(),
                     std::string("cannot be encoded as ") + writer->format + "; write a .png");
     }
-    std::vector<Bytes> parts;
-    for (const std::vector<unsigned char>& piece : pieces)
-        parts.push_back({piece.data(), piece.size()});
-    writeFile(path, parts);
+    writeFile(path, {Bytes{file.data(), file.size()}});
 }
 
 bool canWriteImage(const fs::path& path) {

@@ -38,8 +38,7 @@ inline bool isHeif(ImageFormat format) {
 ImageFormat imageFormat(std::string_view bytes);
 
 /// The name of a known format that is not supported ("GIF", "PSD", "MP4 video"), or empty.
-/// @param extension extension of the file name, lower case with its dot; may be empty
-std::string otherFormatName(std::string_view bytes, const std::string& extension);
+std::string otherFormatName(std::string_view bytes);
 
 /// Whether the beginning of a file is text.
 bool containsOnlyText(std::string_view bytes);

@@ -383,7 +383,7 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
     case ImageFormat::Unknown:
         header.isText = containsOnlyText(bytes);
         header.otherFormat =
-            startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes, extension);
+            startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes);
         break;
     }
     return header;

@@ -737,14 +737,11 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
     const std::string zeros(200, '\0');
     const std::vector<std::pair<std::string, std::string>> formats = {
         {"GIF89a" + zeros, "GIF"},
-        {std::string("\x0a\5\1\x08", 4) + zeros, "PCX"},
         {"\xff\x0a" + zeros, "JPEG XL"},
         {std::string("\0\0\0\x0cJXL \r\n\x87\n", 12) + zeros, "JPEG XL"},
         {"8BPS" + zeros, "PSD"},
         {"%PDF-1.7" + zeros, "PDF"},
         {"<?xml version=\"1.0\"?>\n<svg width=\"3\"></svg>", "SVG"},
-        {std::string("\0\0\1\0", 4) + zeros, "ICO"},
-        {"P7\nWIDTH 1", "PAM"},
         {"\x93NUMPY" + zeros, "NumPy"}};
     for (const auto& [contents, name] : formats) {
         EXPECT_EQ(problemOf("x.bin", contents), name + " pictures are not read, expected " +
@@ -760,7 +757,6 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
                   "is a raw picture of a camera (" + name + "), which is not read, expected " +
                       readableFormats() + "; export it from a photo program first");
     }
-    EXPECT_EQ(problemOf("a.tga", std::string("\0\0\2", 3) + zeros).rfind("TGA pictures", 0), 0u);
     EXPECT_EQ(problemOf("a.mp4", std::string("\0\0\0\x18", 4) + "ftypisom" + zeros),
               "is a video (MP4), expected a picture");
     EXPECT_EQ(problemOf("a.zip", std::string("PK\3\4", 4) + zeros),

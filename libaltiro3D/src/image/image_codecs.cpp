@@ -1,6 +1,5 @@
 #include "image/image_codecs.hpp"
 
-#include "base/large_mat.hpp"
 #include "image/opencv_codecs.hpp"
 
 #include <csetjmp>
@@ -42,7 +41,7 @@ cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, bool cmyk = f
     if (std::int64_t{columns} * rows > kMaxPixels) return {};
     const bool isGrey = colours == TJCS_GRAY && channels == ImageChannels::AsStored;
     const int format = cmyk ? TJPF_CMYK : isGrey ? TJPF_GRAY : TJPF_BGR;
-    cv::Mat image = largeMat(rows, columns, CV_8UC(tjPixelSize[format]));
+    cv::Mat image(rows, columns, CV_8UC(tjPixelSize[format]));
     const int status = tjDecompress2(jpeg.get(), from, bytes.size(), image.data, columns,
                                      static_cast<int>(image.step), rows, format, 0);
     if (status != 0) return {};
@@ -121,7 +120,7 @@ cv::Mat decodePng(std::string_view bytes) {
     const auto columns = static_cast<int>(png_get_image_width(reader.png, reader.info));
     const auto height = static_cast<int>(png_get_image_height(reader.png, reader.info));
     if (std::int64_t{columns} * height > kMaxPixels) return {};
-    cv::Mat image = largeMat(height, columns, CV_MAKETYPE(bits == 16 ? CV_16U : CV_8U, channels));
+    cv::Mat image(height, columns, CV_MAKETYPE(bits == 16 ? CV_16U : CV_8U, channels));
     std::vector<unsigned char*> rows(static_cast<std::size_t>(image.rows));
     for (int y = 0; y < image.rows; ++y)
         rows[static_cast<std::size_t>(y)] = image.ptr(y);

@@ -1,7 +1,5 @@
 #include "image/tiff_file.hpp"
 
-#include "base/large_mat.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cstdarg>
@@ -450,8 +448,8 @@ cv::Mat TiffFile::Impl::decodeSamples() const {
     if (bytes / static_cast<unsigned>(block.height) * 8 <
         std::uint64_t{page->bits} * perBlock * static_cast<unsigned>(block.width))
         throw TiffFailure("its size is damaged");
-    cv::Mat picture = largeMat(static_cast<int>(page->rows), static_cast<int>(page->columns),
-                               CV_MAKETYPE(page->depth(), channels));
+    cv::Mat picture(static_cast<int>(page->rows), static_cast<int>(page->columns),
+                    CV_MAKETYPE(page->depth(), channels));
     std::vector<std::uint8_t> buffer(bytes);
     for (int plane = 0; plane < (page->isPlanar ? channels : 1); ++plane) {
         std::vector<int> pairs; // sample of the block, channel of the picture
@@ -488,7 +486,7 @@ cv::Mat TiffFile::Impl::decodeYcbcr() const {
     if (TIFFReadRGBAImageOriented(tiff, page->columns, page->rows, raster.ptr<std::uint32_t>(),
                                   ORIENTATION_TOPLEFT, 1) != 1)
         fail();
-    cv::Mat picture = largeMat(raster.rows, raster.cols, CV_8UC3);
+    cv::Mat picture(raster.rows, raster.cols, CV_8UC3);
     for (int y = 0; y < raster.rows; ++y) {
         std::uint8_t* to = picture.ptr(y);
         const auto* from = raster.ptr<std::uint32_t>(y);

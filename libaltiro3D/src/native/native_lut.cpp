@@ -1,7 +1,6 @@
 #include "altiro3D/native_lut.hpp"
 
 #include "altiro3D/error.hpp"
-#include "base/large_mat.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
 #include "native/native_lut_kernels.hpp"
@@ -14,7 +13,7 @@ namespace altiro3D {
 void NativeLutTables::allocate() {
     try {
         const int rows = panelSize.height;
-        const cv::Mat all = largeMat(3 * rows, panelSize.width, CV_16UC2);
+        const cv::Mat all(3 * rows, panelSize.width, CV_16UC2);
         for (int channel = 0; channel < 3; ++channel) {
             channels[static_cast<std::size_t>(channel)] =
                 all.rowRange(channel * rows, (channel + 1) * rows);

@@ -1,7 +1,6 @@
 #include "native/view_table.hpp"
 
 #include "altiro3D/error.hpp"
-#include "base/large_mat.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
 #include "native/native_lut_kernels.hpp"
@@ -27,7 +26,7 @@ ViewTable emptyTable(cv::Size panelSize, const QuiltLayout& quilt) {
     t.quilt = quilt;
     const int type = tileCount(quilt) <= 256 ? CV_8U : CV_16U;
     try {
-        t.views = largeMat(3 * panelSize.height, panelSize.width, type);
+        t.views.create(3 * panelSize.height, panelSize.width, type);
     } catch (const cv::Exception&) {
         throw Error(ErrorCode::OutOfMemory, "look-up table",
                     "no memory for a panel of " + sizeText(panelSize) + " px, expected " +

@@ -1,6 +1,5 @@
 #include "views/views_layered_scene.hpp"
 
-#include "base/large_mat.hpp"
 #include "base/pixel_rows.hpp"
 #include "views/depth_offsets.hpp"
 
@@ -219,16 +218,16 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.scale = static_cast<float>(scale);
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
-    scene.clear = largeMat(photo.rows, 2 * scene.stride(), CV_16UC1);
+    scene.clear.create(photo.rows, 2 * scene.stride(), CV_16UC1);
     const std::array<cv::Mat*, 2> padded = {&scene.words, &scene.surfaceOf};
     for (cv::Mat* table : padded)
-        *table = largeMat(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
+        table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
     for (std::vector<LayeredRow>& rows : scene.rows)
         rows.resize(rowCount);
     std::optional<BorderShares> borders;
     if (options.softBorders) {
         borders.emplace(depth, focus, options.mixedPixels);
-        scene.shares = largeMat(photo.rows, photo.cols, CV_8UC1);
+        scene.shares.create(photo.rows, photo.cols, CV_8UC1);
     }
     cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
         std::vector<float> offsets(static_cast<std::size_t>(photo.cols));

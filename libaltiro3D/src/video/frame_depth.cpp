@@ -130,7 +130,6 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
         frame.step.repeated = samePhoto && sameDepth;
         frame.step.cut = isCut;
         const DepthRange range = raw_.depth() == CV_8U ? DepthRange{0, 255} : range_;
-        ownMemory(frame.depth);
         if (range.high <= range.low) {
             frame.depth.create(raw_.size(), CV_32FC1);
             frame.depth.setTo(flatDepth_);

@@ -111,7 +111,6 @@ class ViewsRenderer : public FrameRenderer {
             return;
         }
         lastPixelAspect_ = pixelAspect;
-        ownMemory(result);
         const Scene fitted = placed(frame);
         if (quilter_) {
             quilter_->render(fitted, result);
@@ -228,7 +227,6 @@ class RgbdRenderer : public FrameRenderer {
             return;
         }
         lastPixelAspect_ = pixelAspect;
-        ownMemory(result);
         const Scene scene{frame.source.picture, frame.depth};
         // Frames of the first one's shape fill the half, although its sides are rounded.
         const double aspect = static_cast<double>(half_.width) / half_.height / pixelAspect;
@@ -274,7 +272,6 @@ class QuiltRenderer : public FrameRenderer {
                             : fitQuilt(picture, target_.layout);
         if (fit_ != FitMode::Stretch)
             applyFitToViews(quilt, target_.layout, viewAspect_, target_.aspect(), fit_, quilt);
-        ownMemory(frame.result.picture);
         maker_.render(quilt, frame.result.picture);
         last_ = frame.result.picture;
         lastQuilt_ = frame.source.picture;

@@ -1,7 +1,6 @@
 #include "video/video_pipeline.hpp"
 
 #include "base/checks.hpp"
-#include "base/mat_memory.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -25,40 +24,15 @@ double secondsSince(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// Finished frames, kept for reuse of their memory.
-class FramePool {
-  public:
-    FramePointer take() {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (frames_.empty()) return std::make_unique<PipelineFrame>();
-        FramePointer frame = std::move(frames_.back());
-        frames_.pop_back();
-        return frame;
-    }
-
-    void give(FramePointer frame) {
-        frame->step = {};
-        frame->state.bytes.clear();
-        const std::lock_guard<std::mutex> lock(mutex_);
-        frames_.push_back(std::move(frame));
-    }
-
-  private:
-    std::mutex mutex_;
-    std::vector<FramePointer> frames_;
-};
-
 // Frames between two stages.
 class FrameQueue {
   public:
-    // @param late receives frames that are dropped; null = never drop
-    FrameQueue(std::size_t most, FramePool* late) : most_(most), late_(late) {}
+    FrameQueue(std::size_t most, bool dropLate) : most_(most), dropLate_(dropLate) {}
 
     // Waits for space; false if the queue was cancelled.
     bool push(FramePointer frame) {
         std::unique_lock<std::mutex> lock(mutex_);
-        while (late_ != nullptr && frames_.size() >= most_) {
-            late_->give(std::move(frames_.front()));
+        while (dropLate_ && frames_.size() >= most_) {
             frames_.pop_front();
             ++dropped_;
         }
@@ -98,7 +72,7 @@ class FrameQueue {
     std::condition_variable changed_;
     std::deque<FramePointer> frames_;
     std::size_t most_;
-    FramePool* late_;
+    bool dropLate_;
     bool ended_ = false;
     bool cancelled_ = false;
     std::int64_t dropped_ = 0;
@@ -115,11 +89,9 @@ bool work(const PipelineStage& stage, PipelineFrame& frame, StageReport& report)
 }
 
 void runInTurn(const std::vector<PipelineStage>& stages, PipelineReport& report) {
-    PipelineFrame frame;
     for (std::int64_t number = 0;; ++number) {
+        PipelineFrame frame;
         frame.number = number;
-        frame.step = {};
-        frame.state.bytes.clear();
         for (std::size_t i = 0; i < stages.size(); ++i) {
             if (!work(stages[i], frame, report.stages[i])) return;
         }
@@ -128,11 +100,10 @@ void runInTurn(const std::vector<PipelineStage>& stages, PipelineReport& report)
 
 void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOptions& options,
                   PipelineReport& report) {
-    FramePool pool;
     std::vector<std::unique_ptr<FrameQueue>> queues; // queue i is before stage i + 1
     for (std::size_t i = 0; i + 1 < stages.size(); ++i) {
-        queues.push_back(std::make_unique<FrameQueue>(
-            options.queueFrames, options.dropLate && i == 0 ? &pool : nullptr));
+        queues.push_back(
+            std::make_unique<FrameQueue>(options.queueFrames, options.dropLate && i == 0));
     }
     std::mutex mutex;
     std::exception_ptr failure; // the first one
@@ -147,15 +118,12 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
     const auto runStage = [&](std::size_t i) {
         try {
             for (std::int64_t number = 0;; ++number) {
-                FramePointer frame = i == 0 ? pool.take() : queues[i - 1]->pop();
+                FramePointer frame =
+                    i == 0 ? std::make_unique<PipelineFrame>() : queues[i - 1]->pop();
                 if (!frame) break;
                 if (i == 0) frame->number = number;
                 if (!work(stages[i], *frame, report.stages[i])) break;
-                if (i + 1 == stages.size()) {
-                    pool.give(std::move(frame));
-                } else if (!queues[i]->push(std::move(frame))) {
-                    break;
-                }
+                if (i + 1 < stages.size() && !queues[i]->push(std::move(frame))) break;
             }
             if (i > 0) queues[i - 1]->cancel(); // ended early: earlier stages must not wait
             if (i < queues.size()) queues[i]->end();
@@ -179,10 +147,6 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
 }
 
 } // namespace
-
-void ownMemory(cv::Mat& picture) {
-    releaseIfShared(picture);
-}
 
 PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
                            const PipelineOptions& options) {

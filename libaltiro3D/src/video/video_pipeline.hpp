@@ -10,8 +10,7 @@
 
 namespace altiro3D {
 
-/// A frame in a pipeline. Frames and their memory are reused. If a stage keeps a reference to a
-/// picture, stages that write this picture must allocate new memory, see ownMemory().
+/// A frame in a pipeline. Each has its own memory.
 struct PipelineFrame {
     std::int64_t number = 0; ///< Number of the frame, from 0, in the order of display.
     VideoFrame source;       ///< The frame as read.
@@ -39,12 +38,6 @@ struct PipelineOptions {
     /// frame.
     bool dropLate = false;
 };
-
-/// Prepares a picture for writing: if its memory is shared, the reference is released, and
-/// `create()` then allocates new memory.
-///
-/// @param picture [any size and type]; empty afterwards if its memory is shared, else unchanged
-void ownMemory(cv::Mat& picture);
 
 /// Runs frames through stages, each in its own thread, with short queues between them. Memory does
 /// not grow with the length of the video, and results do not depend on the speed of the stages.

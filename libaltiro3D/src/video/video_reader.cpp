@@ -2,7 +2,6 @@
 
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/mat_memory.hpp"
 #include "base/text.hpp"
 #include "video/ffmpeg.hpp"
 #include "video/frame_decoder.hpp"
@@ -131,7 +130,7 @@ Fraction VideoReader::Impl::aspectOf(const AVFrame& picture) const {
 bool VideoReader::Impl::read(VideoFrame& frame) {
     PartFrames::Frame next;
     if (!part.next(next)) return false;
-    releaseIfShared(frame.picture);
+    frame.picture.release();
     const AVFrameSideData* const stereo =
         av_frame_get_side_data(next.picture, AV_FRAME_DATA_STEREO3D);
     if (eyes.empty() && stereo != nullptr)

@@ -327,7 +327,7 @@ void addNetworks(const fs::path& root) {
 
 void addRuns(const fs::path& root) {
     const Leftovers leftovers = beginRun(root / "a.mkv");
-    ResumableVideoWriter::discard(root / "a.mkv");
+    discardUnfinishedVideo(root / "a.mkv");
     Seeds seeds(root, "video_run");
     seeds.add(leftovers.run);
     std::string other = leftovers.run;

@@ -1,6 +1,5 @@
 // Sound, subtitles, chapters, attachments and tags of a foreign video, copied by writers.
 
-#include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"
 #include "video_samples.hpp"
 
@@ -81,6 +80,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     }
     std::error_code none;
     std::filesystem::remove(target, none);
-    ResumableVideoWriter::discard(target);
+    discardUnfinishedVideo(target);
     return 0;
 }

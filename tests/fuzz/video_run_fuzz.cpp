@@ -1,6 +1,5 @@
 // run.json of an unfinished video; beside it lie a segment of two frames and a state.
 
-#include "altiro3D/video_io.hpp"
 #include "fuzz.hpp"
 #include "video_samples.hpp"
 
@@ -9,7 +8,7 @@ using namespace altiro3D;
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     static const fuzz::Directory directory;
     static const std::filesystem::path video = directory.path() / "a.mkv";
-    static const std::filesystem::path parts = ResumableVideoWriter::partsDirectory(video);
+    static const std::filesystem::path parts = unfinishedVideoDirectory(video);
     static const std::string segment = fuzz::beginRun(video).segment;
     directory.file("a.mkv.parts/000001.mkv", segment);
     directory.file("a.mkv.parts/000001.state", "the state");

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_io.hpp"
+#include "video/resumable_video.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -45,13 +45,13 @@ struct Leftovers {
 
 /// Begins a run and interrupts it after its first segment.
 inline Leftovers beginRun(const std::filesystem::path& video) {
-    ResumableVideoWriter::discard(video);
+    discardUnfinishedVideo(video);
     {
         ResumableVideoWriter writer(video, videoOptions(), runOptions(false));
         for (int i = 0; i < 3; ++i)
             writer.write({samplePicture(i), i, 1}, {"the state"});
     }
-    const std::filesystem::path parts = ResumableVideoWriter::partsDirectory(video);
+    const std::filesystem::path parts = unfinishedVideoDirectory(video);
     return {contentsOf(parts / "run.json"), contentsOf(parts / "000001.mkv")};
 }
 

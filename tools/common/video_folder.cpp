@@ -116,7 +116,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
 
     const auto isMade = [&job](const VideoPlan& plan) {
         return job.resume && isFileWithContents(plan.output) &&
-               !ResumableVideoWriter::isUnfinished(plan.output);
+               !isVideoUnfinished(plan.output);
     };
     const auto made = std::count_if(plans.begin(), plans.end(), isMade);
     FolderRun run("video", plans.size() - static_cast<std::size_t>(made), leftOut, messages);

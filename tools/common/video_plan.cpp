@@ -161,7 +161,7 @@ void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDispla
     }
     // The interrupted run may have left these files; without any, --resume starts a new run.
     std::error_code error;
-    const bool goesOn = job.resume && !plan.show && ResumableVideoWriter::isUnfinished(plan.output);
+    const bool goesOn = job.resume && !plan.show && isVideoUnfinished(plan.output);
     Outputs outputs(job.replace || goesOn);
     if (job.resume && !goesOn)
         outputs.explainExisting(plan.output,

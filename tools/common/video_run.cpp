@@ -245,10 +245,10 @@ void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages
 VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) {
     const UnfinishedRun unfinished = conversion.unfinished;
     const bool mayBeUnfinished = plan.isFile && unfinished == UnfinishedRun::Refuse;
-    if (mayBeUnfinished && ResumableVideoWriter::isUnfinished(plan.output)) {
+    if (mayBeUnfinished && isVideoUnfinished(plan.output)) {
         throw Error(ErrorCode::WriteFailed, plan.output.string(),
                     "an unfinished run of it is kept in " +
-                        ResumableVideoWriter::partsDirectory(plan.output).string() +
+                        unfinishedVideoDirectory(plan.output).string() +
                         ", expected --resume to continue it, or -y to start again");
     }
     try {
@@ -326,7 +326,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
         progress.clear();
         if (converter.keepsWork()) {
             messages.say("the frames so far are kept in " +
-                         ResumableVideoWriter::partsDirectory(plan.output).string() +
+                         unfinishedVideoDirectory(plan.output).string() +
                          "; --resume continues");
         }
         throw;

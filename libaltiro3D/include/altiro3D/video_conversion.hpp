@@ -44,7 +44,7 @@ enum class VideoProduct {
     Rgbd    ///< Frame and depth side by side for other players, 4:2:0 where the codec allows it.
 };
 
-/// What to do if the output has an unfinished earlier run (ResumableVideoWriter::isUnfinished()).
+/// What to do if the output has an unfinished earlier run (isVideoUnfinished()).
 enum class UnfinishedRun {
     Refuse, ///< The constructor of VideoConverter throws Error WriteFailed.
     Resume, ///< Continue the earlier run; without one, begin a new run.
@@ -171,7 +171,7 @@ struct VideoConversionResult {
 /// Converts a video in four stages with one thread each: decode, estimate depth, render, encode.
 ///
 /// Sound, subtitles, chapters and tags are copied. If the input is a regular file, the output is
-/// written in segments of about 6 s (12..600 frames) by ResumableVideoWriter. An interrupted or
+/// written in segments of about 6 s (12..600 frames), in `NAME.parts` beside it. An interrupted or
 /// cancelled run can then be resumed with the same inputs and settings, after its last complete
 /// segment; before the end of the first one there is nothing to resume (keepsWork()), and the next
 /// run begins anew. A resumed run gives the same bytes as one without interruption. From a device
@@ -198,7 +198,7 @@ class ALTIRO3D_EXPORT VideoConverter {
     /// Checks the options and opens input and output.
     ///
     /// @param conversion what to convert, and how
-    /// @throws Error as VideoReader, VideoWriter, ResumableVideoWriter (WriteFailed: an unfinished
+    /// @throws Error as VideoReader, VideoWriter (WriteFailed: also an unfinished
     ///         run, see UnfinishedRun; Mismatch: its settings differ), NativeMaker, VideoDepth;
     ///         InvalidArgument (contradictory fields); NotFound, BadFormat (no depth in
     ///         GivenVideoDepth::source)

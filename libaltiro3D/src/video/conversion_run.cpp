@@ -81,8 +81,8 @@ VideoTarget targetOf(const VideoConversion& conversion) {
 void setDepthRange(VideoConversion& conversion) {
     if (!conversion.given || conversion.given->rgbd) return;
     if (conversion.unfinished == UnfinishedRun::Resume &&
-        ResumableVideoWriter::isUnfinished(conversion.output)) {
-        const Json run = readRunFile(ResumableVideoWriter::partsDirectory(conversion.output));
+        isVideoUnfinished(conversion.output)) {
+        const Json run = readRunFile(unfinishedVideoDirectory(conversion.output));
         if (run.contains("settings")) takeDepthRange(conversion, run["settings"]);
     }
     measureRange(*conversion.given);

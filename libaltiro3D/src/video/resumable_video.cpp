@@ -1,14 +1,11 @@
-#include "altiro3D/video_io.hpp"
+#include "video/resumable_video.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
-#include "base/json_reader.hpp"
-#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "video/run_settings.hpp"
 #include "video/video_picture.hpp"
-#include "video/video_segments.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -16,7 +13,6 @@
 #include <limits>
 #include <system_error>
 #include <unistd.h>
-#include <vector>
 
 namespace altiro3D {
 
@@ -55,65 +51,34 @@ void removeRun(const fs::path& directory) {
 
 } // namespace
 
-struct ResumableVideoWriter::Impl {
-    Impl(const fs::path& givenPath, const VideoWriterOptions& givenOptions,
-         const ResumableVideoOptions& givenResumable, VideoReader* source);
-    ~Impl();
-    Impl(const Impl&) = delete;
-    Impl& operator=(const Impl&) = delete;
-
-    void write(const VideoFrame& frame, const SavedState& state);
-    bool keepsWork() const { return listed_ > 0; }
-    void finish(VideoReader* source, bool complete);
-
-    fs::path path;
-    fs::path directory;
-    VideoWriterOptions options;
-    int segmentFrames;
-    KeptVideo kept;
-    Notes notes;
-
-  private:
-    void readRun();
-    void writeRun();
-    void closeSegment(const SavedState& state, bool listed);
-
-    Json settings_;
-    FileHandle lock_;
-    std::vector<VideoSegment> segments_; // whole ones
-    std::size_t listed_ = 0;             // of them, in run.json
-    std::vector<std::string> states_;    // file names of the states after them; empty: none
-    std::optional<SegmentWriter> writer_;
-    bool finished_ = false;
-    bool complete_ = false; // and nothing is kept
-};
-
-ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOptions& givenOptions,
-                                 const ResumableVideoOptions& givenResumable, VideoReader* source)
-    : path(givenPath), directory(partsDirectory(givenPath)), options(givenOptions),
-      segmentFrames(givenResumable.segmentFrames) {
-    check(segmentFrames >= 1 && segmentFrames <= kMaxSegmentFrames, "segmentFrames",
-          "is " + std::to_string(segmentFrames) + ", expected 1.." +
+ResumableVideoWriter::ResumableVideoWriter(const fs::path& path, const VideoWriterOptions& options,
+                                           const ResumableVideoOptions& resumable,
+                                           VideoReader* source)
+    : path_(path), directory_(unfinishedVideoDirectory(path)), options_(options),
+      segmentFrames_(resumable.segmentFrames) {
+    check(segmentFrames_ >= 1 && segmentFrames_ <= kMaxSegmentFrames, "segmentFrames",
+          "is " + std::to_string(segmentFrames_) + ", expected 1.." +
               std::to_string(kMaxSegmentFrames));
-    if (source != nullptr && !options.colour) options.colour = shownColour(source->facts().colour);
+    if (source != nullptr && !options_.colour)
+        options_.colour = shownColour(source->facts().colour);
     // Outputs that cannot be written must fail now, not after all frames are made.
-    notes = VideoWriter(path, options, source).notes();
-    settings_ = settingsJson(givenResumable.settings);
-    const bool there = isUnfinished(path);
-    if (there && !givenResumable.resume) {
-        throw Error(ErrorCode::WriteFailed, path.string(),
-                    "an unfinished run of it is kept in " + directory.string() +
+    notes_ = VideoWriter(path_, options_, source).notes();
+    settings_ = settingsJson(resumable.settings);
+    const bool there = isVideoUnfinished(path_);
+    if (there && !resumable.resume) {
+        throw Error(ErrorCode::WriteFailed, path_.string(),
+                    "an unfinished run of it is kept in " + directory_.string() +
                         ", expected it to be resumed or discarded");
     }
     std::error_code error;
-    fs::create_directory(directory, error);
+    fs::create_directory(directory_, error);
     if (error) {
-        throw Error(ErrorCode::WriteFailed, directory.string(),
+        throw Error(ErrorCode::WriteFailed, directory_.string(),
                     "cannot be made: " + error.message());
     }
-    lock_ = lockDirectory(directory);
+    lock_ = lockDirectory(directory_);
     // Removes small files that an interrupted run left incomplete.
-    for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
+    for (fs::directory_iterator entry(directory_, error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         std::error_code ignored;
@@ -122,25 +87,25 @@ ResumableVideoWriter::Impl::Impl(const fs::path& givenPath, const VideoWriterOpt
     if (there) readRun();
     try {
         if (!there) writeRun();
-        writer_.emplace(directory, options, segmentFrames, segments_.size(), kept.nextPts);
+        writer_.emplace(directory_, options_, segmentFrames_, segments_.size(), kept_.nextPts);
     } catch (...) {
-        if (!there) removeRun(directory);
+        if (!there) removeRun(directory_);
         throw;
     }
 }
 
-ResumableVideoWriter::Impl::~Impl() {
+ResumableVideoWriter::~ResumableVideoWriter() {
     if (complete_ || keepsWork()) return;
     if (writer_) writer_->drop();
-    removeRun(directory);
+    removeRun(directory_);
 }
 
-void ResumableVideoWriter::Impl::readRun() {
-    const fs::path file = directory / "run.json";
+void ResumableVideoWriter::readRun() {
+    const fs::path file = directory_ / "run.json";
     const auto fail = [&](const std::string& problem) {
         throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
     };
-    const Json run = readRunFile(directory);
+    const Json run = readRunFile(directory_);
     const auto whole = [&](const Json& value, std::int64_t least, std::int64_t most) {
         if (!value.is_number_integer() || value.get<std::int64_t>() < least ||
             value.get<std::int64_t>() > most) {
@@ -152,21 +117,22 @@ void ResumableVideoWriter::Impl::readRun() {
         if (run.at("format") != kFormat || run.at("version") != kVersion) fail("is not a run");
         const std::string other = differenceOf(run.at("settings"), settings_);
         if (!other.empty()) {
-            throw Error(ErrorCode::Mismatch, path.string(),
+            throw Error(ErrorCode::Mismatch, path_.string(),
                         "was begun with other settings (" + other + "), expected the same");
         }
-        if (run.at("segmentFrames") != segmentFrames ||
+        if (run.at("segmentFrames") != segmentFrames_ ||
             run.at("timeBase") !=
-                Json({options.timeBase.numerator, options.timeBase.denominator})) {
+                Json({options_.timeBase.numerator, options_.timeBase.denominator})) {
             fail("was begun for another video");
         }
-        const auto reordered = static_cast<int>(whole(run.at("reorderedPlaces"), 0, segmentFrames));
+        const auto reordered =
+            static_cast<int>(whole(run.at("reorderedPlaces"), 0, segmentFrames_));
         for (const Json& entry : run.at("segments")) {
             const std::string name = entry.at("file");
             const std::string state = entry.at("state");
             VideoSegment segment;
-            segment.file = directory / name;
-            segment.frames = whole(entry.at("frames"), 1, segmentFrames);
+            segment.file = directory_ / name;
+            segment.frames = whole(entry.at("frames"), 1, segmentFrames_);
             segment.pts = whole(entry.at("pts"), 0, kLatest);
             segment.end = whole(entry.at("end"), 0, kLatest);
             segment.bytes = static_cast<std::uintmax_t>(whole(entry.at("bytes"), 0, kLatest));
@@ -176,29 +142,29 @@ void ResumableVideoWriter::Impl::readRun() {
             const auto checkName = [&](const std::string& listed, const std::string& expected) {
                 if (listed != expected) fail("lists \"" + listed + "\" in place of " + expected);
             };
-            checkName(name, segmentName(number, options.codec));
+            checkName(name, segmentName(number, options_.codec));
             if (!state.empty()) checkName(state, numberedName(number, kState));
             std::error_code error;
             if (fs::file_size(segment.file, error) != segment.bytes || error) {
                 fail("lists " + name + ", which is missing or damaged");
             }
-            if (segment.pts < kept.nextPts || segment.end <= segment.pts) {
+            if (segment.pts < kept_.nextPts || segment.end <= segment.pts) {
                 fail("lists " + name + " with impossible times");
             }
-            kept.frames += segment.frames;
-            kept.nextPts = segment.end;
+            kept_.frames += segment.frames;
+            kept_.nextPts = segment.end;
             segments_.push_back(std::move(segment));
             states_.push_back(state);
         }
         listed_ = segments_.size();
         if (!states_.empty() && !states_.back().empty())
-            kept.state.bytes = readFile(directory / states_.back(), kMaxStateBytes);
+            kept_.state.bytes = readFile(directory_ / states_.back(), kMaxStateBytes);
     } catch (const Json::exception&) {
         fail("is damaged");
     }
 }
 
-void ResumableVideoWriter::Impl::writeRun() {
+void ResumableVideoWriter::writeRun() {
     Json list = Json::array();
     int reordered = 0;
     for (std::size_t i = 0; i < segments_.size(); ++i) {
@@ -214,26 +180,26 @@ void ResumableVideoWriter::Impl::writeRun() {
     const Json run = {{"format", kFormat},
                       {"version", kVersion},
                       {"settings", settings_},
-                      {"timeBase", {options.timeBase.numerator, options.timeBase.denominator}},
-                      {"segmentFrames", segmentFrames},
+                      {"timeBase", {options_.timeBase.numerator, options_.timeBase.denominator}},
+                      {"segmentFrames", segmentFrames_},
                       {"reorderedPlaces", reordered},
                       {"segments", list}};
-    writeFile(directory / "run.json",
+    writeFile(directory_ / "run.json",
               run.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
     listed_ = segments_.size();
 }
 
-void ResumableVideoWriter::Impl::write(const VideoFrame& frame, const SavedState& state) {
+void ResumableVideoWriter::write(const VideoFrame& frame, const SavedState& state) {
     check(!finished_, "write", "comes after finish()");
     if (writer_->write(frame)) closeSegment(state, true);
 }
 
-void ResumableVideoWriter::Impl::closeSegment(const SavedState& state, bool listed) {
+void ResumableVideoWriter::closeSegment(const SavedState& state, bool listed) {
     const VideoSegment segment = writer_->end();
     std::string stateFile;
     if (listed && !state.bytes.empty()) {
         stateFile = numberedName(segments_.size(), kState);
-        writeFile(directory / stateFile, state.bytes);
+        writeFile(directory_ / stateFile, state.bytes);
     }
     segments_.push_back(segment);
     states_.push_back(stateFile);
@@ -243,19 +209,19 @@ void ResumableVideoWriter::Impl::closeSegment(const SavedState& state, bool list
     if (states_.size() < 2) return;
     const std::string& old = states_[states_.size() - 2];
     std::error_code ignored;
-    if (!old.empty()) fs::remove(directory / old, ignored);
+    if (!old.empty()) fs::remove(directory_ / old, ignored);
 }
 
-void ResumableVideoWriter::Impl::finish(VideoReader* source, bool complete) {
+void ResumableVideoWriter::finish(VideoReader* source, bool complete) {
     check(!finished_, "finish", "comes twice");
     const std::size_t whole = segments_.size();
     if (writer_->hasBegun()) closeSegment({}, complete);
     check(!segments_.empty(), "finish", "comes before the first frame");
-    SegmentJoiner::join(path, options, segments_, source, complete, {}, notes);
+    SegmentJoiner::join(path_, options_, segments_, source, complete, {}, notes_);
     finished_ = true;
     std::error_code ignored; // the file is there
     if (complete) {
-        fs::remove_all(directory, ignored);
+        fs::remove_all(directory_, ignored);
         complete_ = true;
         listed_ = 0;
     } else if (segments_.size() > whole) {
@@ -265,20 +231,20 @@ void ResumableVideoWriter::Impl::finish(VideoReader* source, bool complete) {
     }
 }
 
-fs::path ResumableVideoWriter::partsDirectory(const fs::path& path) {
+fs::path unfinishedVideoDirectory(const fs::path& path) {
     fs::path directory = path;
     directory += ".parts";
     return directory;
 }
 
-bool ResumableVideoWriter::isUnfinished(const fs::path& path) {
+bool isVideoUnfinished(const fs::path& path) {
     std::error_code error;
-    return fs::exists(partsDirectory(path) / "run.json", error);
+    return fs::exists(unfinishedVideoDirectory(path) / "run.json", error);
 }
 
-void ResumableVideoWriter::discard(const fs::path& path) {
-    if (!isUnfinished(path)) return; // not our directory
-    const fs::path directory = partsDirectory(path);
+void discardUnfinishedVideo(const fs::path& path) {
+    if (!isVideoUnfinished(path)) return; // not our directory
+    const fs::path directory = unfinishedVideoDirectory(path);
     const FileHandle lock = lockDirectory(directory);
     std::error_code error;
     fs::remove_all(directory, error);
@@ -286,38 +252,6 @@ void ResumableVideoWriter::discard(const fs::path& path) {
         throw Error(ErrorCode::WriteFailed, directory.string(),
                     "cannot be removed: " + error.message());
     }
-}
-
-ResumableVideoWriter::ResumableVideoWriter(const fs::path& path, const VideoWriterOptions& options,
-                                           const ResumableVideoOptions& resumable,
-                                           VideoReader* source)
-    : impl_(std::make_unique<Impl>(path, options, resumable, source)) {}
-ResumableVideoWriter::~ResumableVideoWriter() = default;
-ResumableVideoWriter::ResumableVideoWriter(ResumableVideoWriter&&) noexcept = default;
-ResumableVideoWriter& ResumableVideoWriter::operator=(ResumableVideoWriter&&) noexcept = default;
-
-const KeptVideo& ResumableVideoWriter::kept() const {
-    return impl_->kept;
-}
-
-bool ResumableVideoWriter::keepsWork() const {
-    return impl_->keepsWork();
-}
-
-bool ResumableVideoWriter::endsSegment(std::int64_t frameNumber) const {
-    return (frameNumber + 1) % impl_->segmentFrames == 0;
-}
-
-void ResumableVideoWriter::write(const VideoFrame& frame, const SavedState& state) {
-    impl_->write(frame, state);
-}
-
-void ResumableVideoWriter::finish(VideoReader* source, bool complete) {
-    impl_->finish(source, complete);
-}
-
-const Notes& ResumableVideoWriter::notes() const {
-    return impl_->notes;
 }
 
 } // namespace altiro3D

@@ -10,7 +10,7 @@
 namespace altiro3D {
 
 /// Reads run.json, the list of an unfinished run.
-/// @param directory ResumableVideoWriter::partsDirectory()
+/// @param directory unfinishedVideoDirectory()
 /// @throws Error ReadFailed, BadFormat
 Json readRunFile(const std::filesystem::path& directory);
 

@@ -33,8 +33,7 @@ VideoSink::VideoSink(const VideoConversion& conversion, const VideoWriterOptions
         plain_.emplace(conversion.output, options, &reader);
         return;
     }
-    if (conversion.unfinished == UnfinishedRun::Discard)
-        ResumableVideoWriter::discard(conversion.output);
+    if (conversion.unfinished == UnfinishedRun::Discard) discardUnfinishedVideo(conversion.output);
     ResumableVideoOptions resumable;
     resumable.settings = settings;
     resumable.resume = conversion.unfinished == UnfinishedRun::Resume;

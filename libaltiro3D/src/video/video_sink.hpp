@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
+#include "video/resumable_video.hpp"
 #include "video/video_pipeline.hpp"
 #include "video/video_segments.hpp"
 

@@ -1,4 +1,4 @@
-#include "altiro3D/video_io.hpp"
+#include "video/resumable_video.hpp"
 
 #include "altiro3D/error.hpp"
 #include "support/file_limit.hpp"
@@ -92,7 +92,7 @@ TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
         for (const char* name : {"out.mp4", "out.mov", "out.mkv"}) {
             const fs::path out = directory / name;
             ASSERT_TRUE(copyClip(clip, out, false));
-            EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(out)));
+            EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(out)));
             EXPECT_EQ(lines(ffprobe(out, "packet=pts", "-select_streams v:0")).size(),
                       lines(ffprobe(clip, "frame=pts", "-select_streams v:0")).size());
             if (std::string(name) != "out.mkv") {
@@ -128,7 +128,7 @@ TEST(ResumableVideo, ARunInterruptedAnywhereContinuesToTheSameBytes) {
         ASSERT_FALSE(copyClip(clip, out, true, 0));
         ASSERT_TRUE(copyClip(clip, out, true));
         EXPECT_TRUE(slurp(out) == slurp(whole)) << first;
-        EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(out)));
+        EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(out)));
         fs::remove(out);
     }
 }
@@ -244,7 +244,7 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     EXPECT_EQ(begin(false, {{"--crf", "18"}}),
               out.string() + ": an unfinished run of it is kept in " + out.string() +
                   ".parts, expected it to be resumed or discarded");
-    EXPECT_TRUE(ResumableVideoWriter::isUnfinished(out));
+    EXPECT_TRUE(isVideoUnfinished(out));
     EXPECT_EQ(begin(true, {{"--crf", "20"}}),
               out.string() + ": was begun with other settings (--crf was 18 and is 20), expected "
                              "the same");
@@ -262,10 +262,10 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
         EXPECT_NE(errorOf([&] { writeFrames(writer, 9, 10); }).find("expected 10 or more"),
                   std::string::npos);
     }
-    ResumableVideoWriter::discard(out);
-    EXPECT_FALSE(ResumableVideoWriter::isUnfinished(out));
-    EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(out)));
-    ResumableVideoWriter::discard(out); // nothing is there: nothing to do
+    discardUnfinishedVideo(out);
+    EXPECT_FALSE(isVideoUnfinished(out));
+    EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(out)));
+    discardUnfinishedVideo(out); // nothing is there: nothing to do
 }
 
 TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
@@ -274,7 +274,7 @@ TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
     const VideoFrame frame{cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)), 0, 1};
     { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
     EXPECT_TRUE(fs::is_empty(directory.path()));
-    const fs::path parts = ResumableVideoWriter::partsDirectory(out);
+    const fs::path parts = unfinishedVideoDirectory(out);
     fs::create_directory(parts);
     spill(parts / "mine.txt", "mine");
     { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
@@ -296,7 +296,7 @@ TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
     }
     EXPECT_TRUE(fs::is_regular_file(brief));
     for (const fs::path& file : {brief, never})
-        EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(file))) << file;
+        EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(file))) << file;
 }
 
 TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
@@ -308,7 +308,7 @@ TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
         return errorOf(
             [&] { ResumableVideoWriter(out, plainOptions(), resumable(false, settings)); });
     });
-    EXPECT_EQ(text, (ResumableVideoWriter::partsDirectory(out) / "run.json").string() +
+    EXPECT_EQ(text, (unfinishedVideoDirectory(out) / "run.json").string() +
                         ": cannot be written: File too large");
     EXPECT_TRUE(fs::is_empty(directory.path()));
 }
@@ -316,7 +316,7 @@ TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
 TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
     const TemporaryDirectory directory;
     const fs::path out = directory / "out.mp4";
-    const fs::path parts = ResumableVideoWriter::partsDirectory(out);
+    const fs::path parts = unfinishedVideoDirectory(out);
     {
         ResumableVideoWriter writer(out, plainOptions(), resumable());
         writeFrames(writer, 0, 20);

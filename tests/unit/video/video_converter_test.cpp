@@ -544,7 +544,7 @@ TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes)
         EXPECT_EQ(rest.frames, kFrames);
         EXPECT_LT(rest.made(), kFrames);
         EXPECT_TRUE(slurp(directory / "out.mkv") == slurp(directory / "whole.mkv"));
-        EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(directory / "out.mkv")));
+        EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(directory / "out.mkv")));
     }
 }
 
@@ -560,7 +560,7 @@ TEST_F(VideoConverterTest, ADamagedStateIsRefused) {
     VideoConverter(of(UnfinishedRun::Refuse)).run([](const VideoProgress& now) {
         return now.frames < kSegmentFrames + 2;
     });
-    const fs::path parts = ResumableVideoWriter::partsDirectory(directory / "out.mkv");
+    const fs::path parts = unfinishedVideoDirectory(directory / "out.mkv");
     fs::path file; // the state after the last segment
     for (const auto& entry : fs::directory_iterator(parts)) {
         if (entry.path().extension() == ".state") file = entry.path();
@@ -611,7 +611,7 @@ TEST_F(VideoConverterTest, ARunThatIsCancelledAtOnceLeavesNothing) {
         EXPECT_THROW(converter.run(), Error);
     }
     EXPECT_FALSE(fs::exists(directory / "out.mkv"));
-    EXPECT_FALSE(fs::exists(ResumableVideoWriter::partsDirectory(directory / "out.mkv")));
+    EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(directory / "out.mkv")));
 }
 
 TEST_F(VideoConverterTest, PicturesAreShownInTheirOrderUntilTheCallerHasSeenEnough) {

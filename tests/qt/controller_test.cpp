@@ -343,12 +343,11 @@ TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
     controller_.open(Source{folder_ / "q_qs3x2a1.5.png", {}, Reading::Automatic});
     ASSERT_TRUE(waitForFrame());
     const QuiltLayout layout{3, 2, {30, 40}, 6};
-    cv::Mat withBars;
-    applyFitToViews(quilt, layout, 1.5, 0.75, FitMode::Contain, withBars);
     cv::Mat native;
     const Display display = sampleDisplay({150, 200});
+    const QuiltShape shape("q_qs3x2a1.5.png", layout, display, FitMode::Contain);
     Quilt2Native(display.calibration, layout, {ViewFilter::Nearest, TileSampling::Linear})
-        .render(withBars, native);
+        .render(shape.apply(quilt), native);
     EXPECT_TRUE(samePicture(picture(), native));
 }
 

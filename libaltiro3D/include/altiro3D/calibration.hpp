@@ -68,14 +68,6 @@ ALTIRO3D_EXPORT void validate(const Calibration& calibration,
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration>
 readCalibrations(const std::filesystem::path& file);
 
-/// As readCalibration(), from text.
-/// @param text the file's contents
-/// @param source the file's name, for errors
-/// @return the calibration; it is valid
-/// @throws Error BadFormat (source, field, value, what is expected)
-[[nodiscard]] ALTIRO3D_EXPORT Calibration parseCalibration(const std::string& text,
-                                                           const std::string& source);
-
 /// As readCalibrations(), from text.
 /// @param text the file's contents
 /// @param source the file's name, for errors

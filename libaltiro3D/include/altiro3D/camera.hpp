@@ -39,11 +39,6 @@ struct Camera {
 /// Horizontal field of view assumed for an unknown camera.
 constexpr double kDefaultFieldOfViewDegrees = 40;
 
-/// Checks intrinsics.
-/// @param intrinsics the intrinsics to check
-/// @throws Error InvalidArgument that names the field, its value and the range
-ALTIRO3D_EXPORT void validate(const CameraIntrinsics& intrinsics);
-
 /// Checks a camera.
 /// @param camera the camera to check
 /// @throws Error InvalidArgument that names the field, its value and the range

@@ -20,13 +20,9 @@ struct DisplayModel {
     QuiltLayout quilt;          ///< Default quilt.
 };
 
-/// All known models. @return the models in the order in which their serial prefixes are tried; the
-/// reference stays valid until the program ends
-[[nodiscard]] ALTIRO3D_EXPORT const std::vector<DisplayModel>& displayModels();
-
 /// Finds the model of a display by its serial number, else by its panel.
 /// @param calibration the display
-/// @return one of displayModels(), or null if the model is unknown
+/// @return the model, which stays until the program ends; null if it is unknown
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
 /// The default quilt for a display: its model's. For an unknown model: 48 views of the panel's

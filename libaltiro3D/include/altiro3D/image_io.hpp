@@ -182,16 +182,6 @@ struct EmbeddedDepth {
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<EmbeddedDepth>
 readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
 
-/// Reads the sharp original of a photo that was blurred by its camera (portrait modes): `GImage` of
-/// lens blur, item "Original" of Dynamic Depth. It may be smaller than the photo.
-///
-/// @param photo as for readEmbeddedDepth()
-/// @param notes if given, receives a remark if there is an original that cannot be used
-/// @return [rows x cols, CV_8UC3, BGR], upright; empty if the file has none of the photo's shape
-/// @throws Error as readEmbeddedDepth()
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readUnblurredPhoto(const std::filesystem::path& photo,
-                                                         Notes* notes = nullptr);
-
 /// The photo that a depth image is for, by its name: "d/a" of d/a-depth.png. The end of the name,
 /// before the extension, is one of '-', '_', '.' and ' ', and then `depth`, `depthmap`, `depth_map`
 /// or `disparity`, in upper or lower case. a_with_depth.jpg is not one, but a photo that holds its

@@ -2,7 +2,6 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/export.hpp"
-#include "altiro3D/quilt.hpp"
 #include "altiro3D/scene.hpp"
 
 #include <opencv2/core/mat.hpp>
@@ -152,20 +151,5 @@ ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& o
 /// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
 ALTIRO3D_EXPORT DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus,
                                     Scene& fitted, const DepthRefineOptions& refine = {});
-
-/// Fits every view of a quilt to the panel's shape as fitPhoto() and applyFit() do for one picture.
-/// The layout does not change.
-///
-/// @param quilt [layout.size(), CV_8UC3, BGR]
-/// @param layout layout of the quilt, before and after
-/// @param viewAspect width : height of a view as it is shown, independent of its px, 0.01..100
-/// @param panelAspect width : height of the panel, 0.01..100
-/// @param mode crop, bars or distortion
-/// @param fitted [layout.size(), CV_8UC3, BGR], newly allocated
-/// @throws Error Mismatch (the quilt does not have the layout's size), InvalidArgument (layout,
-///         type, aspects), TooLarge (layout)
-ALTIRO3D_EXPORT void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout,
-                                     double viewAspect, double panelAspect, FitMode mode,
-                                     cv::Mat& fitted);
 
 } // namespace altiro3D

@@ -289,18 +289,17 @@ class ALTIRO3D_EXPORT VideoReader {
     /// Properties of the file. @return the facts; they do not change while frames are read
     [[nodiscard]] const VideoFacts& facts() const;
 
-    /// Reads the next frame into new memory.
+    /// Reads the next frame.
     ///
     /// @return the frame, its times in facts().timeBase; nothing at the end
     /// @throws Error ReadFailed, BadFormat (no frame could be decoded), Unsupported (a pixel format
     ///         that cannot be read), OutOfMemory
     [[nodiscard]] std::optional<VideoFrame> next();
 
-    /// Reads the next frame into an existing one. The memory of its picture is reused if the size
-    /// fits and no other cv::Mat shares it.
+    /// Reads the next frame.
     ///
-    /// @param frame receives the picture [rows x cols, CV_8UC3, BGR] and its times in
-    ///        facts().timeBase
+    /// @param frame receives the picture [rows x cols, CV_8UC3, BGR], in new memory, and its times
+    ///        in facts().timeBase
     /// @return false at the end; the frame is then unchanged
     /// @throws Error as next()
     [[nodiscard]] bool read(VideoFrame& frame);

@@ -1,10 +1,11 @@
 #pragma once
 
 #include "altiro3D/error.hpp"
-#include "base/mat_memory.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <functional>
 #include <initializer_list>
 #include <opencv2/core.hpp>
 #include <string>
@@ -57,6 +58,31 @@ inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const
         throw Error(ErrorCode::TooLarge, "photo",
                     "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
     }
+}
+
+/// Whether two pictures have bytes in common. Disjoint regions of one canvas have none, although
+/// their rows alternate in memory.
+inline bool shareMemory(const cv::Mat& a, const cv::Mat& b) {
+    if (a.empty() || b.empty()) return false;
+    struct Rows { // of more than two dimensions: one
+        explicit Rows(const cv::Mat& m)
+            : count(m.dims > 2 ? 1 : m.rows), step(static_cast<std::ptrdiff_t>(m.step[0])),
+              bytes(m.dims > 2 ? m.dataend - m.data
+                               : static_cast<std::ptrdiff_t>(m.elemSize()) * m.cols) {}
+        std::ptrdiff_t count, step, bytes;
+    };
+    const Rows rows(a);
+    const Rows others(b);
+    const std::less<> before; // defined also for pointers into different pictures
+    for (std::ptrdiff_t y = 0; y < rows.count; ++y) {
+        const uchar* const begin = a.data + y * rows.step;
+        const uchar* const end = begin + rows.bytes;
+        if (!before(b.data, end)) continue;
+        // the last row of b that begins before the end
+        const std::ptrdiff_t last = std::min((end - 1 - b.data) / others.step, others.count - 1);
+        if (before(begin, b.data + last * others.step + others.bytes)) return true;
+    }
+    return false;
 }
 
 /// Throws InvalidArgument if a result is an input of the same call or shares memory with it. Call

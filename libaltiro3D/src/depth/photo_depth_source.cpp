@@ -3,6 +3,7 @@
 
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
+#include "image/depth_parts.hpp"
 
 #include <future>
 #include <opencv2/core/utility.hpp>

@@ -320,30 +320,4 @@ DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene
     return flaws;
 }
 
-void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,
-                     double panelAspect, FitMode mode, cv::Mat& fitted) {
-    validate(layout);
-    if (quilt.size() != layout.size()) {
-        throw Error(ErrorCode::Mismatch, "quilt",
-                    "has " + sizeText(quilt.size()) + " px, expected " + sizeText(layout.size()));
-    }
-    check(viewAspect >= 0.01 && viewAspect <= 100, "viewAspect",
-          "is " + numberText(viewAspect) + ", expected 0.01..100");
-    // A tile has the shape viewAspect, independent of its px; the fit is computed for that shape.
-    const int height = layout.tileSize.height;
-    const cv::Size shown(std::max(1, static_cast<int>(std::lround(height * viewAspect))), height);
-    const PhotoFit toShown = fitPhoto(layout.tileSize, viewAspect, shown, FitMode::Stretch);
-    const PhotoFit toPanel = fitPhoto(shown, panelAspect, layout.tileSize, mode);
-    cv::Mat result(quilt.size(), CV_8UC3); // not `fitted`: it may be the quilt itself
-    cv::parallel_for_(cv::Range(0, layout.columns * layout.rows), [&](const cv::Range& tiles) {
-        cv::Mat view;
-        for (int i = tiles.start; i < tiles.end; ++i) {
-            applyFit(quilt(layout.tile(i)), toShown, view);
-            applyFit(view, toPanel, view);
-            view.copyTo(result(layout.tile(i)));
-        }
-    });
-    fitted = result;
-}
-
 } // namespace altiro3D

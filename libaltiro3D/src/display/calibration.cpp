@@ -266,10 +266,6 @@ std::vector<Calibration> parseCalibrations(const std::string& text, const std::s
     return calibrations;
 }
 
-Calibration parseCalibration(const std::string& text, const std::string& source) {
-    return parseCalibrations(text, source).front();
-}
-
 std::vector<Calibration> readCalibrations(const std::filesystem::path& file) {
     return parseCalibrations(readFile(file, kMaxFileBytes), file.string());
 }

@@ -36,6 +36,29 @@ std::string upper(std::string text) {
     return text;
 }
 
+// In the order in which their serial prefixes are tried.
+const std::vector<DisplayModel>& displayModels() {
+    static const std::vector<DisplayModel> kModels = {
+        model("Looking Glass 8.9\"", "LKG-2K", {2560, 1600}, 338, 40, {5, 9}, {4096, 4096}),
+        model("Looking Glass 15.6\"", "LKG-4K", {3840, 2160}, 283, 40, {5, 9}, {4096, 4096}),
+        model("Looking Glass 8K", "LKG-8K", {7680, 4320}, 280, 40, {5, 9}, {8192, 8192}),
+        model("Looking Glass Portrait", "LKG-P", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
+        model("Looking Glass 16\" (2nd generation)", "LKG-A", {3840, 2160}, 283, 40, {5, 9},
+              {4096, 4096}),
+        model("Looking Glass 32\" (2nd generation)", "LKG-B", {7680, 4320}, 280, 40, {5, 9},
+              {8192, 8192}),
+        model("Looking Glass 65\"", "LKG-D", {7680, 4320}, 136, 40, {8, 9}, {8192, 8192}),
+        model("Looking Glass Prototype", "LKG-Q", {7680, 4320}, 136.6, 40, {5, 9}, {4096, 4096}),
+        model("Looking Glass Go", "LKG-E", {1440, 2560}, 491, 54, {11, 6}, {4092, 4092}),
+        model("Looking Glass Kiosk", "LKG-F", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
+        model("Looking Glass 16\" portrait", "LKG-H", {2160, 3840}, 283, 50, {11, 6}, {5995, 6000}),
+        model("Looking Glass 16\" landscape", "LKG-J", {3840, 2160}, 283, 50, {7, 7}, {5999, 5999}),
+        model("Looking Glass 32\" portrait", "LKG-K", {4320, 7680}, 280, 54, {11, 6}, {8184, 8184}),
+        model("Looking Glass 32\" landscape", "LKG-L", {7680, 4320}, 280, 50, {7, 7}, {8190, 8190}),
+    };
+    return kModels;
+}
+
 const DisplayModel* byPrefix(const std::string& prefix) {
     for (const DisplayModel& m : displayModels()) {
         if (m.serialPrefix == prefix) return &m;
@@ -59,28 +82,6 @@ const DisplayModel* byPanel(const Calibration& c) {
 }
 
 } // namespace
-
-const std::vector<DisplayModel>& displayModels() {
-    static const std::vector<DisplayModel> kModels = {
-        model("Looking Glass 8.9\"", "LKG-2K", {2560, 1600}, 338, 40, {5, 9}, {4096, 4096}),
-        model("Looking Glass 15.6\"", "LKG-4K", {3840, 2160}, 283, 40, {5, 9}, {4096, 4096}),
-        model("Looking Glass 8K", "LKG-8K", {7680, 4320}, 280, 40, {5, 9}, {8192, 8192}),
-        model("Looking Glass Portrait", "LKG-P", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
-        model("Looking Glass 16\" (2nd generation)", "LKG-A", {3840, 2160}, 283, 40, {5, 9},
-              {4096, 4096}),
-        model("Looking Glass 32\" (2nd generation)", "LKG-B", {7680, 4320}, 280, 40, {5, 9},
-              {8192, 8192}),
-        model("Looking Glass 65\"", "LKG-D", {7680, 4320}, 136, 40, {8, 9}, {8192, 8192}),
-        model("Looking Glass Prototype", "LKG-Q", {7680, 4320}, 136.6, 40, {5, 9}, {4096, 4096}),
-        model("Looking Glass Go", "LKG-E", {1440, 2560}, 491, 54, {11, 6}, {4092, 4092}),
-        model("Looking Glass Kiosk", "LKG-F", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
-        model("Looking Glass 16\" portrait", "LKG-H", {2160, 3840}, 283, 50, {11, 6}, {5995, 6000}),
-        model("Looking Glass 16\" landscape", "LKG-J", {3840, 2160}, 283, 50, {7, 7}, {5999, 5999}),
-        model("Looking Glass 32\" portrait", "LKG-K", {4320, 7680}, 280, 54, {11, 6}, {8184, 8184}),
-        model("Looking Glass 32\" landscape", "LKG-L", {7680, 4320}, 280, 50, {7, 7}, {8190, 8190}),
-    };
-    return kModels;
-}
 
 const DisplayModel* findDisplayModel(const Calibration& calibration) {
     const std::string serial = upper(calibration.serial);

@@ -3,7 +3,6 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/mat_memory.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
 #include "native/eye_blur.hpp"

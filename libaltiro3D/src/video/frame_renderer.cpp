@@ -1,6 +1,7 @@
 #include "video/frame_renderer.hpp"
 
 #include "altiro3D/error.hpp"
+#include "native/quilt_shape.hpp"
 #include "video/picture_tracker.hpp"
 #include "video/state_bytes.hpp"
 

@@ -24,29 +24,22 @@ const char* const kExpectedPrincipalPoint = "a principal point of -1e9..1e9 px";
 
 // One check for arguments and files; `complain` makes the error.
 template <typename Complain>
-void check(const CameraIntrinsics& k, const Complain& complain) {
+void check(const Camera& camera, const Complain& complain) {
     const auto focalLength = [&](const char* field, double value) {
         complain(value >= kMinFocalLength && value <= kLargest, field, value, kExpectedFocalLength);
     };
     const auto principalPoint = [&](const char* field, double value) {
         complain(std::abs(value) <= kLargest, field, value, kExpectedPrincipalPoint);
     };
+    const CameraIntrinsics& k = camera.intrinsics;
     focalLength("fx", k.fx);
     focalLength("fy", k.fy);
     principalPoint("cx", k.cx);
     principalPoint("cy", k.cy);
-}
-
-template <typename Complain>
-void checkDistances(double zNear, double zFar, const Complain& complain) {
-    complain(zNear >= kMinDistance && zNear <= kLargest, "zNear", zNear, "a distance of 1e-6..1e9");
-    complain(zFar > zNear, "zFar", zFar, "more than zNear (" + numberText(zNear) + ")");
-}
-
-template <typename Complain>
-void check(const Camera& camera, const Complain& complain) {
-    check(camera.intrinsics, complain);
-    checkDistances(camera.zNear, camera.zFar, complain);
+    complain(camera.zNear >= kMinDistance && camera.zNear <= kLargest, "zNear", camera.zNear,
+             "a distance of 1e-6..1e9");
+    complain(camera.zFar > camera.zNear, "zFar", camera.zFar,
+             "more than zNear (" + numberText(camera.zNear) + ")");
     complain(camera.baseline >= 0 && camera.baseline <= kLargest, "baseline", camera.baseline,
              "a length of 0..1e9");
 }
@@ -56,10 +49,6 @@ double inverseRange(double zNear, double zFar) {
 }
 
 } // namespace
-
-void validate(const CameraIntrinsics& intrinsics) {
-    check(intrinsics, checkNumber);
-}
 
 void validate(const Camera& camera) {
     check(camera, checkNumber);

@@ -24,6 +24,10 @@ std::string with(const std::string& field, const std::string& value) {
     return text.replace(colon + 1, end - colon - 1, value);
 }
 
+Calibration parseCalibration(const std::string& text, const std::string& source) {
+    return parseCalibrations(text, source).front();
+}
+
 TEST(Calibration, WrappedAndBareNumbersIntsFloatsAndNumericStringsAreEqual) {
     const Calibration wrapped = parseCalibration(kPortrait, "a");
     const Calibration bare = parseCalibration(

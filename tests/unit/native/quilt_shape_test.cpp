@@ -1,10 +1,13 @@
-#include "altiro3D/quilt2native.hpp"
+#include "native/quilt_shape.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/quilt2native.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"
+#include "support/files.hpp"
 #include "support/random_pictures.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -12,6 +15,46 @@ namespace altiro3D::test {
 namespace {
 
 const QuiltLayout kLayout{3, 2, {20, 10}, 6};
+
+TEST(QuiltShape, ViewsAreFittedOneByOneInTheShapeTheyShow) {
+    QuiltLayout layout;
+    layout.columns = 3;
+    layout.rows = 2;
+    layout.tileSize = {20, 24};
+    layout.viewCount = 6;
+    // Views of 20 x 24 px that show something twice as wide as high, for a square panel: of what
+    // they show the middle half fills it.
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int i = 0; i < 6; ++i) {
+        cv::Mat view = quilt(layout.tile(i));
+        view.colRange(5, 15).setTo(cv::Scalar::all(40 * i + 15)); // the middle half of its columns
+    }
+    cv::Mat fitted;
+    applyFitToViews(quilt, layout, 2, 1, FitMode::Cover, fitted);
+    ASSERT_EQ(fitted.size(), layout.size());
+    for (int i = 0; i < 6; ++i) {
+        const cv::Mat inner = fitted(layout.tile(i)).colRange(4, 16); // cubic next to the cut
+        EXPECT_TRUE(
+            samePicture(inner, cv::Mat(inner.size(), CV_8UC3, cv::Scalar::all(40 * i + 15))))
+            << i;
+    }
+    // bars above and below: a view fills half of the square's height
+    applyFitToViews(quilt, layout, 2, 1, FitMode::Contain, fitted);
+    for (int i = 0; i < 6; ++i) {
+        const cv::Mat view = fitted(layout.tile(i));
+        EXPECT_EQ(cv::norm(view.rowRange(0, 6), cv::NORM_INF), 0);
+        EXPECT_EQ(cv::norm(view.rowRange(18, 24), cv::NORM_INF), 0);
+        EXPECT_EQ(view.at<cv::Vec3b>(12, 10), cv::Vec3b::all(static_cast<uchar>(40 * i + 15)));
+    }
+    EXPECT_NE(errorOf([&] {
+                  applyFitToViews(quilt.colRange(0, 59), layout, 2, 1, FitMode::Cover, fitted);
+              }).find("quilt: has 59 x 48 px, expected 60 x 48"),
+              std::string::npos);
+    EXPECT_NE(errorOf([&] {
+                  applyFitToViews(quilt, layout, std::nan(""), 1, FitMode::Cover, fitted);
+              }).find("viewAspect: is nan"),
+              std::string::npos);
+}
 
 TEST(QuiltShape, BarsKeepAShapeThatTheNameTells) {
     const Display display = displayOf(stripePanel(150, 100)); // 1.5

@@ -21,7 +21,6 @@ using namespace std::chrono_literals;
 PipelineStage source(std::int64_t count) {
     return {"decode", [count](PipelineFrame& frame) {
                 if (frame.number == count) return false;
-                ownMemory(frame.source.picture);
                 frame.source.picture.create(4, 4, CV_8UC3);
                 frame.source.picture = cv::Scalar::all(static_cast<double>(frame.number % 251));
                 frame.source.pts = 10 * frame.number;
@@ -44,7 +43,6 @@ TEST(Pipeline, EveryFramePassesEveryStageInOrder) {
             {source(500),
              {"render",
               [](PipelineFrame& frame) {
-                  ownMemory(frame.result.picture);
                   cv::add(frame.source.picture, cv::Scalar::all(1), frame.result.picture);
                   return true;
               }},
@@ -203,27 +201,6 @@ TEST(Pipeline, AnyStageMayEndTheRun) {
             EXPECT_EQ(done, 20) << last;
         }
     }
-}
-
-TEST(Pipeline, MemoryOfFramesThatAreLateIsUsedAgain) {
-    int fresh = 0; // frames without memory
-    PipelineOptions options = withThreads(true, 1);
-    options.dropLate = true;
-    PipelineStage live = source(100);
-    const auto give = live.work;
-    live.work = [&](PipelineFrame& frame) {
-        if (frame.source.picture.empty()) ++fresh;
-        return give(frame);
-    };
-    const PipelineReport report = runPipeline({live,
-                                               {"slow",
-                                                [](PipelineFrame&) {
-                                                    std::this_thread::sleep_for(1ms);
-                                                    return true;
-                                                }}},
-                                              options);
-    EXPECT_GT(report.dropped, 20);
-    EXPECT_LE(fresh, 1 + 1 + 2); // one that waits, one in each stage, one on its way
 }
 
 TEST(Pipeline, OneStageIsEnoughAndNoneIsAnError) {

@@ -485,19 +485,15 @@ TEST(VideoReader, FramesDoNotDependOnTheThreads) {
     }
 }
 
-TEST(VideoReader, FramesHaveMemoryOfTheirOwnUnlessItIsGivenBack) {
+TEST(VideoReader, FramesHaveMemoryOfTheirOwn) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const TemporaryDirectory directory;
     VideoReader reader(makeClip(directory, "clip.mp4"));
     VideoFrame frame;
     ASSERT_TRUE(reader.read(frame));
-    const uchar* const memory = frame.picture.data;
-    ASSERT_TRUE(reader.read(frame));
-    EXPECT_EQ(frame.picture.data, memory);
     const cv::Mat kept = frame.picture;
     const cv::Mat copy = kept.clone();
     ASSERT_TRUE(reader.read(frame));
-    EXPECT_NE(frame.picture.data, memory);
     EXPECT_EQ(cv::norm(kept, copy, cv::NORM_INF), 0);
 }
 

@@ -163,12 +163,12 @@ TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
 TEST(Camera, SingularIntrinsicsAreRefused) {
     for (double bad : {0.0, -5.0, kNan, kInfinity, 1e-9}) {
         EXPECT_NE(errorOf([&] {
-                      validate(CameraIntrinsics{bad, 1, 0, 0});
+                      validate(Camera{{bad, 1, 0, 0}});
                   }).find("fx: is "),
                   std::string::npos);
     }
     EXPECT_NE(errorOf([] {
-                  validate(CameraIntrinsics{1, 1, kNan, 0});
+                  validate(Camera{{1, 1, kNan, 0}});
               }).find("cx: is nan"),
               std::string::npos);
 }

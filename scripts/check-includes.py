@@ -13,7 +13,7 @@ from pathlib import Path
 ROOMS = ["base", "display", "image", "depth", "views", "native", "video"]
 # Public headers without a source of their name.
 HEADER_ROOMS = {"export": "base", "version": "base", "image_io": "image", "scene": "depth",
-                "video_io": "video", "video_conversion": "video", "video_chunks": "video"}
+                "video_io": "video", "video_conversion": "video"}
 UMBRELLA = "altiro3D"
 
 

@@ -1,7 +1,7 @@
 // altiro3Dtradeoff: time and accuracy of each way to make views.
 
 #include "altiro3D/altiro3D.hpp"
-#include "altiro3D/trade.hpp"
+#include "altiro3D/depth2quilt.hpp"
 #include "common/depth_options.hpp"
 #include "common/network_trust.hpp"
 #include "common/outputs.hpp"

@@ -12,11 +12,11 @@
 // input. A folder of frames holds pairs NNNNNN.png or .jpg and NNNNNN.d.png, 16-bit inverse depth.
 // Missing inputs are reported and skipped.
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
-#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

@@ -14,7 +14,6 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
 

@@ -14,10 +14,10 @@
 // The last columns are means of the row: PSNR at a blur of 2 and 4 px, and SSIM of the luminance at
 // 3 px.
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_maker.hpp"
-#include "altiro3D/trade.hpp"
 #include "support/eye.hpp"
 #include "support/files.hpp"
 #include "support/scene.hpp"

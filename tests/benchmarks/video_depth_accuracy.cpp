@@ -7,11 +7,11 @@
 // FastDepth; it runs once on every picture, and its output is kept. Missing inputs are reported and
 // skipped.
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
-#include "altiro3D/trade.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"

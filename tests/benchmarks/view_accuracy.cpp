@@ -12,9 +12,9 @@
 // beyond it where true views exist. The third: time of one view in a quilt of 48, one thread, by
 // the side of method Fast. What is missing is named and left out.
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/trade.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
 #include "views/view_methods.hpp"

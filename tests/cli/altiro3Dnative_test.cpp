@@ -1,4 +1,4 @@
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"

@@ -1,7 +1,7 @@
 // The choice of methods, their options and camera, and the automatic choice of --budget.
 
 #include "altiro3D/altiro3D.hpp"
-#include "altiro3D/trade.hpp"
+#include "altiro3D/depth2quilt.hpp"
 #include "common/budget.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"

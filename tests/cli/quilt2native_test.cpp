@@ -1,5 +1,5 @@
-#include "altiro3D/calibration.hpp"
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/video_io.hpp"

@@ -1,7 +1,7 @@
 #include "sandbox.hpp"
 
-#include "altiro3D/calibration.hpp"
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/tiny_network.hpp"
 

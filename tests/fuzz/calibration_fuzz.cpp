@@ -1,6 +1,6 @@
 // visual.json, and what is derived from it.
 
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 #include "fuzz.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // The camera of a photo.
 
-#include "altiro3D/camera.hpp"
+#include "altiro3D/view_options.hpp"
 #include "fuzz.hpp"
 
 using namespace altiro3D;

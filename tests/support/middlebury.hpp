@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/trade.hpp"
+#include "altiro3D/depth2quilt.hpp"
 
 #include <filesystem>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/quilt.hpp"
 
 #include <array>

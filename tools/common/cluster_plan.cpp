@@ -1,6 +1,6 @@
 #include "common/cluster_plan.hpp"
 
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "common/photo_chunks.hpp"
 
 #include <QCoreApplication>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/placement.hpp"

@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "common/chunk_folder.hpp"
 #include "common/folder_run.hpp"
 #include "common/outputs.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/audio_reader.hpp"
+#include "altiro3D/video_io.hpp"
 #include "viewer/sound_device.hpp"
 
 #include <chrono>

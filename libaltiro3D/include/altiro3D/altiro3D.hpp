@@ -49,9 +49,6 @@
 /// Photos and flat video as glasses-free 3D pictures. altiro3D.hpp lists the rules for the whole
 /// namespace.
 
-#include "altiro3D/audio_reader.hpp"
-#include "altiro3D/calibration.hpp"
-#include "altiro3D/camera.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
@@ -69,9 +66,7 @@
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/scene.hpp"
 #include "altiro3D/sway.hpp"
-#include "altiro3D/trade.hpp"
 #include "altiro3D/version.hpp"
-#include "altiro3D/video_chunks.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"

@@ -1,14 +1,151 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/quilt.hpp"
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 namespace altiro3D {
+
+/// Positions of the colours of one pixel relative to its centre, in px; y grows upward.
+struct SubpixelCell {
+    std::array<double, 3> x{}; ///< Offsets to the right of red, green, blue, -1..1 px.
+    std::array<double, 3> y{}; ///< Offsets upward of red, green, blue, -1..1 px.
+};
+
+/// A display's calibration with the names and values of its `visual.json`.
+struct Calibration {
+    std::string configVersion; ///< Format tag of the file; informative.
+    std::string serial;        ///< Serial number ("LKG-PORT-19930"); may be empty.
+    double pitch = 0;          ///< Lenses per inch, perpendicular to the lenses, > 0.
+    double slope = 0;          ///< Rise over run of a lens in panel px, y counted down, != 0.
+    double center = 0;         ///< Phase offset of the lens array in lens periods, +-1e6 at most.
+    double fringe = 0;         ///< Colour fringe correction; 0 in every known unit; not used.
+    double viewCone = 0;       ///< Full horizontal view cone in degrees, 0..180; 0 = not given.
+    double invView = 1;        ///< View order under the lens is reversed if >= 0.5.
+    double verticalAngle = 0;  ///< Tilt of the viewing axis in degrees; not used by the mapping.
+    double DPI = 0;            ///< Panel px per inch, > 0.
+    int screenW = 0;           ///< Panel width in px, 16..16384.
+    int screenH = 0;           ///< Panel height in px, 16..16384.
+    double flipImageX = 0;     ///< The picture is mirrored left-right if >= 0.5.
+    double flipImageY = 0;     ///< The picture is mirrored upside down if >= 0.5.
+    double flipSubp = 0;       ///< The panel is BGR instead of RGB if >= 0.5.
+    int CellPatternMode = 0;   ///< How the cells repeat over the panel, 0..4.
+    std::vector<SubpixelCell> subpixelCells; ///< Empty on classic RGB stripe panels; at most 16.
+};
+
+/// Largest panel side in px.
+constexpr int kMaxPanelSide = 16384;
+
+/// Checks a calibration: the range of each field, and that pitch, DPI and slope describe a possible
+/// lens array of at least 0.001 lens periods across the panel and at most one per sub-pixel.
+///
+/// @param calibration the calibration to check
+/// @param source its name in the error message, for example the file name
+/// @throws Error BadFormat that names source, field, value and what is expected
+ALTIRO3D_EXPORT void validate(const Calibration& calibration,
+                              const std::string& source = "calibration");
+
+/// Reads a `visual.json` in any of its variants: wrapped (`{"value": x}`) or bare numbers, integers
+/// or floats, missing optional fields, a byte order mark, the calibration nested up to three
+/// containers deep or held in a string. Unknown keys are ignored. If the file holds several
+/// calibrations, the first is returned and all must be valid.
+///
+/// @param file the file, at most 4 MiB
+/// @return the calibration; it is valid
+/// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, value, what is expected),
+///         OutOfMemory
+[[nodiscard]] ALTIRO3D_EXPORT Calibration readCalibration(const std::filesystem::path& file);
+
+/// Reads all calibrations in a file. Services that list several devices write such files.
+///
+/// @param file as for readCalibration()
+/// @return one or more, in the file's order; all are valid
+/// @throws Error as readCalibration()
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration>
+readCalibrations(const std::filesystem::path& file);
+
+/// As readCalibrations(), from text.
+/// @param text the file's contents
+/// @param source the file's name, for errors
+/// @return one or more, in the text's order; all are valid
+/// @throws Error BadFormat (source, field, value, what is expected)
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& text,
+                                                                         const std::string& source);
+
+/// Hashes all fields that enter the sub-pixel mapping; the serial number is not one of them.
+/// Calibrations with the same fingerprint give the same picture. The converse does not always hold:
+/// `invView` is part of the hash also on panels with cells, where InvertViews::Auto ignores it.
+///
+/// @param calibration the calibration; need not be valid
+/// @return 64-bit FNV-1a hash
+[[nodiscard]] ALTIRO3D_EXPORT std::uint64_t fingerprint(const Calibration& calibration);
+
+/// Formats a fingerprint as text.
+/// @param fingerprint from fingerprint()
+/// @return 16 hexadecimal digits in lower case
+[[nodiscard]] ALTIRO3D_EXPORT std::string fingerprintText(std::uint64_t fingerprint);
+
+/// Whether the order of views under a lens is reversed.
+enum class InvertViews {
+    Auto, ///< `invView` decides on stripe panels; reversed on panels with sub-pixel cells.
+    On,   ///< Reversed.
+    Off   ///< Not reversed.
+};
+
+/// The quantities of a calibration that map sub-pixels to views (docs/mathematics.md, 1). They are
+/// derived in double precision and never stored in a file.
+struct ALTIRO3D_EXPORT LensGeometry {
+    int panelWidth = 0;         ///< Panel width in px.
+    int panelHeight = 0;        ///< Panel height in px.
+    double periodsPerWidth = 0; ///< P: lens periods across the panel's width (1.1).
+    /// T: shift of the lenses over the panel's height in panel widths; negated if mirrored (1.2).
+    double tilt = 0;
+    double subpixelStep = 0;         ///< One sub-pixel in panel widths; negative if mirrored (1.3).
+    double center = 0;               ///< c: phase offset in lens periods.
+    double lensPeriodSubpixels = 0;  ///< Px: lens period in sub-pixels, 3 W / P (1.11).
+    double offsetSubpixels = 0;      ///< i_off of the published Eq. (1), in sub-pixels (1.11).
+    bool inverted = true;            ///< View order under the lens is reversed.
+    bool mirrorX = false;            ///< The views are sampled mirrored left-right.
+    bool mirrorY = false;            ///< The views are sampled mirrored upside down.
+    bool blueFirst = false;          ///< The positions of red and blue are exchanged.
+    int cellPattern = 0;             ///< CellPatternMode; 0 if there are no cells.
+    std::vector<SubpixelCell> cells; ///< Empty on stripe panels.
+
+    /// Index of the cell of a pixel (docs/mathematics.md, 1).
+    /// @param x column, 0..panelWidth-1
+    /// @param y row from the top, 0..panelHeight-1
+    /// @return index into `cells`; 0 without cells
+    [[nodiscard]] int cellIndex(int x, int y) const;
+
+    /// Position of a sub-pixel under its lens: docs/mathematics.md, (1.4) to (1.9). This is the
+    /// readable reference; NativeLut is the fast path.
+    /// @param x column, 0..panelWidth-1
+    /// @param y row from the top, 0..panelHeight-1
+    /// @param channel 0 red, 1 green, 2 blue
+    /// @return z, 0..1: 0 = start of view 0, 1 = end of the last view
+    [[nodiscard]] double phase(int x, int y, int channel) const;
+
+    /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
+    /// (1.10). Arguments are not checked.
+    /// @param phase z, 0..1, from phase()
+    /// @param views N, number of views, 1 or more
+    /// @return 0..views-1
+    [[nodiscard]] static int viewOfPhase(double phase, int views);
+};
+
+/// Derives the lens geometry: docs/mathematics.md, (1.1) to (1.3) and (1.11).
+///
+/// @param calibration the display
+/// @param invert whether the order of views is reversed
+/// @return the geometry
+/// @throws Error BadFormat if the calibration is not valid
+[[nodiscard]] ALTIRO3D_EXPORT LensGeometry lensGeometry(const Calibration& calibration,
+                                                        InvertViews invert = InvertViews::Auto);
 
 /// A display model and its maker's recommendations.
 struct DisplayModel {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/export.hpp"
 
 #include <opencv2/core/mat.hpp>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"

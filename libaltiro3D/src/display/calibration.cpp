@@ -1,4 +1,4 @@
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 
 #include <array>
 #include <opencv2/core/mat.hpp>

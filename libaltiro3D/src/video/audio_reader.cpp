@@ -1,4 +1,4 @@
-#include "altiro3D/audio_reader.hpp"
+#include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"

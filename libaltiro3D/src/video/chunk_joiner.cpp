@@ -1,5 +1,5 @@
 #include "altiro3D/error.hpp"
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "video/chunk_plan.hpp"
 #include "video/chunk_record.hpp"
 #include "video/conversion_run.hpp"

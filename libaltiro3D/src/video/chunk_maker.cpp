@@ -1,6 +1,6 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "video/chunk_plan.hpp"
 #include "video/chunk_record.hpp"
 #include "video/chunk_states.hpp"

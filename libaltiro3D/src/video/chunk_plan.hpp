@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "base/json_reader.hpp"
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 #include "altiro3D/error.hpp"
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "video/chunk_division.hpp"

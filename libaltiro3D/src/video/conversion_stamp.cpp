@@ -1,6 +1,6 @@
 #include "video/conversion_stamp.hpp"
 
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 #include "altiro3D/version.hpp"
 #include "base/checks.hpp"
 #include "base/json_reader.hpp"

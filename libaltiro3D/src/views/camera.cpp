@@ -1,4 +1,4 @@
-#include "altiro3D/camera.hpp"
+#include "altiro3D/view_options.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"

@@ -4,7 +4,6 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/trade.hpp"
 #include "base/data_prefix.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -1,9 +1,9 @@
 #include "altiro3D/depth_map.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
-#include "altiro3D/trade.hpp"
 #include "depth/depth_steps.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

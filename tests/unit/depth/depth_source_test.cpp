@@ -1,8 +1,8 @@
 #include "altiro3D/depth_source.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/calibration.hpp"
+#include "altiro3D/display.hpp"
 
 #include "support/files.hpp"
 #include "support/reference.hpp"

@@ -1,7 +1,7 @@
 #include "altiro3D/image_io.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
-#include "altiro3D/trade.hpp"
 #include "base/memory_errors.hpp"
 #include "image/image_header.hpp"
 #include "support/compare.hpp"

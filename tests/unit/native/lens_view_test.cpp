@@ -1,8 +1,8 @@
 #include "altiro3D/lens_view.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/trade.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"

@@ -1,9 +1,9 @@
 #include "altiro3D/native_maker.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/trade.hpp"
 #include "native/shift_kernels.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"

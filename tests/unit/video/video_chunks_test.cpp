@@ -1,4 +1,4 @@
-#include "altiro3D/video_chunks.hpp"
+#include "altiro3D/video_conversion.hpp"
 
 #include "altiro3D/error.hpp"
 #include "support/compare.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/trade.hpp"
+#include "altiro3D/depth2quilt.hpp"
 
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -1,6 +1,6 @@
 #include "views/view_methods.hpp"
 
-#include "altiro3D/trade.hpp"
+#include "altiro3D/depth2quilt.hpp"
 #include "base/pixel_rows.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

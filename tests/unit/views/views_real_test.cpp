@@ -1,8 +1,8 @@
 #include "views/view_methods.hpp"
 #include "views/views_real_holes.hpp"
 
-#include "altiro3D/camera.hpp"
-#include "altiro3D/trade.hpp"
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/view_options.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

@@ -3,7 +3,6 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 
-#include <QSysInfo>
 #include <array>
 #include <chrono>
 #include <ctime>
@@ -83,10 +82,6 @@ std::vector<std::string> readWords(const fs::path& file) {
         at = end + 1;
     }
     return words;
-}
-
-std::string hostName() {
-    return QSysInfo::machineHostName().toStdString();
 }
 
 std::string ChunkCall::logName() const {

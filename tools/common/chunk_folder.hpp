@@ -69,9 +69,6 @@ void logLine(const ChunkCall& call, const std::string& line);
 /// @return the exit status
 int runLogged(const ChunkCall& call, const std::function<int()>& work);
 
-/// The name of this machine.
-std::string hostName();
-
 /// Texts in a file, each followed by a zero byte. @throws Error WriteFailed
 void writeWords(const std::filesystem::path& file, const std::vector<std::string>& words);
 /// Reads them. @throws Error NotFound, ReadFailed, BadFormat

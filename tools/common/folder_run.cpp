@@ -63,14 +63,6 @@ bool isFileWithContents(const fs::path& file) {
     return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0 && !error;
 }
 
-std::string fileStamp(const fs::path& file) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(file, error);
-    if (error) return {};
-    const auto time = fs::last_write_time(file, error).time_since_epoch().count();
-    return error ? std::string() : std::to_string(bytes) + " " + std::to_string(time);
-}
-
 FolderRun::FolderRun(std::string thing, std::size_t files, std::vector<LeftOutFile> leftOut,
                      Messages& messages)
     : thing_(std::move(thing)), messages_(messages), leftOut_(std::move(leftOut)), files_(files),

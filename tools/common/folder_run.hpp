@@ -35,9 +35,6 @@ void requireDirectoryName(const std::filesystem::path& name, const std::string& 
 /// Whether a file holds anything.
 bool isFileWithContents(const std::filesystem::path& file);
 
-/// The size and the time of a file as text; empty if there is none.
-std::string fileStamp(const std::filesystem::path& file);
-
 /// Thrown for a file of a folder that turns out to be something else than its name says.
 struct NotTaken {
     LeftOutFile file;

@@ -98,14 +98,7 @@ std::string sizeText(cv::Size size) {
 }
 
 std::string oneLine(std::string text) {
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const auto c = static_cast<unsigned char>(text[i]);
-        if (c < 0x20 || c == 0x7f) text[i] = ' ';
-        // U+0080..U+009F, control characters for some terminals
-        if (c == 0xc2 && i + 1 < text.size() && (text[i + 1] & 0xe0) == 0x80)
-            text.replace(i, 2, " ");
-    }
-    return text;
+    return withoutControls(std::move(text));
 }
 
 void Messages::say(const std::string& line) const {

@@ -1,7 +1,7 @@
 #include "viewer/show_files.hpp"
 
 #include "altiro3D/error.hpp"
-#include "common/folder_run.hpp"
+#include "altiro3D/file_io.hpp"
 #include "common/folder_search.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ FileStamps stampsOf(const std::vector<fs::path>& folders) {
         std::error_code error;
         fs::directory_iterator entry(folder, error);
         while (!error && entry != fs::directory_iterator()) {
-            stamps[entry->path()] = tools::fileStamp(entry->path());
+            stamps[entry->path()] = fileStamp(entry->path());
             entry.increment(error);
         }
     }

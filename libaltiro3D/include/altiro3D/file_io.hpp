@@ -43,6 +43,14 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vec
 /// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
 
+/// Size and time of change of a file, as text, to notice that it has changed.
+/// @param path the file; it is not opened
+/// @return the text; empty if there is no such file
+[[nodiscard]] ALTIRO3D_EXPORT std::string fileStamp(const std::filesystem::path& path);
+
+/// The name of this machine. @return the name, or "unknown"
+[[nodiscard]] ALTIRO3D_EXPORT std::string hostName();
+
 /// Directories that are searched for the files of the library (`models/`, `calibration/`). In this
 /// order:
 /// - `share/altiro3D` of the installation that contains this library or program, also after the

@@ -2,10 +2,6 @@
 
 namespace altiro3D {
 
-namespace {
-
-// Text from files and users may contain line breaks and terminal escape sequences. They are
-// replaced, so an error is one line and cannot inject escape sequences.
 std::string withoutControls(std::string text) {
     for (std::size_t i = 0; i < text.size(); ++i) {
         const auto c = static_cast<unsigned char>(text[i]);
@@ -16,8 +12,6 @@ std::string withoutControls(std::string text) {
     }
     return text;
 }
-
-} // namespace
 
 Error::Error(ErrorCode code, const std::string& subject, const std::string& problem)
     : std::runtime_error(withoutControls(subject + ": " + problem)), code_(code) {}

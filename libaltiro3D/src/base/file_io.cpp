@@ -4,6 +4,7 @@
 #include "base/posix_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -246,6 +247,20 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
 
 void writeFile(const fs::path& path, const std::string& text) {
     writeFile(path, std::vector<Bytes>{{text.data(), text.size()}});
+}
+
+std::string fileStamp(const fs::path& path) {
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(path, error);
+    if (error) return {};
+    const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+    return error ? std::string() : std::to_string(bytes) + " bytes of " + std::to_string(time);
+}
+
+std::string hostName() {
+    std::array<char, 256> name{};
+    if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
+    return name.data();
 }
 
 } // namespace altiro3D

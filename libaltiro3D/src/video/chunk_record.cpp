@@ -5,11 +5,9 @@
 #include "video/json_members.hpp"
 #include "video/state_bytes.hpp"
 
-#include <array>
 #include <fstream>
 #include <string_view>
 #include <system_error>
-#include <unistd.h>
 
 namespace altiro3D {
 
@@ -58,12 +56,6 @@ Json recordOf(const ChunkPlan& plan, std::uint64_t processor,
 }
 
 } // namespace
-
-std::string hostName() {
-    std::array<char, 256> name{};
-    if (gethostname(name.data(), name.size() - 1) != 0) return "unknown";
-    return name.data();
-}
 
 fs::path chunkFolder(const fs::path& directory, int number) {
     return directory / kChunks / numberedName(static_cast<std::size_t>(number - 1), "");

@@ -20,9 +20,6 @@ struct ChunkRecord {
     std::vector<std::uint64_t> sums; ///< Of the bytes of the segments.
 };
 
-/// The name of this machine; "unknown" if it has none.
-std::string hostName();
-
 /// The folder of a chunk.
 std::filesystem::path chunkFolder(const std::filesystem::path& directory, int number);
 

@@ -1,6 +1,7 @@
 #include "video/conversion_stamp.hpp"
 
 #include "altiro3D/display.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
 #include "base/checks.hpp"
 #include "base/json_reader.hpp"
@@ -31,16 +32,11 @@ std::string hexText(std::uint64_t value) {
 // Identifies the state of a file or of a directory of pictures.
 std::string stateOf(const fs::path& path) {
     std::error_code error; // opening it reports what is wrong
-    const auto stateOfFile = [&](const fs::path& file) {
-        const std::uintmax_t bytes = fs::file_size(file, error);
-        const auto time = fs::last_write_time(file, error).time_since_epoch().count();
-        return std::to_string(bytes) + " bytes of " + std::to_string(time);
-    };
-    if (!fs::is_directory(path, error)) return stateOfFile(path);
+    if (!fs::is_directory(path, error)) return fileStamp(path);
     const std::vector<fs::path> files = listImages(path);
     std::string all;
     for (const fs::path& file : files) // the name decides the frame that a picture belongs to
-        all += file.filename().string() + '\0' + stateOfFile(file) + '\n';
+        all += file.filename().string() + '\0' + fileStamp(file) + '\n';
     return std::to_string(files.size()) + " files, " + hexText(checksum(all));
 }
 

@@ -1,8 +1,8 @@
 #include "video/work_folder.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "base/posix_file.hpp"
-#include "video/chunk_record.hpp"
 
 #include <cerrno>
 #include <charconv>

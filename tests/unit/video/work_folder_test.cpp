@@ -1,7 +1,7 @@
 #include "video/work_folder.hpp"
 
+#include "altiro3D/file_io.hpp"
 #include "support/files.hpp"
-#include "video/chunk_record.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -3,7 +3,6 @@
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
-#include "native/native_lut_kernels.hpp"
 #include "native/native_lut_tables.hpp"
 
 #include <opencv2/core.hpp>
@@ -38,14 +37,15 @@ NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, I
     tables->allocate();
 
     const LensPhases phases(g);
-    const TilePlaces places =
-        tilePlaces(quilt.columns, quilt.rows, quilt.tileSize.width, quilt.tileSize.height);
+    std::vector<cv::Point> tiles; // upper left corners
+    for (int view = 0; view < quilt.columns * quilt.rows; ++view)
+        tiles.push_back(quilt.tile(view).tl());
     const auto width = static_cast<std::size_t>(g.panelWidth);
-    std::vector<std::uint32_t> inTile(width); // X inside a tile
+    std::vector<int> inTile(width); // X inside a tile
     for (int x = 0; x < g.panelWidth; ++x) {
         const int seen = g.mirrorX ? g.panelWidth - 1 - x : x;
         inTile[static_cast<std::size_t>(x)] =
-            static_cast<std::uint32_t>(nearestSample(seen, g.panelWidth, quilt.tileSize.width));
+            nearestSample(seen, g.panelWidth, quilt.tileSize.width);
     }
     cv::parallel_for_(cv::Range(0, g.panelHeight), [&](const cv::Range& rows) {
         std::vector<std::uint32_t> views(width);
@@ -55,8 +55,12 @@ NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, I
                 const int seen = g.mirrorY ? g.panelHeight - 1 - y : y;
                 const int yInTile = nearestSample(seen, g.panelHeight, quilt.tileSize.height);
                 phases.viewsOfRow(y, channel, quilt.viewCount, views.data());
-                quiltPixels(views.data(), inTile.data(), width, places, yInTile,
-                            table.ptr<std::uint16_t>(y));
+                auto* out = table.ptr<std::uint16_t>(y);
+                for (std::size_t x = 0; x < width; ++x) {
+                    const cv::Point& tile = tiles[views[x]];
+                    *out++ = static_cast<std::uint16_t>(tile.x + inTile[x]);
+                    *out++ = static_cast<std::uint16_t>(tile.y + yInTile);
+                }
             }
         }
     });

@@ -6,7 +6,6 @@
 #include "altiro3D/file_io.hpp"
 #include "base/posix_file.hpp"
 #include "base/text.hpp"
-#include "native/native_lut_kernels.hpp"
 #include "native/native_lut_tables.hpp"
 
 #include <algorithm>
@@ -209,9 +208,14 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
             complete = false;
             return std::uint32_t{0};
         }
-        const LargestPair largest =
-            largestPair(reinterpret_cast<const std::uint16_t*>(to), size / 4);
-        if (largest.x >= quilt.width || largest.y >= quilt.height) inside = false;
+        const auto* const pairs = reinterpret_cast<const std::uint16_t*>(to);
+        int x = 0; // the largest ones
+        int y = 0;
+        for (std::size_t i = 0; i < size / 2; i += 2) {
+            x = std::max<int>(x, pairs[i]);
+            y = std::max<int>(y, pairs[i + 1]);
+        }
+        if (x >= quilt.width || y >= quilt.height) inside = false;
         return crcOf(to, size);
     };
     const bool sound = crcOfPieces(tables->size(), readPiece) == h.dataCrc;

@@ -3,7 +3,6 @@
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
-#include "native/native_lut_kernels.hpp"
 #include "native/native_lut_tables.hpp"
 #include "native/view_table_kernels.hpp"
 
@@ -96,6 +95,30 @@ void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnByte
     }
 }
 
+// For each px of a side of a quilt the number of the tile that begins there, else -1.
+std::vector<int> tileStarts(int length, int tile) {
+    std::vector<int> starts(static_cast<std::size_t>(length), -1);
+    for (int i = 0; i < length / tile; ++i)
+        starts[static_cast<std::size_t>(i * tile)] = i;
+    return starts;
+}
+
+// Views of a row of sub-pixels. false if one is at another place inside its tile.
+template <class T>
+bool readViews(const NativeLut& lut, int row, const std::vector<int>& columns,
+               const std::vector<int>& rows, const ViewTable& t, T* views) {
+    const auto* pairs = lut.channel(2 - row % 3).ptr<std::uint16_t>(row / 3);
+    const std::uint32_t yInTile = t.rows[static_cast<std::size_t>(row / 3)];
+    const int last = (t.quilt.rows - 1) * t.quilt.columns; // view of the top-left tile
+    for (const std::uint32_t inTile : t.columns) {
+        const std::uint32_t x = *pairs++ - inTile; // before the quilt: a large number
+        const std::uint32_t y = *pairs++ - yInTile;
+        if (x >= columns.size() || y >= rows.size() || columns[x] < 0 || rows[y] < 0) return false;
+        *views++ = static_cast<T>(last + columns[x] - rows[y] * t.quilt.columns);
+    }
+    return true;
+}
+
 } // namespace
 
 void ViewTable::render(const cv::Mat& source, cv::Mat& native) const {
@@ -153,22 +176,15 @@ std::optional<ViewTable> viewTable(const NativeLut& lut) {
         t.rows[static_cast<std::size_t>(y)] =
             static_cast<std::uint32_t>(red.ptr<std::uint16_t>(y)[1] % tile.height);
     }
-    TileGrid grid;
-    grid.columns = static_cast<std::uint32_t>(quilt.columns);
-    grid.rows = static_cast<std::uint32_t>(quilt.rows);
-    grid.tileWidth = static_cast<std::uint16_t>(tile.width);
-    grid.tileHeight = static_cast<std::uint16_t>(tile.height);
+    const std::vector<int> columns = tileStarts(quilt.size().width, tile.width);
+    const std::vector<int> rows = tileStarts(quilt.size().height, tile.height);
     std::atomic<bool> good{true};
     cv::parallel_for_(cv::Range(0, t.views.rows), [&](const cv::Range& range) {
         for (int row = range.start; row < range.end && good; ++row) {
-            const auto* pairs = lut.channel(2 - row % 3).ptr<std::uint16_t>(row / 3);
-            const std::uint32_t inTile = t.rows[static_cast<std::size_t>(row / 3)];
             const bool fits =
                 t.views.depth() == CV_8U
-                    ? viewsOfQuiltPixels(pairs, t.columns.data(), t.columns.size(), grid, inTile,
-                                         t.views.ptr(row))
-                    : viewsOfQuiltPixels(pairs, t.columns.data(), t.columns.size(), grid, inTile,
-                                         t.views.ptr<std::uint16_t>(row));
+                    ? readViews(lut, row, columns, rows, t, t.views.ptr(row))
+                    : readViews(lut, row, columns, rows, t, t.views.ptr<std::uint16_t>(row));
             if (!fits) good = false;
         }
     });

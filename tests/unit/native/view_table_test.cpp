@@ -1,7 +1,6 @@
 #include "native/view_table.hpp"
 
 #include "altiro3D/quilt2native.hpp"
-#include "native/native_lut_kernels.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
@@ -212,48 +211,6 @@ TEST(ViewTable, TablesOfOtherProgramsAreRenderedAsTheySay) {
     });
     EXPECT_TRUE(viewTable(unused));
     expectRendersAsItSays(unused);
-}
-
-TEST(NativeLutKernels, TilePlacesAreThoseOfTheLayout) {
-    for (const QuiltLayout& layout : kLayouts) {
-        SCOPED_TRACE(layout.text());
-        const auto tiles = static_cast<std::size_t>(layout.columns * layout.rows);
-        std::vector<std::uint32_t> views(tiles);
-        std::vector<std::uint32_t> inTile(tiles);
-        for (std::size_t i = 0; i < tiles; ++i) {
-            views[i] = static_cast<std::uint32_t>(i);
-            inTile[i] =
-                static_cast<std::uint32_t>(i) % static_cast<std::uint32_t>(layout.tileSize.width);
-        }
-        const int y = layout.tileSize.height - 1;
-        std::vector<std::uint16_t> pairs(2 * tiles);
-        quiltPixels(
-            views.data(), inTile.data(), tiles,
-            tilePlaces(layout.columns, layout.rows, layout.tileSize.width, layout.tileSize.height),
-            y, pairs.data());
-        std::size_t wrong = 0;
-        for (std::size_t i = 0; i < tiles; ++i) {
-            const cv::Rect tile = layout.tile(static_cast<int>(i));
-            wrong += pairs[2 * i] != tile.x + static_cast<int>(inTile[i]) ? 1U : 0U;
-            wrong += pairs[2 * i + 1] != tile.y + y ? 1U : 0U;
-        }
-        EXPECT_EQ(wrong, 0U);
-    }
-}
-
-TEST(NativeLutKernels, TheLargestPairIsFoundAnywhere) {
-    forEachInstructionSet([](const char* name) {
-        for (std::size_t count : {1U, 2U, 31U, 67U}) {
-            for (std::size_t at = 0; at < count; ++at) {
-                std::vector<std::uint16_t> pairs(2 * count, 3);
-                pairs[2 * at] = 65535;
-                pairs[2 * (count - 1 - at) + 1] = 40000;
-                const LargestPair largest = largestPair(pairs.data(), count);
-                EXPECT_EQ(largest.x, 65535) << name;
-                EXPECT_EQ(largest.y, 40000) << name;
-            }
-        }
-    });
 }
 
 } // namespace

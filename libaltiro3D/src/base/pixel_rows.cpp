@@ -1,7 +1,6 @@
 #include "base/pixel_rows.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
@@ -10,7 +9,6 @@
 
 #include "base/kernel_parts_inl.hpp"
 
-#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -56,84 +54,15 @@ void pickShortsOn(const std::int32_t* columns, std::size_t count, const std::int
     pickColumnsAs(hn::ScalableTag<std::int32_t>(), columns, count, values, out);
 }
 
-#if ALTIRO3D_AVX512_BYTES
-// For each byte of 64 B G R pixels its pixel, and which bytes are green and red.
-struct Interleaving {
-    alignas(64) std::uint8_t pixels[192] = {};
-    std::uint64_t green[3] = {};
-    std::uint64_t red[3] = {};
-};
-constexpr Interleaving interleaving() {
-    Interleaving result{};
-    for (int k = 0; k < 192; ++k) {
-        result.pixels[k] = static_cast<std::uint8_t>(k / 3);
-        const std::uint64_t bit = std::uint64_t{1} << (k % 64);
-        if (k % 3 == 1) result.green[k / 64] |= bit;
-        if (k % 3 == 2) result.red[k / 64] |= bit;
-    }
-    return result;
-}
-constexpr Interleaving kInterleaving = interleaving();
-
-// Three look-ups for each register of the result.
-template <class Store>
-HWY_INLINE void interleave64(const std::uint8_t* blue, const std::uint8_t* green,
-                             const std::uint8_t* red, const Store& store) {
-    const __m512i b = _mm512_loadu_si512(blue);
-    const __m512i g = _mm512_loadu_si512(green);
-    const __m512i r = _mm512_loadu_si512(red);
-    for (int k = 0; k < 3; ++k) {
-        const __m512i pixels = _mm512_load_si512(kInterleaving.pixels + 64 * k);
-        const __m512i two = _mm512_mask_permutexvar_epi8(_mm512_permutexvar_epi8(pixels, b),
-                                                         kInterleaving.green[k], pixels, g);
-        store(k, hn::Vec512<std::uint8_t>{
-                     _mm512_mask_permutexvar_epi8(two, kInterleaving.red[k], pixels, r)});
-    }
-}
-#endif
-
-// Interleaves whole vectors and gives them to store(k-th vector of a triple, vector, first pixel).
-// @return pixels done
-template <class Store>
-HWY_INLINE std::size_t
-interleaveVectors(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
-                  const std::uint8_t* HWY_RESTRICT red, std::size_t count, const Store& store) {
+void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
+                     const std::uint8_t* HWY_RESTRICT red, std::size_t count,
+                     std::uint8_t* HWY_RESTRICT bgr) {
     const hn::ScalableTag<std::uint8_t> d;
     const std::size_t lanes = hn::Lanes(d);
     std::size_t i = 0;
     for (; i + lanes <= count; i += lanes) {
-#if ALTIRO3D_AVX512_BYTES
-        interleave64(blue + i, green + i, red + i,
-                     [&](int k, auto vector) HWY_ATTR { store(k, vector, i); });
-#else
-        HWY_ALIGN std::uint8_t three[3 * HWY_LANES(std::uint8_t)];
         hn::StoreInterleaved3(hn::LoadU(d, blue + i), hn::LoadU(d, green + i),
-                              hn::LoadU(d, red + i), d, three);
-        for (int k = 0; k < 3; ++k)
-            store(k, hn::Load(d, three + lanes * static_cast<std::size_t>(k)), i);
-#endif
-    }
-    return i;
-}
-
-void interleaveRowOn(const std::uint8_t* HWY_RESTRICT blue, const std::uint8_t* HWY_RESTRICT green,
-                     const std::uint8_t* HWY_RESTRICT red, std::size_t count, bool pastCache,
-                     std::uint8_t* HWY_RESTRICT bgr) {
-    const hn::ScalableTag<std::uint8_t> d;
-    const std::size_t lanes = hn::Lanes(d);
-    const auto place = [&](int k, std::size_t pixel) {
-        return bgr + 3 * pixel + lanes * static_cast<std::size_t>(k);
-    };
-    std::size_t i = 0;
-    if (pastCache && reinterpret_cast<std::uintptr_t>(bgr) % lanes == 0) {
-        i = interleaveVectors(blue, green, red, count,
-                              [&](int k, auto vector, std::size_t pixel)
-                                  HWY_ATTR { hn::Stream(vector, d, place(k, pixel)); });
-        hwy::FlushStream();
-    } else {
-        i = interleaveVectors(blue, green, red, count,
-                              [&](int k, auto vector, std::size_t pixel)
-                                  HWY_ATTR { hn::StoreU(vector, d, place(k, pixel)); });
+                              hn::LoadU(d, red + i), d, bgr + 3 * i);
     }
     for (; i < count; ++i) {
         bgr[3 * i] = blue[i];
@@ -186,25 +115,13 @@ void pickColumns(const std::int32_t* columns, std::size_t count, const std::int3
 }
 
 void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
-                   std::size_t count, std::uint8_t* bgr, bool pastCache) {
-    HWY_DYNAMIC_DISPATCH(interleaveRowOn)(blue, green, red, count, pastCache, bgr);
+                   std::size_t count, std::uint8_t* bgr) {
+    HWY_DYNAMIC_DISPATCH(interleaveRowOn)(blue, green, red, count, bgr);
 }
 
 void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,
               std::uint8_t* red) {
     HWY_DYNAMIC_DISPATCH(splitRowOn)(bgr, count, blue, green, red);
-}
-
-void reverseRow(const std::uint8_t* from, std::size_t count, std::uint8_t* to) {
-    std::size_t i = 0;
-    for (; i + 8 <= count; i += 8) {
-        std::uint64_t eight = 0;
-        std::memcpy(&eight, from + count - 8 - i, sizeof eight);
-        eight = __builtin_bswap64(eight);
-        std::memcpy(to + i, &eight, sizeof eight);
-    }
-    for (; i < count; ++i)
-        to[i] = from[count - 1 - i];
 }
 
 } // namespace altiro3D

@@ -24,16 +24,11 @@ void pickColumns(const std::int32_t* columns, std::size_t count, const std::int3
                  std::int16_t* out);
 
 /// Planes to B G R pixels. Reads up to kRowPadding beyond `count`, writes 3 * count bytes.
-/// @param pastCache for pictures larger than the caches: memory is written without being read
 void interleaveRow(const std::uint8_t* blue, const std::uint8_t* green, const std::uint8_t* red,
-                   std::size_t count, std::uint8_t* bgr, bool pastCache = false);
+                   std::size_t count, std::uint8_t* bgr);
 
 /// B G R pixels to planes. Reads 3 * count bytes, writes `count` bytes per plane.
 void splitRow(const std::uint8_t* bgr, std::size_t count, std::uint8_t* blue, std::uint8_t* green,
               std::uint8_t* red);
-
-/// Bytes in reverse order.
-/// @param to result; must not overlap `from`
-void reverseRow(const std::uint8_t* from, std::size_t count, std::uint8_t* to);
 
 } // namespace altiro3D

@@ -20,12 +20,6 @@ namespace {
 // pixel of all views (measured: docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
 
-// Whether a picture is larger than the caches.
-bool isLarge(const cv::Mat& bgr) {
-    constexpr std::size_t kBytes = std::size_t{32} << 20;
-    return 3 * bgr.total() > kBytes;
-}
-
 // For each px of a side of the panel, the px of the photo under it.
 // @param shown px of the photo that the panel shows
 std::vector<int> samplesOf(int panel, const cv::Range& shown, bool mirrored) {
@@ -164,8 +158,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
             } else {
                 sampleRow(y);
             }
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels,
-                          isLarge(native));
+            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
         }
     });
 }
@@ -201,7 +194,7 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
                 viewColumns.pick(channel, views.data(), planes[channel].data());
             }
             interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width,
-                          native.ptr<std::uint8_t>(y), isLarge(native));
+                          native.ptr<std::uint8_t>(y));
         }
     });
 }

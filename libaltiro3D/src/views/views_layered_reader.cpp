@@ -225,7 +225,7 @@ void LayeredReader::splitPlanes() {
     for (std::size_t channel = 0; channel < 3; ++channel) {
         std::uint8_t* row = planes_[channel].data() + kTablePadding;
         std::uint8_t* mirrored = row + scene_.stride();
-        reverseRow(row, width, mirrored);
+        std::reverse_copy(row, row + width, mirrored);
         for (std::uint8_t* begin : {row, mirrored}) {
             std::memset(begin - kTablePadding, begin[0], kTablePadding);
             std::memset(begin + width, begin[width - 1], kTablePadding);

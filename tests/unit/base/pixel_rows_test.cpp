@@ -76,39 +76,5 @@ TEST(PixelRows, PixelsTakeTheValuesOfTheirColumns) {
     });
 }
 
-// Rows written past the cache, at addresses that allow it and at others.
-TEST(PixelRows, RowsWrittenPastTheCacheHoldTheSamePixels) {
-    forEachInstructionSet([&](const char* name) {
-        for (const std::size_t count : {1, 64, 200}) {
-            std::vector<std::uint8_t> planes[3];
-            for (std::size_t k = 0; k < 3; ++k)
-                planes[k] = randomBytes(count + kRowPadding, k + 1);
-            std::vector<std::uint8_t> expected(3 * count);
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), count,
-                          expected.data());
-            cv::Mat aligned(1, static_cast<int>(3 * count) + 2, CV_8UC1, cv::Scalar(77));
-            for (const int offset : {0, 1}) {
-                std::uint8_t* const row = aligned.data + offset;
-                interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), count, row,
-                              true);
-                EXPECT_TRUE(std::equal(expected.begin(), expected.end(), row))
-                    << name << " " << count << " " << offset;
-                EXPECT_EQ(row[3 * count], 77) << name << " " << count << " " << offset;
-            }
-        }
-    });
-}
-
-TEST(PixelRows, ReversedRowsHoldTheSameBytesFromTheRight) {
-    for (const std::size_t count : {0, 1, 7, 8, 9, 16, 63, 200}) {
-        const std::vector<std::uint8_t> row = randomBytes(count, 5);
-        std::vector<std::uint8_t> reversed(count + 1, 77); // nothing is written behind it
-        reverseRow(row.data(), count, reversed.data());
-        std::vector<std::uint8_t> expected(row.rbegin(), row.rend());
-        expected.push_back(77);
-        EXPECT_EQ(reversed, expected) << count;
-    }
-}
-
 } // namespace
 } // namespace altiro3D::test

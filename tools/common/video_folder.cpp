@@ -115,8 +115,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     openDepth(videoRun, messages);
 
     const auto isMade = [&job](const VideoPlan& plan) {
-        return job.resume && isFileWithContents(plan.output) &&
-               !isVideoUnfinished(plan.output);
+        return job.resume && isFileWithContents(plan.output) && !isVideoUnfinished(plan.output);
     };
     const auto made = std::count_if(plans.begin(), plans.end(), isMade);
     FolderRun run("video", plans.size() - static_cast<std::size_t>(made), leftOut, messages);

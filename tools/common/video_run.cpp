@@ -326,8 +326,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
         progress.clear();
         if (converter.keepsWork()) {
             messages.say("the frames so far are kept in " +
-                         unfinishedVideoDirectory(plan.output).string() +
-                         "; --resume continues");
+                         unfinishedVideoDirectory(plan.output).string() + "; --resume continues");
         }
         throw;
     }

@@ -76,7 +76,7 @@ bool isStopWanted();
 /// @throws UsageError, Error
 int runVideoFolder(const VideoJob& job, Messages& messages);
 
-/// Adds the options of many machines, see chunk_folder.hpp and altiro3D/video_chunks.hpp.
+/// Adds the options of many machines, see chunk_folder.hpp and altiro3D/video_conversion.hpp.
 void addVideoChunkOptions(CommandLine& commandLine);
 /// Plans a run, makes a chunk or joins the chunks, if the command line says so. The folder of a
 /// plan also holds `joined`, the size and time of the output that the join wrote.

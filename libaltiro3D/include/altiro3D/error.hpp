@@ -39,8 +39,8 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
     ErrorCode code_;
 };
 
-/// Text of files and users as one line that cannot give a terminal orders: control characters become
-/// spaces. Error does this itself. @param text the text @return the line
+/// Text of files and users as one line that cannot give a terminal orders: control characters
+/// become spaces. Error does this itself. @param text the text @return the line
 [[nodiscard]] ALTIRO3D_EXPORT std::string withoutControls(std::string text);
 
 /// Kind of a remark, for programs; the text is for people.

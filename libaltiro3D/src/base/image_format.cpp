@@ -87,8 +87,7 @@ std::string otherFormatName(string_view bytes) {
             return signature.name;
         }
     }
-    if (isIsoMedia(bytes))
-        return bytes.substr(8, 4) == "crx " ? "camera raw (cr3)" : "MP4 video";
+    if (isIsoMedia(bytes)) return bytes.substr(8, 4) == "crx " ? "camera raw (cr3)" : "MP4 video";
     if (!containsOnlyText(bytes)) return {};
     const string_view begin = bytes.substr(0, 4096);
     if (begin.find("<svg") != string_view::npos) return "SVG";

@@ -382,8 +382,7 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
         break;
     case ImageFormat::Unknown:
         header.isText = containsOnlyText(bytes);
-        header.otherFormat =
-            startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes);
+        header.otherFormat = startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes);
         break;
     }
     return header;

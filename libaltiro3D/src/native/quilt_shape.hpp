@@ -16,8 +16,7 @@ namespace altiro3D {
 /// @param fitted [layout.size(), CV_8UC3, BGR], newly allocated
 /// @throws Error Mismatch (the quilt does not have the layout's size), InvalidArgument (layout,
 ///         type, aspects), TooLarge (layout)
-void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout,
-                                     double viewAspect, double panelAspect, FitMode mode,
-                                     cv::Mat& fitted);
+void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,
+                     double panelAspect, FitMode mode, cv::Mat& fitted);
 
 } // namespace altiro3D

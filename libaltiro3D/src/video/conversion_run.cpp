@@ -80,8 +80,7 @@ VideoTarget targetOf(const VideoConversion& conversion) {
 // another file now, the settings differ anyway.
 void setDepthRange(VideoConversion& conversion) {
     if (!conversion.given || conversion.given->rgbd) return;
-    if (conversion.unfinished == UnfinishedRun::Resume &&
-        isVideoUnfinished(conversion.output)) {
+    if (conversion.unfinished == UnfinishedRun::Resume && isVideoUnfinished(conversion.output)) {
         const Json run = readRunFile(unfinishedVideoDirectory(conversion.output));
         if (run.contains("settings")) takeDepthRange(conversion, run["settings"]);
     }

@@ -98,35 +98,6 @@ HWY_INLINE EightBytes<V> gatherBytes8(D d, const void* base, V offsets) {
 #endif
 }
 
-// Four floats per lane.
-template <class D>
-struct FourFloats {
-    hn::Vec<D> floats[4];
-};
-
-// The rows `indices` of a table with four floats per row. Several entries of one row cost less this
-// way than gathers: on some processors, a gather takes several times as long as its loads.
-template <class D, class I = hn::Vec<hn::RebindToSigned<D>>>
-HWY_INLINE FourFloats<D> gatherRows(D d, const float* table, I indices) {
-    hn::Vec<D> floats[4];
-#if HWY_TARGET == HWY_SCALAR
-    for (int k = 0; k < 4; ++k)
-        floats[k] = hn::Load(d, table + 4 * hn::GetLane(indices) + k);
-#else
-    const hn::RebindToSigned<D> whole;
-    const hn::FixedTag<float, 4> row;
-    HWY_ALIGN std::int32_t numbers[HWY_LANES(std::int32_t)];
-    HWY_ALIGN float rows[4 * HWY_LANES(float)];
-    hn::Store(indices, whole, numbers);
-    for (std::size_t i = 0; i < hn::Lanes(d); ++i)
-        hn::Store(hn::LoadU(row, table + 4 * static_cast<std::ptrdiff_t>(numbers[i])), row,
-                  rows + 4 * i);
-    hn::LoadInterleaved4(d, rows, floats[0], floats[1], floats[2], floats[3]);
-#endif
-    // GCC compiles an implicit constructor without the instruction set of the arguments
-    return {{floats[0], floats[1], floats[2], floats[3]}};
-}
-
 #if HWY_TARGET == HWY_AVX2
 // For each mask of eight lanes, the numbers of its true lanes, four bits each.
 struct LaneOrders {

@@ -21,11 +21,14 @@ class Search {
            float shift)
         : surfaces_(row.surfaces.data()), surfaceCount_(static_cast<int>(row.surfaces.size())),
           words_(tables.words + direction * tables.stride),
-          left_(tables.left == nullptr ? nullptr : tables.left + direction * tables.stride),
           surfaceOf_(tables.surfaces + direction * tables.stride), base_(direction * tables.stride),
           strips_(strips), x_(static_cast<float>(x)), unit_(shift * tables.scale) {}
 
     LayeredPixel run(int column) {
+        if (unit_ == 0) { // the photo itself, whatever is beside the column
+            cover((base_ << kSubColumnBits) + subColumns(x_), 1);
+            return pixel_;
+        }
         for (int k = column < 0 ? -1 : surfaceOf_[column]; k >= 0; --k)
             if (visit(k, std::min(column, surfaces_[k].last))) return pixel_;
         if (!showsHidden(0)) takeLast();
@@ -83,18 +86,11 @@ class Search {
     // Searches surface k from column `from` to the left. True if the pixel is complete.
     bool visit(int k, int from) {
         const LayeredSurface& surface = surfaces_[k];
-        for (int column = from; column >= surface.first;) {
+        for (int column = from; column >= surface.first; --column) {
             const float start = placeOf(column);
-            if (start <= x_) {
-                if (column == surface.last) return endOf(k, x_ - start);
-                return cover(placeAfter(column), 1);
-            }
-            --column;
-            if (left_ == nullptr || column < surface.first) continue;
-            const float farthest = x_ + unit_ * static_cast<float>(wordOffset(left_[column]));
-            const int next = static_cast<int>(
-                std::max(std::floor(farthest), static_cast<float>(column - kLeftColumns)));
-            column = std::min(column, next);
+            if (start > x_) continue;
+            if (column == surface.last) return endOf(k, x_ - start);
+            return cover(placeAfter(column), 1);
         }
         if (surface.hidden > 0) return false; // its end is hidden
         const float border = x_ + (1 + surface.leftExtra) - placeOf(surface.first);
@@ -195,7 +191,6 @@ class Search {
     const LayeredSurface* surfaces_;
     int surfaceCount_;
     const std::int16_t* words_;
-    const std::int16_t* left_; // may be null
     const std::int16_t* surfaceOf_;
     int base_;
     int strips_;

@@ -30,7 +30,7 @@ class LayeredSearch {
     /// Finds what the pixel at column `x` shows in the view shifted by `shift`.
     ///
     /// @param direction 0, or 1 for the mirrored row, in which x and column then count
-    /// @param shift > 0, px
+    /// @param shift >= 0, px
     /// @param column start of the search: no column to its right reaches x
     LayeredPixel at(int direction, int x, float shift, int column) const;
 

@@ -108,8 +108,7 @@ class EndPixels {
         const auto prepared = hn::And(hn::Ge(away, zero),
                                       hn::And(hn::Le(away, nextHidden), hn::Gt(nextHidden, zero)));
         const auto isAlone = hn::Le(lanes_.unit, passing);
-        const M isHidden =
-            hn::And(inGap_, hn::And(hasNext, hn::RebindMask(whole_, hn::And(prepared, isAlone))));
+        const M isHidden = hn::And(inGap_, hn::RebindMask(whole_, hn::And(prepared, isAlone)));
         const I firstPlace = hn::ShiftLeft<kSubColumnBits>(hn::ConvertTo(whole_, nextStrip));
         place =
             hn::IfThenElse(isHidden, hn::Sub(firstPlace, subColumns(hn::Max(away, zero))), place);
@@ -167,10 +166,10 @@ class EndPixels {
     F beyond = hn::Zero(D());    // LayeredEnd of its right end
     F rightBorder = hn::Zero(D());
     F strip = hn::Zero(D());
-    F passing = hn::Zero(D());    // LayeredEndOffsets of the surface
-    M hasNext = inGap_;           // there is a surface to the right
+    F passing = hn::Zero(D()); // LayeredEndOffsets of the surface
+    // the surface to its right, if there is one
     F nextStart = hn::Zero(D());  // where its first column appears
-    F nextHidden = hn::Zero(D()); // LayeredEnd of its left end
+    F nextHidden = hn::Zero(D()); // LayeredEnd of its left end, 0 without it
     F nextStrip = hn::Zero(D());
     I coverLeft = hn::Zero(Whole()); // part that a border from the right covers, in 1/256
     I coverColumn = hn::Zero(Whole());

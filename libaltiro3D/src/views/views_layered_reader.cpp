@@ -13,8 +13,7 @@ namespace altiro3D {
 LayeredReader::LayeredReader(const cv::Mat& photo, const LayeredScene& scene,
                              const std::vector<int>& columns, std::size_t parts)
     : photo_(photo), scene_(scene), columns_(columns), near_(columns, scene.reachColumns),
-      anywhere_(columns, scene.width), blocks_(layeredBlocks(columns)),
-      columnPlaces_(paddedRow<float>(columns.size())),
+      blocks_(layeredBlocks(columns)), columnPlaces_(paddedRow<float>(columns.size())),
       places_(paddedRow<std::int32_t>(columns.size())),
       room_(parts, std::min(columns.size(), kPixelsAtATime)) {
     for (std::vector<float>* values : copies_.all())
@@ -100,7 +99,6 @@ LayeredLinePixels LayeredReader::linePixels(const std::int16_t* shifts) const {
 }
 
 LayeredPixels LayeredReader::pixels(std::size_t part) const {
-    const RowWindows& windows = bounded_ ? near_ : anywhere_;
     const LayeredColumns& values = isWholeRow_ ? known_ : copies_;
     const std::size_t block = begin_ / kWindowPixels;
     return {columnPlaces_.data() + begin_,
@@ -111,9 +109,9 @@ LayeredPixels LayeredReader::pixels(std::size_t part) const {
             values.to.data() + begin_,
             values.first.data() + begin_,
             values.mirroredFirst.data() + begin_,
-            bounded_ ? scene_.reachColumns : scene_.width,
-            windows.starts.data() + block,
-            windows.tables,
+            scene_.reachColumns,
+            near_.starts.data() + block,
+            near_.tables,
             blocks_.columns.data() + begin_,
             blocks_.starts.data() + block,
             room_.away(part),
@@ -132,6 +130,20 @@ void LayeredReader::guess(std::size_t part, LayeredOpenCounts& open) {
                    room_.pointers(), open);
 }
 
+LayeredOpenCounts LayeredReader::listAll(const float* shifts) {
+    LayeredOpenCounts open;
+    for (std::size_t i = 0; i < size(); ++i) {
+        const float shift = shifts[begin_ + i];
+        const std::size_t direction = shift < 0 ? 1 : 0;
+        const std::size_t entry = open.size[direction]++;
+        Room::List& list = room_.open[direction];
+        list.pixels[entry] = static_cast<std::int32_t>(i);
+        list.columns[entry] = columnPlaces_[begin_ + i];
+        list.shifts[entry] = shift;
+    }
+    return open;
+}
+
 void LayeredReader::findEnds(const LayeredOpenCounts& open, std::size_t parts) {
     counts_ = {};
     const LayeredSurfaces surfaces = {left_.data(),
@@ -139,16 +151,13 @@ void LayeredReader::findEnds(const LayeredOpenCounts& open, std::size_t parts) {
                                       endOffsets_.data(),
                                       {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
     const LayeredRoom room = room_.pointers();
-    const bool inOrder = scene_.rows[0][static_cast<std::size_t>(row_)].inOrder;
-    const bool amongSurfaces = bounded_ && inOrder;
-    if (!amongSurfaces && tables_.bounds == nullptr) bounds_.describe(scene_.reachColumns, tables_);
     for (int direction = 0; direction < 2; ++direction) {
         const std::size_t size = open.size[direction];
-        if (amongSurfaces) {
+        if (bounded_ && scene_.inOrder) {
             layeredAmongSurfaces(tables_, surfaces, scene_.reachColumns, direction, size, room,
                                  counts_);
         } else {
-            layeredWalk(tables_, surfaces, bounded_, size, room.open[direction], room, counts_);
+            leaveToSearch(room.open[direction], size, direction);
         }
     }
     const LayeredSearch search(scene_, row_, tables_, strips_);
@@ -162,6 +171,20 @@ void LayeredReader::findEnds(const LayeredOpenCounts& open, std::size_t parts) {
     }
     mixedOrder_.sort(room_.mixed, counts_.mixed, parts, room_.stride);
     hardOrder_.sort(room_.hard.pixels, counts_.hard, parts, room_.stride);
+}
+
+void LayeredReader::leaveToSearch(const LayeredList& list, std::size_t size, int direction) {
+    const int last = scene_.width - 1;
+    for (std::size_t i = 0; i < size; ++i) {
+        const std::size_t entry = counts_.hard++;
+        const int column = static_cast<int>(list.columns[i]);
+        const int x = direction == 0 ? column : last - column;
+        room_.places[static_cast<std::size_t>(list.pixels[i])] = kSeeEnds;
+        room_.hard.pixels[entry] = list.pixels[i];
+        room_.hard.columns[entry] = list.columns[i];
+        room_.hard.shifts[entry] = list.shifts[i];
+        room_.hardColumns[entry] = bounded_ ? std::min(x + scene_.reachColumns, last) : last;
+    }
 }
 
 void LayeredReader::listSurfaces() {
@@ -200,8 +223,7 @@ float LayeredReader::passing(std::size_t begin) const {
     const float last = right_.back().column;
     const float offset = endOffsets_.back().last;
     // what is farther away does not come into the gap within the reach
-    const float farthest =
-        bounded_ ? last - static_cast<float>(2 * scene_.reachColumns + kEndReach) : 0;
+    const float farthest = last - static_cast<float>(2 * scene_.reachColumns + kEndReach);
     float least = kNeverPasses;
     for (std::size_t i = right_.size() - 1; i-- > begin && right_[i].column >= farthest;) {
         const float nearer = offset - endOffsets_[i].last;

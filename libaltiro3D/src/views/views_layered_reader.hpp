@@ -58,12 +58,8 @@ class LayeredReader {
     void findAnywhere(const float* shifts, const F& read) {
         bounded_ = false;
         for (begin_ = 0; begin_ < columns_.size(); begin_ += kPixelsAtATime) {
-            std::fill_n(room_.away(0), size() + kRowPadding, kNotOnLine);
             std::fill_n(room_.windows(0), size() / kWindowPixels + 1, kOpenBlock);
-            std::copy_n(shifts + begin_, size(), room_.shifts.begin());
-            LayeredOpenCounts open;
-            guess(0, open);
-            findEnds(open, 1);
+            findEnds(listAll(shifts), 1);
             findBehind(1, [&](std::size_t, std::size_t pixel) { return shifts[begin_ + pixel]; });
             read(0, begin_);
         }
@@ -80,8 +76,8 @@ class LayeredReader {
             : stride((count / kWindowPixels + 1) * kWindowPixels),
               places(parts * stride + kRowPadding), hardColumns(places), mixed(places),
               covers(places), shares(places),
-              endColumns(places), open{List(places.size()), List(places.size())},
-              hard(places.size()), shifts(stride + kRowPadding), away_(places.size()),
+              soft(places), open{List(places.size()), List(places.size())}, hard(places.size()),
+              shifts(stride + kRowPadding), away_(places.size()),
               windows_(parts * stride / kWindowPixels) {}
 
         // The memory of a LayeredList.
@@ -94,7 +90,7 @@ class LayeredReader {
         };
 
         std::size_t stride; // pixels from part to part
-        std::vector<std::int32_t> places, hardColumns, mixed, covers, shares, endColumns;
+        std::vector<std::int32_t> places, hardColumns, mixed, covers, shares, soft;
         List open[2];
         List hard;
         std::vector<float> shifts; // of the pixels of one part, px
@@ -111,7 +107,7 @@ class LayeredReader {
             return {places.data(),   {open[0].pointers(), open[1].pointers()},
                     hard.pointers(), hardColumns.data(),
                     mixed.data(),    covers.data(),
-                    shares.data(),   endColumns.data()};
+                    shares.data()};
         }
 
       private:
@@ -140,8 +136,12 @@ class LayeredReader {
     LayeredPixels pixels(std::size_t part) const;
     // Finds what pixels of open blocks show and lists the others.
     void guess(std::size_t part, LayeredOpenCounts& open);
+    // Lists the pixels of one part.
+    LayeredOpenCounts listAll(const float* shifts);
     // Finds what the listed pixels show.
     void findEnds(const LayeredOpenCounts& open, std::size_t parts);
+    // Leaves listed pixels to LayeredSearch.
+    void leaveToSearch(const LayeredList& list, std::size_t size, int direction);
     // Lists the surfaces of both directions as LayeredSurfaces.
     void listSurfaces();
     // LayeredEndOffsets::passing of the last surface. @param begin the first one of its direction
@@ -162,15 +162,15 @@ class LayeredReader {
             soft.pixel = static_cast<std::int32_t>(pixel);
             return soft;
         };
-        std::vector<std::int32_t>& found = room_.endColumns; // not used any more
         behindCovers_.resize(counts_.mixed);
         behindHard_.resize(counts_.hard);
         for (std::size_t part = 0; part < parts; ++part) {
             const std::size_t first = part * room_.stride;
             const std::int32_t* const places = room_.places.data() + first;
-            const std::size_t count = soft_.find(pixels(part), places, found.data());
+            const std::size_t count = soft_.find(pixels(part), places, room_.soft.data());
             for (std::size_t i = 0; i < count; ++i)
-                behind_.push_back(at(part, static_cast<std::size_t>(found[i]), places[found[i]]));
+                behind_.push_back(
+                    at(part, static_cast<std::size_t>(room_.soft[i]), places[room_.soft[i]]));
             behindStarts_[part + 1] = behind_.size();
             for (const auto* i = mixedOrder_.begin(part); i < mixedOrder_.end(part); ++i)
                 behindCovers_[*i] =
@@ -190,15 +190,13 @@ class LayeredReader {
     int row_ = 0;
     bool bounded_ = true;
     LayeredTables tables_;
-    LayeredBounds bounds_; // of rows that are searched column by column
     LayeredColumns known_;
     LayeredLines<std::int16_t> lines_; // of each pixel's column
     LayeredColumns copies_;            // of each pixel's column, if isPicked_ and not isWholeRow_
     bool isPicked_ = false;
     bool isWholeRow_ = false; // pixels and columns are the same
     std::vector<float> scratch_;
-    RowWindows near_;     // within the reach of the scene
-    RowWindows anywhere_; // beyond it
+    RowWindows near_;
     LayeredBlocks blocks_;
     std::vector<float> columnPlaces_; // all pixels, see LayeredPixels
     std::vector<std::int32_t> places_;

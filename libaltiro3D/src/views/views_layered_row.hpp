@@ -21,7 +21,6 @@ namespace altiro3D {
 constexpr int kOffsetBits = 14;                          ///< Bits of an offset, a whole number.
 constexpr int kMaxOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
 constexpr int kEndReach = 2;      ///< Limit of the extent of a surface's border, px.
-constexpr int kLeftColumns = 16;  ///< Columns that LayeredTables::left covers.
 constexpr int kTablePadding = 8;  ///< Columns left and right of each table.
 constexpr int kSubColumnBits = 8; ///< Positions between columns are multiples of 1/256.
 
@@ -32,13 +31,10 @@ constexpr std::int32_t kSeeEnds = INT32_MIN;   ///< Place of a pixel that needs 
 constexpr std::int16_t kNotOnLine = INT16_MIN; ///< LayeredPixels::away of a pixel without a line.
 constexpr std::int32_t kOpenBlock = -1;        ///< LayeredPixels::windows of a block to search.
 
-/// Packs an offset with two flags: the column is the first of a surface with a border there, or the
-/// last of its surface.
+/// Packs an offset with a flag: the column is the last of its surface.
 constexpr int kLastFlag = 1;
-constexpr int kFirstFlag = 2;
-constexpr std::int16_t columnWord(int offset, bool first, bool last) {
-    return static_cast<std::int16_t>(offset * 4 + (first ? kFirstFlag : 0) +
-                                     (last ? kLastFlag : 0));
+constexpr std::int16_t columnWord(int offset, bool last) {
+    return static_cast<std::int16_t>(offset * 4 + (last ? kLastFlag : 0));
 }
 constexpr int wordOffset(std::int16_t word) {
     return word >> 2;
@@ -48,11 +44,6 @@ constexpr int wordOffset(std::int16_t word) {
 /// `stride` entries further, the same for the mirrored row. Pointers are to column 0.
 struct LayeredTables {
     const std::int16_t* words = nullptr; ///< columnWord() of each column.
-    /// Bound of the search column by column: the largest offset among the columns that can appear
-    /// at this one, as a columnWord() without flags.
-    const std::int16_t* bounds = nullptr;
-    /// As `bounds`, for the kLeftColumns columns that end here; may be null for LayeredSearch.
-    const std::int16_t* left = nullptr;
     /// Index of the last surface that begins here or to the left.
     const std::int16_t* surfaces = nullptr;
     /// The shift up to which no surface further right reaches the column, in 1/65535 of the largest
@@ -140,7 +131,6 @@ struct LayeredRoom {
     std::int32_t* mixed = nullptr;  ///< Result: indices of the pixels that a border covers in part.
     std::int32_t* covers = nullptr; ///< Result: for each of `mixed`, the place of its cover,
     std::int32_t* parts = nullptr;  ///< and its share, 1..255 of 256.
-    std::int32_t* endColumns = nullptr; ///< Internal.
 };
 
 /// Numbers of pixels in LayeredRoom::open.
@@ -165,8 +155,8 @@ void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, co
                     std::size_t first, const LayeredRoom& room, LayeredOpenCounts& counts);
 
 /// Finds the places of listed pixels, surface by surface. Only for rows whose surfaces keep the
-/// order of their columns in all views, and for shifts within the one that the bounds were made
-/// for. Fast if there are few surfaces.
+/// order of their columns in all views, and for shifts within the reach. Fast if there are few
+/// surfaces.
 ///
 /// @param tables, surfaces data of the row
 /// @param reach LayeredPixels::reach
@@ -175,12 +165,6 @@ void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, co
 void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
                           int direction, std::size_t openCount, const LayeredRoom& room,
                           LayeredCounts& counts);
-
-/// The same, column by column, for any row and shift.
-/// @param bounded whether every |shift| is within the one that the bounds were made for
-void layeredWalk(const LayeredTables& tables, const LayeredSurfaces& surfaces, bool bounded,
-                 std::size_t openCount, const LayeredList& list, const LayeredRoom& room,
-                 LayeredCounts& counts);
 
 /// Reads one channel between columns, linearly.
 ///

@@ -87,14 +87,6 @@ void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<flo
     }
 }
 
-// With a tear above 1 px, contents within a surface may not be in order. If there are many surfaces
-// (noisy depth), they are not all examined.
-bool areInOrder(const LayeredRow& row, int width, const LayeredSettings& options) {
-    constexpr int kFewColumns = 8; // per surface; fewer means noisy depth
-    return options.tearPixels <= 1 &&
-           static_cast<int>(row.surfaces.size()) * kFewColumns <= width + kFewColumns;
-}
-
 // The surfaces of the mirrored row.
 void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
                     std::vector<LayeredSurface>& mirrored) {
@@ -115,10 +107,9 @@ void mirrorSurfaces(int width, const std::vector<LayeredSurface>& surfaces,
 // Writes the tables of one row in one direction.
 class TableWriter {
   public:
-    // @param reach columns by which content can move, >= 0
-    TableWriter(int width, int reach, const LayeredSettings& options)
-        : width_(width), reach_(std::min(reach, width)),
-          reachPixels_(static_cast<float>(options.reachPixels)) {}
+    explicit TableWriter(const LayeredScene& scene)
+        : width_(scene.width), reach_(scene.reachColumns), reachPixels_(scene.reachPixels),
+          inOrder_(scene.inOrder) {}
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
                std::int16_t* words, std::int16_t* surfaceOf, std::uint16_t* clear) const {
@@ -128,16 +119,13 @@ class TableWriter {
             const float units = std::abs(offsets[static_cast<std::size_t>(x)]) * perUnit + 0.5F;
             const int whole = static_cast<int>(std::min(units, largest));
             const bool negative = offsets[static_cast<std::size_t>(x)] < 0;
-            words[x] = static_cast<std::int16_t>((negative ? -whole : whole) * 4);
+            words[x] = columnWord(negative ? -whole : whole, false);
         }
         for (std::size_t k = 0; k < row.surfaces.size(); ++k) {
             const LayeredSurface& surface = row.surfaces[k];
-            if (surface.hidden == 0) // else it continues behind a nearer surface, without a border
-                words[surface.first] = static_cast<std::int16_t>(words[surface.first] | 2);
             const int end = k + 1 < row.surfaces.size() ? row.surfaces[k + 1].first : width_;
-            for (int x = surface.last; x < end;
-                 ++x) // includes mixed px, which belong to no surface
-                words[x] = static_cast<std::int16_t>(words[x] | 1);
+            for (int x = surface.last; x < end; ++x) // with mixed px, which belong to no surface
+                words[x] = static_cast<std::int16_t>(words[x] | kLastFlag);
             std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
         }
         writeClear(words, static_cast<float>(scale), row, clear);
@@ -146,10 +134,9 @@ class TableWriter {
   private:
     void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
                     std::uint16_t* clear) const {
-        const bool known = row.inOrder;
-        std::fill_n(clear, width_, static_cast<std::uint16_t>(known ? kClearForAll : 0));
+        std::fill_n(clear, width_, static_cast<std::uint16_t>(inOrder_ ? kClearForAll : 0));
+        if (!inOrder_) return;
         for (const LayeredSurface& surface : row.surfaces) {
-            if (!known) break;
             const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
             const float border = surface.hidden > 0 ? 0 : 1 + surface.leftExtra;
             for (int x = surface.first - 1; x >= 0 && x + reach_ >= surface.first; --x) {
@@ -168,6 +155,7 @@ class TableWriter {
     int width_;
     int reach_;
     float reachPixels_;
+    bool inOrder_;
 };
 
 bool isStill(const cv::Mat& depth, int row, double focus) {
@@ -218,6 +206,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.scale = static_cast<float>(scale);
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
+    scene.inOrder = options.tearPixels <= 1; // with more, a surface may fold
     scene.clear.create(photo.rows, 2 * scene.stride(), CV_16UC1);
     const std::array<cv::Mat*, 2> padded = {&scene.words, &scene.surfaceOf};
     for (cv::Mat* table : padded)
@@ -231,8 +220,8 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     }
     cv::parallel_for_(cv::Range(0, photo.rows), [&](const cv::Range& range) {
         std::vector<float> offsets(static_cast<std::size_t>(photo.cols));
-        const TableWriter writer(photo.cols, reach, options);
-        const std::int16_t outside = columnWord(0, false, true);
+        const TableWriter writer(scene);
+        const std::int16_t outside = columnWord(0, true);
         for (int y = range.start; y < range.end; ++y) {
             const auto* depthRow = depth.ptr<float>(y);
             const auto* bgr = photo.ptr<std::uint8_t>(y);
@@ -245,7 +234,6 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
             if (borders)
                 borders->find(y, offsets, plain.surfaces, scene.shares.ptr<std::uint8_t>(y));
             mirrorSurfaces(photo.cols, plain.surfaces, mirrored.surfaces);
-            plain.inOrder = mirrored.inOrder = areInOrder(plain, photo.cols, options);
             int begin = kTablePadding;
             for (LayeredRow* row : {&plain, &mirrored}) {
                 if (row == &mirrored) std::reverse(offsets.begin(), offsets.end());

@@ -44,8 +44,6 @@ struct LayeredRow {
     std::vector<LayeredSurface> surfaces; ///< From left to right.
     /// Painted columns, including the columns first and last: B G R and one unused byte each.
     std::vector<std::uint8_t> strips;
-    /// Whether the surfaces are few and keep the order of their columns within the reach.
-    bool inOrder = false;
 };
 
 /// All rows, for a camera that moves to the right (direction 0), and for the mirrored photo
@@ -60,30 +58,16 @@ struct LayeredScene {
     cv::Mat shares;
     int width = 0;         ///< Columns of the photo.
     float scale = 0;       ///< LayeredTables::scale
-    float reachPixels = 0; ///< Largest shift that the bounds allow, px.
+    float reachPixels = 0; ///< Largest shift that is prepared, px.
     int reachColumns = 0;  ///< Largest movement of content at that shift.
     /// Rows entirely at the focus; they equal the photo in every view.
     std::vector<std::uint8_t> still;
     bool flat = false; ///< All rows are still; there are no tables.
+    /// Whether surfaces keep the order of their columns within the reach.
+    bool inOrder = false;
 
     int stride() const { return width + 2 * kTablePadding; }
-    /// Without bounds and left, which LayeredBounds gives.
     LayeredTables tables(int row) const;
-};
-
-/// The tables that a search column by column needs, of one row at a time.
-class LayeredBounds {
-  public:
-    /// Sets tables.bounds and tables.left, which are valid until the next call.
-    /// @param reach LayeredScene::reachColumns
-    void describe(int reach, LayeredTables& tables);
-
-  private:
-    std::vector<std::int16_t> bounds_;
-    std::vector<std::int16_t> left_;
-    std::vector<std::int16_t> ahead_;
-    std::vector<std::int16_t> behind_; // from the right
-    std::vector<std::int16_t> window_;
 };
 
 /// Divides a row into surfaces at its depth steps and moves the cuts to the edges in the photo.

@@ -95,7 +95,6 @@ class AmongSurfaces {
         ends.nextStart = hn::IfThenElse(openF, nextStart, ends.nextStart);
         ends.nextHidden = hn::IfThenElse(openF, nextHidden, ends.nextHidden);
         ends.nextStrip = hn::IfThenElse(openF, nextStrip, ends.nextStrip);
-        ends.hasNext = hn::Eq(hn::Zero(whole_), hn::Zero(whole_)); // or nextHidden is 0
         findColumns(ends);
     }
 

@@ -743,14 +743,18 @@ struct Found {
 Found slowSearch(const LayeredScene& scene, int row, int direction, int x, float shift) {
     const LayeredTables tables = scene.tables(row);
     const std::int16_t* words = tables.words + direction * tables.stride;
+    const LayeredRow& own = scene.rows[direction][static_cast<std::size_t>(row)];
     const float unit = shift * tables.scale;
     const auto placeOf = [&](int column) {
         return static_cast<float>(column) - unit * static_cast<float>(wordOffset(words[column]));
     };
     for (int column = scene.width - 1; column >= 0; --column) {
         const float place = placeOf(column);
-        const bool border =
-            (words[column] & kFirstFlag) != 0 && place - kEndReach <= static_cast<float>(x);
+        const bool border = place - kEndReach <= static_cast<float>(x) &&
+                            std::any_of(own.surfaces.begin(), own.surfaces.end(),
+                                        [&](const LayeredSurface& surface) {
+                                            return surface.first == column && surface.hidden == 0;
+                                        });
         if (place > static_cast<float>(x) && !border) continue;
         Found found;
         found.column = column;

@@ -24,14 +24,18 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // The four bytes at base + offset, for each lane of `offsets` (in bytes, any alignment).
 //
-// An AVX-512 gather depends on the old content of its destination register, so each iteration of a
+// A gather of x86 depends on the old content of its destination register, so each iteration of a
 // loop would wait for the previous one. A masked gather over zeros breaks this dependency. The
 // compiler must not be able to prove that the mask is all true, or it removes the zeros.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V gatherBytes4(D d, const void* base, V offsets) {
+HWY_INLINE V gatherBytes4([[maybe_unused]] D d, const void* base, V offsets) {
 #if ALTIRO3D_AVX512
     const auto all = hn::Ne(offsets, hn::Set(d, INT32_MIN));
     return V{_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), all.raw, offsets.raw, base, 1)};
+#elif HWY_TARGET == HWY_AVX2
+    const __m256i all = _mm256_cmpgt_epi32(offsets.raw, _mm256_set1_epi32(INT32_MIN));
+    return V{_mm256_mask_i32gather_epi32(_mm256_setzero_si256(), static_cast<const int*>(base),
+                                         offsets.raw, all, 1)};
 #else
     return hn::GatherOffset(d, static_cast<const std::int32_t*>(base), offsets);
 #endif

@@ -3,7 +3,6 @@
 #include "views/views_layered_row.hpp"
 
 #include "base/pixel_rows.hpp"
-#include "views/row_pixels.hpp"
 
 #include <algorithm>
 
@@ -63,7 +62,6 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
                       const LayeredRoom& room, LayeredOpenCounts& counts) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
-    const hn::Rebind<std::int16_t, decltype(d)> narrow;
     using F = hn::Vec<decltype(d)>;
     using I = hn::Vec<decltype(whole)>;
     const F one = hn::Set(d, 1.0F);
@@ -71,19 +69,12 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
     const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
     const I none = hn::Zero(whole);
     const I lastFlag = hn::Set(whole, kLastFlag);
-    const I notOnLine = hn::Set(whole, kNotOnLine);
     std::int32_t* HWY_RESTRICT places = room.places + firstPixel;
-    const auto end = static_cast<std::int32_t>(firstPixel + pixels.count);
-    const LayeredOpenCounts before = counts;
     // @param wordsAt the word of a column in the lower, the next one's in the upper 16 bits
     const auto guessVector = [&](std::size_t i, const auto& wordsAt) HWY_ATTR {
-        const I away = hn::PromoteTo(whole, hn::LoadU(narrow, pixels.away + i));
-        const I onLine = hn::Add(hn::LoadU(whole, pixels.places + i), away);
-        const auto isLine = hn::Ne(away, notOnLine);
-        if (hn::AllTrue(whole, isLine)) {
-            hn::StoreU(onLine, whole, places + i);
-            return;
-        }
+        const I onLine = hn::LoadU(whole, places + i);
+        const auto isLine = hn::Ne(onLine, hn::Set(whole, kSeeEnds));
+        if (hn::AllTrue(whole, isLine)) return;
         const F shift = hn::LoadU(d, shifts + i);
         const F movement = hn::Mul(shift, hn::LoadU(d, pixels.offsets + i));
         const F steep = hn::Sub(one, hn::Mul(shift, hn::LoadU(d, pixels.slopes + i)));
@@ -136,9 +127,9 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
         return gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(column));
     };
     const std::size_t lanesPerVector = hn::Lanes(d);
-    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
-        if (pixels.windows[begin / kWindowPixels] != kOpenBlock) continue;
-        const std::size_t blockEnd = std::min(begin + kWindowPixels, pixels.count);
+    for (std::size_t begin = 0; begin < pixels.count; begin += kBlockPixels) {
+        if (pixels.open[begin / kBlockPixels] == 0) continue;
+        const std::size_t blockEnd = std::min(begin + kBlockPixels, pixels.count);
 #if ALTIRO3D_AVX512
         const TwoWindows<std::int16_t> windows(tables, pixels, begin, blockEnd, tables.words);
         if (windows.fit()) {
@@ -150,11 +141,6 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
 #endif
         for (std::size_t i = begin; i < blockEnd; i += lanesPerVector)
             guessVector(i, gathered);
-    }
-    for (int direction = 0; direction < 2; ++direction) {
-        std::size_t& size = counts.size[direction];
-        while (size > before.size[direction] && room.open[direction].pixels[size - 1] >= end)
-            --size; // padding
     }
 }
 

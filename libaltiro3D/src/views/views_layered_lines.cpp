@@ -2,8 +2,6 @@
 
 #include "views/views_layered_lines.hpp"
 
-#include "base/pixel_rows.hpp"
-
 #include <algorithm>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
@@ -21,34 +19,23 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// First of 64 columns that hold all places of a block; kOpenBlock if it needs more.
-HWY_INLINE std::int32_t windowOfBlock(const std::int16_t* HWY_RESTRICT columns,
-                                      const std::int16_t* HWY_RESTRICT away, std::int32_t start) {
-    const hn::ScalableTag<std::int16_t> d;
-    auto least = hn::Set(d, INT16_MAX);
-    auto most = hn::Set(d, INT16_MIN);
-    for (std::size_t i = 0; i < kWindowPixels; i += hn::Lanes(d)) {
-        const auto place = hn::Add(hn::LoadU(d, columns + i), hn::LoadU(d, away + i));
-        least = hn::Min(least, place);
-        most = hn::Max(most, place);
-    }
-    const std::int32_t first = hn::GetLane(hn::MinOfLanes(d, least)) >> kSubColumnBits;
-    const std::int32_t last = hn::GetLane(hn::MaxOfLanes(d, most)) >> kSubColumnBits;
-    return last - first <= 62 ? start + first : kOpenBlock;
-}
-
-// Reads 10 bytes and writes 2 per pixel. Arithmetic limits the speed: some 25 operations for each
+// Reads 14 bytes and writes 4 per pixel. Arithmetic limits the speed: some 25 operations for each
 // vector of 16-bit lanes.
-bool layeredLinesOn(const LayeredLinePixels& pixels, std::int16_t* HWY_RESTRICT away,
-                    std::int32_t* HWY_RESTRICT windows, float* HWY_RESTRICT shifts) {
+bool layeredLinesOn(const LayeredLinePixels& pixels, std::int32_t* HWY_RESTRICT places,
+                    std::uint8_t* HWY_RESTRICT open, float* HWY_RESTRICT shifts) {
     const hn::ScalableTag<std::int16_t> d;
+    const hn::ScalableTag<float> wide;
+    const hn::RebindToSigned<decltype(wide)> whole;
+    const hn::Rebind<std::int16_t, decltype(wide)> narrow;
     const auto zero = hn::Zero(d);
     const auto one = hn::Set(d, 1);
-    const auto missing = hn::Set(d, kNotOnLine);
+    const auto missing = hn::Set(d, INT16_MIN);
+    const auto perStep = hn::Set(wide, pixels.reachPixels * static_cast<float>(1 / kWholeReach));
     bool anyOpen = false;
-    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
-        auto open = hn::MaskFromVec(zero);
-        for (std::size_t i = begin; i < begin + kWindowPixels; i += hn::Lanes(d)) {
+    for (std::size_t begin = 0; begin < pixels.count; begin += kBlockPixels) {
+        auto unknown = hn::MaskFromVec(zero);
+        HWY_ALIGN std::int16_t away[kBlockPixels]; // from the pixel's column, 1/256 px
+        for (std::size_t i = begin; i < begin + kBlockPixels; i += hn::Lanes(d)) {
             const auto signedShift = hn::LoadU(d, pixels.shifts + i);
             const auto left = hn::Lt(signedShift, zero);
             const auto distance = hn::Abs(signedShift);
@@ -66,29 +53,27 @@ bool layeredLinesOn(const LayeredLinePixels& pixels, std::int16_t* HWY_RESTRICT 
             const auto limit =
                 hn::IfThenElse(left, hn::LoadU(d, pixels.from + i), hn::LoadU(d, pixels.to + i));
             const auto beyond = hn::Gt(shift, limit);
-            open = hn::Or(open, beyond);
+            unknown = hn::Or(unknown, beyond);
             const auto place = hn::IfThenElse(left, hn::Neg(steps), steps);
-            hn::StoreU(hn::IfThenElse(beyond, missing, place), d, away + i);
+            hn::Store(hn::IfThenElse(beyond, missing, place), d, away + (i - begin));
         }
-        const std::size_t block = begin / kWindowPixels;
-        windows[block] = kOpenBlock;
-        constexpr bool kHasWindows = HWY_TARGET != HWY_SCALAR;
-        if (HWY_LIKELY(kHasWindows && pixels.starts[block] >= 0 && hn::AllFalse(d, open))) {
-            windows[block] =
-                pixels.fixed[block] >= 0
-                    ? pixels.fixed[block]
-                    : windowOfBlock(pixels.columns + begin, away + begin, pixels.starts[block]);
-            if (HWY_LIKELY(windows[block] != kOpenBlock)) continue;
+        for (std::size_t i = 0; i < kBlockPixels; i += hn::Lanes(wide)) {
+            const auto column = hn::LoadU(whole, pixels.columns + begin + i);
+            const auto place = hn::Add(column, hn::PromoteTo(whole, hn::Load(narrow, away + i)));
+            hn::StoreU(place, whole, places + begin + i);
         }
+        const bool isOpen = !hn::AllFalse(d, unknown);
+        open[begin / kBlockPixels] = isOpen ? 1 : 0;
+        if (HWY_LIKELY(!isOpen)) continue;
         anyOpen = true;
-        const hn::ScalableTag<float> wide;
-        const hn::Rebind<std::int16_t, decltype(wide)> narrow;
-        const hn::RebindToSigned<decltype(wide)> whole;
-        const auto perStep =
-            hn::Set(wide, pixels.reachPixels * static_cast<float>(1 / kWholeReach));
-        for (std::size_t i = begin; i < begin + kWindowPixels; i += hn::Lanes(wide)) {
-            const auto steps = hn::PromoteTo(whole, hn::LoadU(narrow, pixels.shifts + i));
-            hn::StoreU(hn::Mul(hn::ConvertTo(wide, steps), perStep), wide, shifts + i);
+        for (std::size_t i = 0; i < kBlockPixels; i += hn::Lanes(wide)) {
+            const auto steps = hn::PromoteTo(whole, hn::LoadU(narrow, pixels.shifts + begin + i));
+            hn::StoreU(hn::Mul(hn::ConvertTo(wide, steps), perStep), wide, shifts + begin + i);
+            const auto isMissing =
+                hn::Eq(hn::PromoteTo(whole, hn::Load(narrow, away + i)), hn::Set(whole, INT16_MIN));
+            const auto place = hn::LoadU(whole, places + begin + i);
+            hn::StoreU(hn::IfThenElse(isMissing, hn::Set(whole, kSeeEnds), place), whole,
+                       places + begin + i);
         }
     }
     return anyOpen;
@@ -103,23 +88,9 @@ namespace altiro3D {
 
 HWY_EXPORT(layeredLinesOn);
 
-bool layeredLines(const LayeredLinePixels& pixels, std::int16_t* away, std::int32_t* windows,
+bool layeredLines(const LayeredLinePixels& pixels, std::int32_t* places, std::uint8_t* open,
                   float* shifts) {
-    return HWY_DYNAMIC_DISPATCH(layeredLinesOn)(pixels, away, windows, shifts);
-}
-
-LayeredBlocks layeredBlocks(const std::vector<int>& columns) {
-    constexpr int kMaxWidth = 62;
-    LayeredBlocks blocks;
-    blocks.columns = paddedRow<std::int16_t>(columns.size());
-    for (std::size_t begin = 0; begin < columns.size(); begin += kWindowPixels) {
-        const std::size_t end = std::min(begin + kWindowPixels, columns.size());
-        const auto [first, last] = std::minmax(columns[begin], columns[end - 1]);
-        blocks.starts.push_back(last - first <= kMaxWidth ? first : -1);
-        for (std::size_t i = begin; i < end && last - first <= kMaxWidth; ++i)
-            blocks.columns[i] = static_cast<std::int16_t>((columns[i] - first) << kSubColumnBits);
-    }
-    return blocks;
+    return HWY_DYNAMIC_DISPATCH(layeredLinesOn)(pixels, places, open, shifts);
 }
 
 } // namespace altiro3D

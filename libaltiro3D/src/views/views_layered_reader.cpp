@@ -12,14 +12,15 @@ namespace altiro3D {
 
 LayeredReader::LayeredReader(const cv::Mat& photo, const LayeredScene& scene,
                              const std::vector<int>& columns, std::size_t parts)
-    : photo_(photo), scene_(scene), columns_(columns), near_(columns, scene.reachColumns),
-      blocks_(layeredBlocks(columns)), columnPlaces_(paddedRow<float>(columns.size())),
+    : photo_(photo), scene_(scene), columns_(columns),
+      columnPlaces_(paddedRow<float>(columns.size())),
       places_(paddedRow<std::int32_t>(columns.size())),
       room_(parts, std::min(columns.size(), kPixelsAtATime)) {
     for (std::vector<float>* values : copies_.all())
         *values = columnPlaces_;
     for (std::vector<std::int16_t>* values : lines_.all())
-        values->assign(columns.size() + kRowPadding, INT16_MAX);
+        *values = paddedRow<std::int16_t>(columns.size()); // the padding is a line that never moves
+    lines_.from = lines_.to = std::vector<std::int16_t>(columns.size() + kRowPadding, INT16_MAX);
     isWholeRow_ = static_cast<int>(columns.size()) == scene.width;
     for (std::size_t i = 0; i < columns.size(); ++i) {
         if (columns[i] != static_cast<int>(i)) isWholeRow_ = false;
@@ -45,7 +46,7 @@ void LayeredReader::open(int row) {
 void LayeredReader::read(std::size_t part, int channel, std::uint8_t* values) const {
     const std::uint8_t* plane = planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
     const std::size_t first = part * room_.stride;
-    layeredSamples(pixels(part), plane, room_.places.data() + first, values);
+    layeredSamples(plane, room_.places.data() + first, size(), values);
     const auto set = [](std::uint8_t& value, int to) { value = static_cast<std::uint8_t>(to); };
     for (std::size_t i = behindStarts_[part]; i < behindStarts_[part + 1]; ++i) {
         std::uint8_t& value = values[behind_[i].pixel];
@@ -85,14 +86,11 @@ void LayeredReader::PartOrder::sort(const std::vector<std::int32_t>& pixels, std
 }
 
 LayeredLinePixels LayeredReader::linePixels(const std::int16_t* shifts) const {
-    const std::size_t block = begin_ / kWindowPixels;
     return {lines_.offsets.data() + begin_,
             lines_.slopes.data() + begin_,
             lines_.from.data() + begin_,
             lines_.to.data() + begin_,
-            blocks_.columns.data() + begin_,
-            blocks_.starts.data() + block,
-            near_.starts.data() + block,
+            places_.data() + begin_,
             shifts + begin_,
             scene_.reachPixels,
             size()};
@@ -100,9 +98,7 @@ LayeredLinePixels LayeredReader::linePixels(const std::int16_t* shifts) const {
 
 LayeredPixels LayeredReader::pixels(std::size_t part) const {
     const LayeredColumns& values = isWholeRow_ ? known_ : copies_;
-    const std::size_t block = begin_ / kWindowPixels;
     return {columnPlaces_.data() + begin_,
-            places_.data() + begin_,
             values.offsets.data() + begin_,
             values.slopes.data() + begin_,
             values.from.data() + begin_,
@@ -110,12 +106,7 @@ LayeredPixels LayeredReader::pixels(std::size_t part) const {
             values.first.data() + begin_,
             values.mirroredFirst.data() + begin_,
             scene_.reachColumns,
-            near_.starts.data() + block,
-            near_.tables,
-            blocks_.columns.data() + begin_,
-            blocks_.starts.data() + block,
-            room_.away(part),
-            room_.windows(part),
+            room_.openBlocks(part),
             size()};
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "views/row_pixels.hpp"
+#include "base/pixel_rows.hpp"
 #include "views/views_layered_columns.hpp"
 #include "views/views_layered_ends.hpp"
 #include "views/views_layered_lines.hpp"
@@ -26,7 +26,7 @@ class LayeredReader {
     bool still() const { return scene_.flat || scene_.still[static_cast<std::size_t>(row_)] != 0; }
     const std::uint8_t* bgr() const { return photo_.ptr<std::uint8_t>(row_); }
 
-    /// Pixels of each part that are found together. A multiple of kWindowPixels.
+    /// Pixels of each part that are found together. A multiple of kBlockPixels.
     static constexpr std::size_t kPixelsAtATime = 2048;
 
     void open(int row);
@@ -40,8 +40,8 @@ class LayeredReader {
         for (begin_ = 0; begin_ < columns_.size(); begin_ += kPixelsAtATime) {
             LayeredOpenCounts open;
             for (std::size_t part = 0; part < parts; ++part) {
-                if (layeredLines(linePixels(shifts[part]), room_.away(part), room_.windows(part),
-                                 room_.shifts.data()))
+                if (layeredLines(linePixels(shifts[part]), room_.placesOf(part),
+                                 room_.openBlocks(part), room_.shifts.data()))
                     guess(part, open);
             }
             findEnds(open, parts);
@@ -58,7 +58,7 @@ class LayeredReader {
     void findAnywhere(const float* shifts, const F& read) {
         bounded_ = false;
         for (begin_ = 0; begin_ < columns_.size(); begin_ += kPixelsAtATime) {
-            std::fill_n(room_.windows(0), size() / kWindowPixels + 1, kOpenBlock);
+            std::fill_n(room_.openBlocks(0), size() / kBlockPixels + 1, std::uint8_t{1});
             findEnds(listAll(shifts), 1);
             findBehind(1, [&](std::size_t, std::size_t pixel) { return shifts[begin_ + pixel]; });
             read(0, begin_);
@@ -73,12 +73,11 @@ class LayeredReader {
     struct Room {
         // @param count pixels of each part
         Room(std::size_t parts, std::size_t count)
-            : stride((count / kWindowPixels + 1) * kWindowPixels),
+            : stride((count / kBlockPixels + 1) * kBlockPixels),
               places(parts * stride + kRowPadding), hardColumns(places), mixed(places),
               covers(places), shares(places),
               soft(places), open{List(places.size()), List(places.size())}, hard(places.size()),
-              shifts(stride + kRowPadding), away_(places.size()),
-              windows_(parts * stride / kWindowPixels) {}
+              shifts(stride + kRowPadding), openBlocks_(parts * stride / kBlockPixels) {}
 
         // The memory of a LayeredList.
         struct List {
@@ -95,13 +94,12 @@ class LayeredReader {
         List hard;
         std::vector<float> shifts; // of the pixels of one part, px
 
-        std::int16_t* away(std::size_t part) { return away_.data() + part * stride; }
-        const std::int16_t* away(std::size_t part) const { return away_.data() + part * stride; }
-        std::int32_t* windows(std::size_t part) {
-            return windows_.data() + part * (stride / kWindowPixels);
+        std::int32_t* placesOf(std::size_t part) { return places.data() + part * stride; }
+        std::uint8_t* openBlocks(std::size_t part) {
+            return openBlocks_.data() + part * (stride / kBlockPixels);
         }
-        const std::int32_t* windows(std::size_t part) const {
-            return windows_.data() + part * (stride / kWindowPixels);
+        const std::uint8_t* openBlocks(std::size_t part) const {
+            return openBlocks_.data() + part * (stride / kBlockPixels);
         }
         LayeredRoom pointers() {
             return {places.data(),   {open[0].pointers(), open[1].pointers()},
@@ -111,8 +109,7 @@ class LayeredReader {
         }
 
       private:
-        std::vector<std::int16_t> away_;
-        std::vector<std::int32_t> windows_;
+        std::vector<std::uint8_t> openBlocks_; // LayeredPixels::open
     };
 
     // The entries of a list of pixels, sorted by part.
@@ -196,10 +193,8 @@ class LayeredReader {
     bool isPicked_ = false;
     bool isWholeRow_ = false; // pixels and columns are the same
     std::vector<float> scratch_;
-    RowWindows near_;
-    LayeredBlocks blocks_;
-    std::vector<float> columnPlaces_; // all pixels, see LayeredPixels
-    std::vector<std::int32_t> places_;
+    std::vector<float> columnPlaces_;  // all pixels, see LayeredPixels
+    std::vector<std::int32_t> places_; // of their columns
     Room room_;
     LayeredCounts counts_;
     PartOrder mixedOrder_; // of LayeredRoom::mixed

@@ -27,9 +27,8 @@ constexpr int kSubColumnBits = 8; ///< Positions between columns are multiples o
 // A place: 256 * column + 1/256 px. Columns are those of a plane, which holds the row, from
 // `stride` on the mirrored row, and from 2 * stride on the strips painted beside surfaces
 // (LayeredSurfaces::strips).
-constexpr std::int32_t kSeeEnds = INT32_MIN;   ///< Place of a pixel that needs LayeredSearch.
-constexpr std::int16_t kNotOnLine = INT16_MIN; ///< LayeredPixels::away of a pixel without a line.
-constexpr std::int32_t kOpenBlock = -1;        ///< LayeredPixels::windows of a block to search.
+constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs a search.
+constexpr std::size_t kBlockPixels = 32;     ///< Pixels that are searched if one of them needs it.
 
 /// Packs an offset with a flag: the column is the last of its surface.
 constexpr int kLastFlag = 1;
@@ -87,13 +86,12 @@ struct LayeredSurfaces {
     int begin[3] = {0, 0, 0}; ///< Start of each direction, and the end.
 };
 
-/// The requested pixels, in blocks of kWindowPixels. Arrays of `count` or one per block, and
+/// The requested pixels, in blocks of kBlockPixels. Arrays of `count` or one per block, and
 /// padding (kRowPadding).
 struct LayeredPixels {
     /// Column in the row, in order (ascending or descending) except for the padding; W - 1 - column
     /// in the mirrored row.
     const float* columns = nullptr;
-    const std::int32_t* places = nullptr; ///< The place of each column.
     const float* offsets = nullptr;       ///< LayeredColumns::offsets of each.
     const float* slopes = nullptr;        ///< LayeredColumns::slopes of each.
     const float* from = nullptr;          ///< LayeredColumns::from of each.
@@ -101,14 +99,7 @@ struct LayeredPixels {
     const float* first = nullptr;         ///< LayeredColumns::first of each.
     const float* mirroredFirst = nullptr; ///< LayeredColumns::mirroredFirst of each.
     int reach = 0;                        ///< Largest distance of a place from its column, columns.
-    const std::int32_t* fixed = nullptr;  ///< RowWindows::starts
-    int tables = 2;                       ///< RowWindows::tables
-    const std::int16_t* inBlock = nullptr; ///< LayeredBlocks::columns
-    const std::int32_t* starts = nullptr;  ///< LayeredBlocks::starts
-    const std::int16_t* away = nullptr;    ///< Distance of the place on the line, or kNotOnLine.
-    /// For each block: kOpenBlock if it must be searched, else the first of 64 columns that hold
-    /// all its places, which `away` gives.
-    const std::int32_t* windows = nullptr;
+    const std::uint8_t* open = nullptr;   ///< Of each block: 1 if it must be searched.
     std::size_t count = 0;
 };
 
@@ -121,7 +112,7 @@ struct LayeredList {
 
 /// Buffers for the pixels of several views or channels.
 struct LayeredRoom {
-    /// Result: places of the pixels of open blocks for layeredSamples(), or kSeeEnds.
+    /// Places, or kSeeEnds, which the search replaces where it can.
     std::int32_t* places = nullptr;
     LayeredList open[2]; ///< Pixels without a place, per direction.
     LayeredList hard;    ///< Result: the pixels with kSeeEnds.
@@ -168,13 +159,11 @@ void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& su
 
 /// Reads one channel between columns, linearly.
 ///
-/// @param pixels as for layeredGuesses()
 /// @param plane the channel: row and mirrored row, laid out as the tables, padded
-/// @param places of the first pixel; only those of open blocks are used; kSeeEnds gives undefined
-/// values
+/// @param places of `count` pixels, and padding; kSeeEnds gives undefined values
 /// @param values result
-void layeredSamples(const LayeredPixels& pixels, const std::uint8_t* plane,
-                    const std::int32_t* places, std::uint8_t* values);
+void layeredSamples(const std::uint8_t* plane, const std::int32_t* places, std::size_t count,
+                    std::uint8_t* values);
 
 /// Reads one channel at a place in the same way as layeredSamples().
 inline int sampleAt(const std::uint8_t* plane, std::int32_t place) {

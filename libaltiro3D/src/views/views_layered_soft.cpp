@@ -3,7 +3,6 @@
 #include "views/views_layered_soft.hpp"
 
 #include "base/pixel_rows.hpp"
-#include "views/row_pixels.hpp"
 
 #include <algorithm>
 
@@ -33,9 +32,9 @@ std::size_t softPixelsOn(const LayeredPixels& pixels, const std::int32_t* HWY_RE
     const auto none = hn::Zero(d);
     const auto two = hn::Set(d, 0xFFFF);
     std::size_t count = 0;
-    for (std::size_t begin = 0; begin < pixels.count; begin += kWindowPixels) {
-        if (pixels.windows[begin / kWindowPixels] != kOpenBlock) continue;
-        const std::size_t blockEnd = std::min(begin + kWindowPixels, pixels.count);
+    for (std::size_t begin = 0; begin < pixels.count; begin += kBlockPixels) {
+        if (pixels.open[begin / kBlockPixels] == 0) continue;
+        const std::size_t blockEnd = std::min(begin + kBlockPixels, pixels.count);
         for (std::size_t i = begin; i < blockEnd; i += hn::Lanes(d)) {
             const auto column = hn::ShiftRight<kSubColumnBits>(hn::LoadU(d, places + i));
             const auto valid = hn::AndNot(hn::Lt(column, none), hn::Lt(column, end));

@@ -171,50 +171,6 @@ HWY_INLINE hn::Vec<hn::RebindToSigned<D>> smallNearestInt(D d, V value) {
     return hn::Sub(hn::BitCast(whole, hn::Add(value, magic)), hn::BitCast(whole, magic));
 }
 
-// Adjacent table entries for neighbouring pixels. Where registers are wide, two of them hold a
-// window of the table, and a look-up takes a tenth of the time of a read from memory.
-#if ALTIRO3D_AVX512
-constexpr int kWindowColumns = 64;
-
-class Window {
-  public:
-    // The columns from..from + 63 of a table.
-    HWY_INLINE explicit Window(const std::int16_t* from)
-        : low_(_mm512_loadu_si512(from)), high_(_mm512_loadu_si512(from + 32)) {}
-    HWY_INLINE explicit Window(const std::uint8_t* from)
-        : low_(_mm512_cvtepu8_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(from)))),
-          high_(_mm512_cvtepu8_epi16(
-              _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from + 32)))) {}
-
-    // The argument of pairs() for the entries `index` and index + 1.
-    static HWY_INLINE hn::Vec512<std::int32_t> withNext(hn::Vec512<std::int32_t> index) {
-        const hn::Full512<std::int32_t> d;
-        return hn::Add(hn::Or(index, hn::ShiftLeft<16>(index)), hn::Set(d, 1 << 16));
-    }
-
-    // One entry in the lower, one in the upper 16 bits. Six bits of each index are used.
-    HWY_INLINE hn::Vec512<std::int32_t> pairs(hn::Vec512<std::int32_t> indices) const {
-        return hn::Vec512<std::int32_t>{_mm512_permutex2var_epi16(low_, indices.raw, high_)};
-    }
-
-    // lower * (2^bits - part) + upper * part, part 0..2^bits.
-    template <int kBits>
-    static HWY_INLINE hn::Vec512<std::int32_t> mix(hn::Vec512<std::int32_t> pairs,
-                                                   hn::Vec512<std::int32_t> part) {
-        const hn::Full512<std::int32_t> d;
-        const auto weights =
-            hn::Add(hn::Sub(hn::ShiftLeft<16>(part), part), hn::Set(d, 1 << kBits));
-        return hn::Vec512<std::int32_t>{_mm512_madd_epi16(pairs.raw, weights.raw)};
-    }
-
-  private:
-    __m512i low_;
-    __m512i high_;
-};
-#else
-constexpr int kWindowColumns = 0;
-#endif
-
 #if HWY_TARGET != HWY_SCALAR
 // Packs two vectors of 32-bit lanes into one of 16-bit lanes, in order, with saturation.
 class OrderedPack {
@@ -326,17 +282,6 @@ HWY_INLINE V mixPairs(V pairs, V part) {
 #endif
 }
 #endif
-
-constexpr std::size_t kVectorsPerWindow = 4;
-
-// Start of a window of kWindowColumns table columns that covers the source columns of a run of
-// pixels; -1 if the window is too narrow. The source columns are monotonic from `first` to `last`,
-// and pixels read `reach` columns around them. Tables begin at column 0.
-HWY_INLINE int windowOf(float first, float last, int reach) {
-    const int from = static_cast<int>(first < last ? first : last) - reach;
-    const int to = static_cast<int>(first < last ? last : first) + reach + 2;
-    return to - from <= kWindowColumns ? (from < 0 ? 0 : from) : -1;
-}
 
 // Stores the lowest byte of each lane.
 template <class D, class V = hn::Vec<D>>

@@ -22,37 +22,6 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-#if ALTIRO3D_AVX512
-// Windows of a table and its mirrored table for the pixels begin..end - 1.
-template <class T>
-class TwoWindows {
-  public:
-    HWY_INLINE TwoWindows(const LayeredTables& tables, const LayeredPixels& pixels,
-                          std::size_t begin, std::size_t end, const T* table)
-        : from_(windowOf(pixels.columns[begin], pixels.columns[end - 1], pixels.reach)),
-          mirroredFrom_(tables.stride + std::max(tables.width + 1 - from_ - kWindowColumns, 0)),
-          window_(table + std::max(from_, 0)), mirroredWindow_(table + mirroredFrom_) {}
-
-    HWY_INLINE bool fit() const { return from_ >= 0; }
-
-    // The entries of columns and of the next columns. `column` includes the start of its
-    // direction's table. Columns outside of the windows give undefined entries.
-    template <class V, class M>
-    HWY_INLINE V pairs(V column, M mirrored) const {
-        const hn::Full512<std::int32_t> d;
-        const V from = hn::IfThenElse(mirrored, hn::Set(d, mirroredFrom_), hn::Set(d, from_));
-        const V indices = Window::withNext(hn::Sub(column, from));
-        return hn::IfThenElse(mirrored, mirroredWindow_.pairs(indices), window_.pairs(indices));
-    }
-
-  private:
-    int from_;
-    int mirroredFrom_;
-    Window window_;
-    Window mirroredWindow_;
-};
-#endif
-
 // For open blocks. Pixels on a line have their place. If no other surface comes near, a
 // guess from the pixel's own depth and slope is verified: within a surface the contents are in
 // order, so it is the only solution. Arithmetic limits the speed: some seventy operations and a
@@ -70,8 +39,7 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
     const I none = hn::Zero(whole);
     const I lastFlag = hn::Set(whole, kLastFlag);
     std::int32_t* HWY_RESTRICT places = room.places + firstPixel;
-    // @param wordsAt the word of a column in the lower, the next one's in the upper 16 bits
-    const auto guessVector = [&](std::size_t i, const auto& wordsAt) HWY_ATTR {
+    const auto guessVector = [&](std::size_t i) HWY_ATTR {
         const I onLine = hn::LoadU(whole, places + i);
         const auto isLine = hn::Ne(onLine, hn::Set(whole, kSeeEnds));
         if (hn::AllTrue(whole, isLine)) return;
@@ -95,7 +63,9 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
             hn::Min(hn::Max(hn::Add(lanes.x, forward), hn::Add(first, half)), lastColumn);
         const I column = smallNearestInt(d, hn::Sub(near, half)); // rounded down, except for ties
         const F columnPlace = hn::ConvertTo(d, column);
-        const I words = wordsAt(hn::Add(lanes.base, column), mirrored);
+        // the word of the column in the lower, the next one's in the upper 16 bits
+        const I words =
+            gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(hn::Add(lanes.base, column)));
         const F from = hn::Sub(columnPlace, hn::Mul(lanes.unit, lowOffset(d, words)));
         const F to = hn::Sub(hn::Add(columnPlace, one), hn::Mul(lanes.unit, highOffset(d, words)));
         const auto between = hn::And(hn::Le(from, lanes.x), hn::Lt(lanes.x, to));
@@ -123,24 +93,11 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
             counts.size[direction] += unsure.count();
         }
     };
-    const auto gathered = [&](I column, const auto&) HWY_ATTR {
-        return gatherBytes4(whole, tables.words, hn::ShiftLeft<1>(column));
-    };
-    const std::size_t lanesPerVector = hn::Lanes(d);
     for (std::size_t begin = 0; begin < pixels.count; begin += kBlockPixels) {
         if (pixels.open[begin / kBlockPixels] == 0) continue;
         const std::size_t blockEnd = std::min(begin + kBlockPixels, pixels.count);
-#if ALTIRO3D_AVX512
-        const TwoWindows<std::int16_t> windows(tables, pixels, begin, blockEnd, tables.words);
-        if (windows.fit()) {
-            for (std::size_t i = begin; i < blockEnd; i += lanesPerVector)
-                guessVector(i, [&](I column, const auto& mirrored)
-                                   HWY_ATTR { return windows.pairs(column, mirrored); });
-            continue;
-        }
-#endif
-        for (std::size_t i = begin; i < blockEnd; i += lanesPerVector)
-            guessVector(i, gathered);
+        for (std::size_t i = begin; i < blockEnd; i += hn::Lanes(d))
+            guessVector(i);
     }
 }
 

@@ -105,7 +105,6 @@ LayeredPixels LayeredReader::pixels(std::size_t part) const {
             values.to.data() + begin_,
             values.first.data() + begin_,
             values.mirroredFirst.data() + begin_,
-            scene_.reachColumns,
             room_.openBlocks(part),
             size()};
 }

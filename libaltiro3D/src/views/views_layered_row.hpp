@@ -98,7 +98,6 @@ struct LayeredPixels {
     const float* to = nullptr;            ///< LayeredColumns::to of each.
     const float* first = nullptr;         ///< LayeredColumns::first of each.
     const float* mirroredFirst = nullptr; ///< LayeredColumns::mirroredFirst of each.
-    int reach = 0;                        ///< Largest distance of a place from its column, columns.
     const std::uint8_t* open = nullptr;   ///< Of each block: 1 if it must be searched.
     std::size_t count = 0;
 };
@@ -150,7 +149,7 @@ void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, co
 /// surfaces.
 ///
 /// @param tables, surfaces data of the row
-/// @param reach LayeredPixels::reach
+/// @param reach LayeredScene::reachColumns
 /// @param direction of all listed pixels
 /// @param counts hard and mixed pixels so far, to which these are added
 void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,

@@ -17,9 +17,6 @@ namespace altiro3D {
 
 namespace {
 
-// Views of which a row is processed together, so the lists of pixels to search are long.
-constexpr std::size_t kViewsAtATime = 8;
-
 // Steps per px of shifts up to the largest; 0 if they may be beyond the reach of the scene.
 double shiftStepsOf(const LayeredScene& scene, double largestShift) {
     const auto reach = static_cast<double>(scene.reachPixels);
@@ -30,7 +27,7 @@ class LayeredSampler : public SubpixelSampler {
   public:
     LayeredSampler(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
                    double largestShift)
-        : reader_(photo, scene, columns, 3), steps_(shiftStepsOf(scene, largestShift)) {
+        : reader_(photo, scene, columns), steps_(shiftStepsOf(scene, largestShift)) {
         if (steps_ > 0) wholeShifts_ = paddedRow<std::int16_t>(columns.size());
     }
 
@@ -39,24 +36,22 @@ class LayeredSampler : public SubpixelSampler {
     bool still() const override { return reader_.still(); }
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
-        const auto read = [&](std::size_t, std::size_t begin) {
-            reader_.read(0, channel, values + begin);
-        };
+        const auto read = [&](std::size_t begin) { reader_.read(channel, values + begin); };
         if (steps_ == 0) {
             reader_.findAnywhere(shifts, read);
             return;
         }
         for (std::size_t i = 0; i < reader_.count(); ++i)
             wholeShifts_[i] = wholeShift(static_cast<double>(shifts[i]), steps_);
-        const std::int16_t* const whole[] = {wholeShifts_.data()};
-        reader_.find(whole, 1, read);
+        reader_.find(wholeShifts_.data(), read);
     }
 
     void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
                      const std::array<std::uint8_t*, 3>& values) override {
-        reader_.find(shifts.data(), 3, [&](std::size_t channel, std::size_t begin) {
-            reader_.read(channel, static_cast<int>(channel), values[channel] + begin);
-        });
+        for (std::size_t channel = 0; channel < 3; ++channel)
+            reader_.find(shifts[channel], [&](std::size_t begin) {
+                reader_.read(static_cast<int>(channel), values[channel] + begin);
+            });
     }
 
   private:
@@ -68,56 +63,37 @@ class LayeredSampler : public SubpixelSampler {
 class LayeredRows : public RowRenderer {
   public:
     LayeredRows(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : scene_(scene), reader_(photo, scene, columns, kViewsAtATime),
-          shifts_(paddedRow<float>(columns.size())) {
-        wholeShifts_.fill(paddedRow<std::int16_t>(columns.size()));
+        : scene_(scene), reader_(photo, scene, columns), shifts_(paddedRow<float>(columns.size())),
+          wholeShifts_(paddedRow<std::int16_t>(columns.size())) {
         planes_.fill(paddedRow<std::uint8_t>(columns.size()));
     }
 
     void render(int row, const std::vector<double>& shifts,
                 const std::vector<std::uint8_t*>& views) override {
         reader_.open(row);
-        const std::int16_t* together[kViewsAtATime] = {};
-        std::uint8_t* targets[kViewsAtATime] = {};
-        std::size_t count = 0;
-        const auto renderThese = [&] {
-            reader_.find(together, count, [&](std::size_t part, std::size_t begin) {
-                read(part, begin, targets[part]);
-            });
-            count = 0;
-        };
         for (std::size_t i = 0; i < shifts.size(); ++i) {
             if (shifts[i] == 0 || reader_.still()) {
                 std::memcpy(views[i], reader_.bgr(), 3 * reader_.count());
                 continue;
             }
+            const auto read = [&](std::size_t begin) { this->read(begin, views[i]); };
             const double steps = shiftStepsOf(scene_, std::abs(shifts[i]));
             if (steps == 0) {
-                renderBeyond(shifts[i], views[i]);
-                continue;
+                const double shift = std::clamp(shifts[i], -kMaxShift, kMaxShift);
+                std::fill(shifts_.begin(), shifts_.end(), static_cast<float>(shift));
+                reader_.findAnywhere(shifts_.data(), read);
+            } else {
+                std::fill(wholeShifts_.begin(), wholeShifts_.end(), wholeShift(shifts[i], steps));
+                reader_.find(wholeShifts_.data(), read);
             }
-            std::vector<std::int16_t>& whole = wholeShifts_[count];
-            std::fill(whole.begin(), whole.end(), wholeShift(shifts[i], steps));
-            together[count] = whole.data();
-            targets[count] = views[i];
-            if (++count == kViewsAtATime) renderThese();
         }
-        if (count > 0) renderThese();
     }
 
   private:
-    // A view beyond the reach of the scene.
-    void renderBeyond(double shift, std::uint8_t* bgr) {
-        std::fill(shifts_.begin(), shifts_.end(),
-                  static_cast<float>(std::clamp(shift, -kMaxShift, kMaxShift)));
-        reader_.findAnywhere(shifts_.data(),
-                             [&](std::size_t, std::size_t begin) { read(0, begin, bgr); });
-    }
-
     // @param bgr the whole row
-    void read(std::size_t part, std::size_t begin, std::uint8_t* bgr) {
+    void read(std::size_t begin, std::uint8_t* bgr) {
         for (int channel = 0; channel < 3; ++channel)
-            reader_.read(part, channel, planes_[static_cast<std::size_t>(channel)].data());
+            reader_.read(channel, planes_[static_cast<std::size_t>(channel)].data());
         interleaveRow(planes_[0].data(), planes_[1].data(), planes_[2].data(),
                       std::min(LayeredReader::kPixelsAtATime, reader_.count() - begin),
                       bgr + 3 * begin);
@@ -126,7 +102,7 @@ class LayeredRows : public RowRenderer {
     const LayeredScene& scene_;
     LayeredReader reader_;
     std::vector<float> shifts_;
-    std::array<std::vector<std::int16_t>, kViewsAtATime> wholeShifts_;
+    std::vector<std::int16_t> wholeShifts_;
     std::array<std::vector<std::uint8_t>, 3> planes_;
 };
 

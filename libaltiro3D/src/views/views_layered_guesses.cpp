@@ -26,9 +26,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // guess from the pixel's own depth and slope is verified: within a surface the contents are in
 // order, so it is the only solution. Arithmetic limits the speed: some seventy operations and a
 // gather of four bytes.
-void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
-                      const float* HWY_RESTRICT shifts, std::size_t firstPixel,
-                      const LayeredRoom& room, LayeredOpenCounts& counts) {
+void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels, LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
     using F = hn::Vec<decltype(d)>;
@@ -38,7 +36,8 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
     const F lastColumn = hn::Set(d, static_cast<float>(tables.width) - 0.5F);
     const I none = hn::Zero(whole);
     const I lastFlag = hn::Set(whole, kLastFlag);
-    std::int32_t* HWY_RESTRICT places = room.places + firstPixel;
+    std::int32_t* HWY_RESTRICT places = room.places.data();
+    const float* HWY_RESTRICT shifts = room.shifts.data();
     const auto guessVector = [&](std::size_t i) HWY_ATTR {
         const I onLine = hn::LoadU(whole, places + i);
         const auto isLine = hn::Ne(onLine, hn::Set(whole, kSeeEnds));
@@ -80,21 +79,21 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels,
         // branch.
         if (hn::AllTrue(whole, sure)) return;
 #endif
-        const I pixel = hn::Iota(whole, static_cast<std::int32_t>(firstPixel + i));
+        const I pixel = hn::Iota(whole, static_cast<std::int32_t>(i));
         const F column0 = hn::LoadU(d, pixels.columns + i);
         for (int direction = 0; direction < 2; ++direction) {
-            const LayeredList& list = room.open[direction];
+            LayeredList& list = room.open[direction];
             const auto own =
                 direction == 0 ? hn::Not(hn::Or(sure, mirrored)) : hn::AndNot(sure, mirrored);
             const ChosenLanes unsure(whole, own);
-            unsure.store(pixel, list.pixels + counts.size[direction]);
-            unsure.store(column0, list.columns + counts.size[direction]);
-            unsure.store(shift, list.shifts + counts.size[direction]);
-            counts.size[direction] += unsure.count();
+            unsure.store(pixel, list.pixels.data() + list.size);
+            unsure.store(column0, list.columns.data() + list.size);
+            unsure.store(shift, list.shifts.data() + list.size);
+            list.size += unsure.count();
         }
     };
     for (std::size_t begin = 0; begin < pixels.count; begin += kBlockPixels) {
-        if (pixels.open[begin / kBlockPixels] == 0) continue;
+        if (room.openBlocks[begin / kBlockPixels] == 0) continue;
         const std::size_t blockEnd = std::min(begin + kBlockPixels, pixels.count);
         for (std::size_t i = begin; i < blockEnd; i += hn::Lanes(d))
             guessVector(i);
@@ -110,9 +109,8 @@ namespace altiro3D {
 
 HWY_EXPORT(layeredGuessesOn);
 
-void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, const float* shifts,
-                    std::size_t first, const LayeredRoom& room, LayeredOpenCounts& counts) {
-    HWY_DYNAMIC_DISPATCH(layeredGuessesOn)(tables, pixels, shifts, first, room, counts);
+void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, LayeredRoom& room) {
+    HWY_DYNAMIC_DISPATCH(layeredGuessesOn)(tables, pixels, room);
 }
 
 } // namespace altiro3D

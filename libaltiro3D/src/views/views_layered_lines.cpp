@@ -21,8 +21,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // Reads 14 bytes and writes 4 per pixel. Arithmetic limits the speed: some 25 operations for each
 // vector of 16-bit lanes.
-bool layeredLinesOn(const LayeredLinePixels& pixels, std::int32_t* HWY_RESTRICT places,
-                    std::uint8_t* HWY_RESTRICT open, float* HWY_RESTRICT shifts) {
+bool layeredLinesOn(const LayeredLinePixels& pixels, LayeredRoom& room) {
+    std::int32_t* HWY_RESTRICT places = room.places.data();
+    float* HWY_RESTRICT shifts = room.shifts.data();
     const hn::ScalableTag<std::int16_t> d;
     const hn::ScalableTag<float> wide;
     const hn::RebindToSigned<decltype(wide)> whole;
@@ -63,7 +64,7 @@ bool layeredLinesOn(const LayeredLinePixels& pixels, std::int32_t* HWY_RESTRICT 
             hn::StoreU(place, whole, places + begin + i);
         }
         const bool isOpen = !hn::AllFalse(d, unknown);
-        open[begin / kBlockPixels] = isOpen ? 1 : 0;
+        room.openBlocks[begin / kBlockPixels] = isOpen ? 1 : 0;
         if (HWY_LIKELY(!isOpen)) continue;
         anyOpen = true;
         for (std::size_t i = 0; i < kBlockPixels; i += hn::Lanes(wide)) {
@@ -88,9 +89,8 @@ namespace altiro3D {
 
 HWY_EXPORT(layeredLinesOn);
 
-bool layeredLines(const LayeredLinePixels& pixels, std::int32_t* places, std::uint8_t* open,
-                  float* shifts) {
-    return HWY_DYNAMIC_DISPATCH(layeredLinesOn)(pixels, places, open, shifts);
+bool layeredLines(const LayeredLinePixels& pixels, LayeredRoom& room) {
+    return HWY_DYNAMIC_DISPATCH(layeredLinesOn)(pixels, room);
 }
 
 } // namespace altiro3D

@@ -27,11 +27,8 @@ struct LayeredLinePixels {
     std::size_t count = 0;
 };
 
-/// @param places result: the place of each pixel, or kSeeEnds
-/// @param open result, for each block of kBlockPixels: 1 if the place of a pixel is not known
-/// @param shifts result: shifts in px of the pixels of open blocks
+/// @param room result: places, open blocks and the shifts of their pixels
 /// @return whether any block is open
-bool layeredLines(const LayeredLinePixels& pixels, std::int32_t* places, std::uint8_t* open,
-                  float* shifts);
+bool layeredLines(const LayeredLinePixels& pixels, LayeredRoom& room);
 
 } // namespace altiro3D

@@ -186,8 +186,7 @@ class EndPixels {
 // @param column from which LayeredSearch must go on
 template <class D, class I>
 HWY_INLINE void storeEnds(D d, EndPixels<D>& ends, const LayeredList& list, std::size_t entry,
-                          std::size_t count, I column, const LayeredRoom& room,
-                          LayeredCounts& counts) {
+                          std::size_t count, I column, LayeredRoom& room) {
     const hn::RebindToSigned<D> whole;
     ends.lookBeyondSurface();
     ends.lookIntoGap();
@@ -197,19 +196,23 @@ HWY_INLINE void storeEnds(D d, EndPixels<D>& ends, const LayeredList& list, std:
     const auto hard = hn::And(valid, ends.hard);
     HWY_ALIGN std::int32_t results[HWY_LANES(std::int32_t)];
     hn::Store(hn::IfThenElse(hard, hn::Set(whole, kSeeEnds), ends.place), whole, results);
+    const std::int32_t* const pixels = list.pixels.data() + entry;
+    std::int32_t* const places = room.places.data();
     for (std::size_t k = 0; k < count; ++k)
-        room.places[list.pixels[entry + k]] = results[k];
+        places[pixels[k]] = results[k];
     const ChosenLanes hardOnes(whole, hard);
-    hardOnes.store(hn::LoadU(whole, list.pixels + entry), room.hard.pixels + counts.hard);
-    hardOnes.store(hn::LoadU(d, list.columns + entry), room.hard.columns + counts.hard);
-    hardOnes.store(hn::LoadU(d, list.shifts + entry), room.hard.shifts + counts.hard);
-    hardOnes.store(column, room.hardColumns + counts.hard);
-    counts.hard += hardOnes.count();
+    hardOnes.store(hn::LoadU(whole, pixels), room.hard.pixels.data() + room.hard.size);
+    hardOnes.store(hn::LoadU(d, list.columns.data() + entry),
+                   room.hard.columns.data() + room.hard.size);
+    hardOnes.store(hn::LoadU(d, list.shifts.data() + entry),
+                   room.hard.shifts.data() + room.hard.size);
+    hardOnes.store(column, room.hardColumns.data() + room.hard.size);
+    room.hard.size += hardOnes.count();
     const ChosenLanes mixed(whole, hn::And(hn::AndNot(hard, valid), ends.isMixed()));
-    mixed.store(hn::LoadU(whole, list.pixels + entry), room.mixed + counts.mixed);
-    mixed.store(ends.cover, room.covers + counts.mixed);
-    mixed.store(ends.part, room.parts + counts.mixed);
-    counts.mixed += mixed.count();
+    mixed.store(hn::LoadU(whole, pixels), room.mixed.data() + room.mixedCount);
+    mixed.store(ends.cover, room.covers.data() + room.mixedCount);
+    mixed.store(ends.part, room.parts.data() + room.mixedCount);
+    room.mixedCount += mixed.count();
 }
 
 } // namespace HWY_NAMESPACE

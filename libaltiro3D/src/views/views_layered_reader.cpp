@@ -6,16 +6,15 @@
 
 #include <cmath>
 #include <cstring>
-#include <numeric>
 
 namespace altiro3D {
 
 LayeredReader::LayeredReader(const cv::Mat& photo, const LayeredScene& scene,
-                             const std::vector<int>& columns, std::size_t parts)
+                             const std::vector<int>& columns)
     : photo_(photo), scene_(scene), columns_(columns),
       columnPlaces_(paddedRow<float>(columns.size())),
       places_(paddedRow<std::int32_t>(columns.size())),
-      room_(parts, std::min(columns.size(), kPixelsAtATime)) {
+      room_(std::min(columns.size(), kPixelsAtATime)), softPixels_(room_.places.size()) {
     for (std::vector<float>* values : copies_.all())
         *values = columnPlaces_;
     for (std::vector<std::int16_t>* values : lines_.all())
@@ -43,46 +42,28 @@ void LayeredReader::open(int row) {
     soft_.open(scene_, row, tables_, strips_);
 }
 
-void LayeredReader::read(std::size_t part, int channel, std::uint8_t* values) const {
+void LayeredReader::read(int channel, std::uint8_t* values) const {
     const std::uint8_t* plane = planes_[static_cast<std::size_t>(channel)].data() + kTablePadding;
-    const std::size_t first = part * room_.stride;
-    layeredSamples(plane, room_.places.data() + first, size(), values);
-    const auto set = [](std::uint8_t& value, int to) { value = static_cast<std::uint8_t>(to); };
-    for (std::size_t i = behindStarts_[part]; i < behindStarts_[part + 1]; ++i) {
-        std::uint8_t& value = values[behind_[i].pixel];
-        set(value, behind_[i].colour(value, plane));
-    }
+    layeredSamples(plane, room_.places.data(), size(), values);
+    const auto set = [&](std::int32_t pixel, int to) {
+        values[pixel] = static_cast<std::uint8_t>(to);
+    };
+    for (const SoftPixel& behind : behind_)
+        set(behind.pixel, behind.colour(values[behind.pixel], plane));
     const bool anySoft = soft_.any();
-    for (const auto* i = mixedOrder_.begin(part); i < mixedOrder_.end(part); ++i) {
-        std::uint8_t& value = values[static_cast<std::size_t>(room_.mixed[*i]) - first];
-        int cover = sampleAt(plane, room_.covers[*i]);
-        if (anySoft) cover = behindCovers_[*i].colour(cover, plane);
-        set(value, coveredBy(cover, value, room_.shares[*i]));
+    for (std::size_t i = 0; i < room_.mixedCount; ++i) {
+        int cover = sampleAt(plane, room_.covers[i]);
+        if (anySoft) cover = behindCovers_[i].colour(cover, plane);
+        set(room_.mixed[i], coveredBy(cover, values[room_.mixed[i]], room_.parts[i]));
     }
-    for (const auto* i = hardOrder_.begin(part); i < hardOrder_.end(part); ++i) {
-        const LayeredPixel& pixel = hard_[*i];
+    for (std::size_t i = 0; i < hard_.size(); ++i) {
         const auto coverOf = [&](int k) {
-            const int cover = sampleAt(plane, pixel.place[k]);
-            return anySoft ? behindHard_[*i][static_cast<std::size_t>(k)].colour(cover, plane)
+            const int cover = sampleAt(plane, hard_[i].place[k]);
+            return anySoft ? behindHard_[i][static_cast<std::size_t>(k)].colour(cover, plane)
                            : cover;
         };
-        set(values[static_cast<std::size_t>(room_.hard.pixels[*i]) - first],
-            colourOf(pixel, coverOf));
+        set(room_.hard.pixels[i], colourOf(hard_[i], coverOf));
     }
-}
-
-void LayeredReader::PartOrder::sort(const std::vector<std::int32_t>& pixels, std::size_t count,
-                                    std::size_t parts, std::size_t stride) {
-    starts_.assign(parts + 2, 0); // each at first one further than at last
-    order_.resize(count);
-    const auto partOf = [&](std::size_t i) {
-        return static_cast<std::uint32_t>(pixels[i]) / static_cast<std::uint32_t>(stride);
-    };
-    for (std::size_t i = 0; i < count; ++i)
-        ++starts_[partOf(i) + 2];
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-    for (std::size_t i = 0; i < count; ++i)
-        order_[starts_[partOf(i) + 1]++] = i;
 }
 
 LayeredLinePixels LayeredReader::linePixels(const std::int16_t* shifts) const {
@@ -96,7 +77,7 @@ LayeredLinePixels LayeredReader::linePixels(const std::int16_t* shifts) const {
             size()};
 }
 
-LayeredPixels LayeredReader::pixels(std::size_t part) const {
+LayeredPixels LayeredReader::pixels() const {
     const LayeredColumns& values = isWholeRow_ ? known_ : copies_;
     return {columnPlaces_.data() + begin_,
             values.offsets.data() + begin_,
@@ -105,76 +86,99 @@ LayeredPixels LayeredReader::pixels(std::size_t part) const {
             values.to.data() + begin_,
             values.first.data() + begin_,
             values.mirroredFirst.data() + begin_,
-            room_.openBlocks(part),
             size()};
 }
 
-void LayeredReader::guess(std::size_t part, LayeredOpenCounts& open) {
+void LayeredReader::clearLists() {
+    for (LayeredList* list : {&room_.open[0], &room_.open[1], &room_.hard})
+        list->size = 0;
+    room_.mixedCount = 0;
+}
+
+void LayeredReader::guess() {
     if (!isPicked_) {
         for (std::size_t i = 0; i < known_.all().size(); ++i)
             pickColumns(columns_.data(), columns_.size(), known_.all()[i]->data(),
                         copies_.all()[i]->data());
         isPicked_ = true;
     }
-    layeredGuesses(tables_, pixels(part), room_.shifts.data(), part * room_.stride,
-                   room_.pointers(), open);
+    layeredGuesses(tables_, pixels(), room_);
 }
 
-LayeredOpenCounts LayeredReader::listAll(const float* shifts) {
-    LayeredOpenCounts open;
+void LayeredReader::listAll(const float* shifts) {
+    std::fill(room_.openBlocks.begin(), room_.openBlocks.end(), std::uint8_t{1});
+    std::copy_n(shifts, size(), room_.shifts.begin());
     for (std::size_t i = 0; i < size(); ++i) {
-        const float shift = shifts[begin_ + i];
-        const std::size_t direction = shift < 0 ? 1 : 0;
-        const std::size_t entry = open.size[direction]++;
-        Room::List& list = room_.open[direction];
-        list.pixels[entry] = static_cast<std::int32_t>(i);
-        list.columns[entry] = columnPlaces_[begin_ + i];
-        list.shifts[entry] = shift;
+        LayeredList& list = room_.open[shifts[i] < 0 ? 1 : 0];
+        list.pixels[list.size] = static_cast<std::int32_t>(i);
+        list.columns[list.size] = columnPlaces_[begin_ + i];
+        list.shifts[list.size] = shifts[i];
+        ++list.size;
     }
-    return open;
 }
 
-void LayeredReader::findEnds(const LayeredOpenCounts& open, std::size_t parts) {
-    counts_ = {};
+void LayeredReader::findEnds() {
     const LayeredSurfaces surfaces = {left_.data(),
                                       right_.data(),
                                       endOffsets_.data(),
                                       {0, mirroredSurfaces_, static_cast<int>(left_.size())}};
-    const LayeredRoom room = room_.pointers();
     for (int direction = 0; direction < 2; ++direction) {
-        const std::size_t size = open.size[direction];
         if (bounded_ && scene_.inOrder) {
-            layeredAmongSurfaces(tables_, surfaces, scene_.reachColumns, direction, size, room,
-                                 counts_);
+            layeredAmongSurfaces(tables_, surfaces, scene_.reachColumns, direction, room_);
         } else {
-            leaveToSearch(room.open[direction], size, direction);
+            leaveToSearch(direction);
         }
     }
     const LayeredSearch search(scene_, row_, tables_, strips_);
-    hard_.resize(counts_.hard);
-    for (std::size_t i = 0; i < counts_.hard; ++i) {
+    hard_.resize(room_.hard.size);
+    for (std::size_t i = 0; i < hard_.size(); ++i) {
         const int column = static_cast<int>(room_.hard.columns[i]);
         const float shift = room_.hard.shifts[i];
         const int direction = shift < 0 ? 1 : 0;
         const int x = direction == 0 ? column : scene_.width - 1 - column;
         hard_[i] = search.at(direction, x, std::abs(shift), room_.hardColumns[i]);
     }
-    mixedOrder_.sort(room_.mixed, counts_.mixed, parts, room_.stride);
-    hardOrder_.sort(room_.hard.pixels, counts_.hard, parts, room_.stride);
+    findBehind();
 }
 
-void LayeredReader::leaveToSearch(const LayeredList& list, std::size_t size, int direction) {
+void LayeredReader::leaveToSearch(int direction) {
+    const LayeredList& list = room_.open[direction];
+    LayeredList& hard = room_.hard;
     const int last = scene_.width - 1;
-    for (std::size_t i = 0; i < size; ++i) {
-        const std::size_t entry = counts_.hard++;
+    for (std::size_t i = 0; i < list.size; ++i) {
         const int column = static_cast<int>(list.columns[i]);
         const int x = direction == 0 ? column : last - column;
         room_.places[static_cast<std::size_t>(list.pixels[i])] = kSeeEnds;
-        room_.hard.pixels[entry] = list.pixels[i];
-        room_.hard.columns[entry] = list.columns[i];
-        room_.hard.shifts[entry] = list.shifts[i];
-        room_.hardColumns[entry] = bounded_ ? std::min(x + scene_.reachColumns, last) : last;
+        hard.pixels[hard.size] = list.pixels[i];
+        hard.columns[hard.size] = list.columns[i];
+        hard.shifts[hard.size] = list.shifts[i];
+        room_.hardColumns[hard.size] = bounded_ ? std::min(x + scene_.reachColumns, last) : last;
+        ++hard.size;
     }
+}
+
+void LayeredReader::findBehind() {
+    behind_.clear();
+    if (!soft_.any()) return;
+    const auto at = [&](std::int32_t pixel, std::int32_t place) {
+        const auto i = static_cast<std::size_t>(pixel);
+        SoftPixel soft = soft_.at(place, columns_[begin_ + i], room_.shifts[i]);
+        soft.pixel = pixel;
+        return soft;
+    };
+    const std::size_t count = soft_.find(room_, size(), softPixels_.data());
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::int32_t pixel = softPixels_[i];
+        behind_.push_back(at(pixel, room_.places[static_cast<std::size_t>(pixel)]));
+    }
+    behindCovers_.resize(room_.mixedCount);
+    for (std::size_t i = 0; i < room_.mixedCount; ++i)
+        behindCovers_[i] = at(room_.mixed[i], room_.covers[i]);
+    behindHard_.resize(hard_.size());
+    for (std::size_t i = 0; i < hard_.size(); ++i)
+        for (int k = 0; k < hard_[i].count; ++k)
+            behindHard_[i][static_cast<std::size_t>(k)] =
+                at(room_.hard.pixels[i], hard_[i].place[k]);
 }
 
 void LayeredReader::listSurfaces() {

@@ -1,7 +1,10 @@
 #pragma once
 
+#include "base/pixel_rows.hpp"
+
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace altiro3D {
 
@@ -98,51 +101,47 @@ struct LayeredPixels {
     const float* to = nullptr;            ///< LayeredColumns::to of each.
     const float* first = nullptr;         ///< LayeredColumns::first of each.
     const float* mirroredFirst = nullptr; ///< LayeredColumns::mirroredFirst of each.
-    const std::uint8_t* open = nullptr;   ///< Of each block: 1 if it must be searched.
     std::size_t count = 0;
 };
 
-/// Pixels that must be searched, in lists with one entry per pixel.
+/// Pixels that must be searched: the first `size` entries.
 struct LayeredList {
-    std::int32_t* pixels = nullptr; ///< Index in LayeredRoom::places.
-    float* columns = nullptr;       ///< LayeredPixels::columns of it.
-    float* shifts = nullptr;        ///< Shift of its view, px.
+    explicit LayeredList(std::size_t entries)
+        : pixels(entries), columns(entries), shifts(entries) {}
+
+    std::vector<std::int32_t> pixels; ///< Index in LayeredRoom::places.
+    std::vector<float> columns;       ///< LayeredPixels::columns of it.
+    std::vector<float> shifts;        ///< Shift of its view, px.
+    std::size_t size = 0;
 };
 
-/// Buffers for the pixels of several views or channels.
+/// What is found of some pixels.
 struct LayeredRoom {
-    /// Places, or kSeeEnds, which the search replaces where it can.
-    std::int32_t* places = nullptr;
-    LayeredList open[2]; ///< Pixels without a place, per direction.
-    LayeredList hard;    ///< Result: the pixels with kSeeEnds.
-    /// Result: for each of `hard`, the column (in its direction) from which the search must
-    /// continue to the left.
-    std::int32_t* hardColumns = nullptr;
-    std::int32_t* mixed = nullptr;  ///< Result: indices of the pixels that a border covers in part.
-    std::int32_t* covers = nullptr; ///< Result: for each of `mixed`, the place of its cover,
-    std::int32_t* parts = nullptr;  ///< and its share, 1..255 of 256.
-};
+    /// @param count pixels
+    explicit LayeredRoom(std::size_t count)
+        : places(paddedRow<std::int32_t>(count)), openBlocks(count / kBlockPixels + 1),
+          shifts(places.size()), open{LayeredList(places.size()), LayeredList(places.size())},
+          hard(places.size()), hardColumns(places), mixed(places), covers(places), parts(places) {}
 
-/// Numbers of pixels in LayeredRoom::open.
-struct LayeredOpenCounts {
-    std::size_t size[2] = {0, 0};
-};
-
-/// Numbers of pixels that were found.
-struct LayeredCounts {
-    std::size_t hard = 0;  ///< Pixels that need LayeredSearch.
-    std::size_t mixed = 0; ///< Pixels that a border covers in part.
+    std::vector<std::int32_t> places;     ///< Places, or kSeeEnds.
+    std::vector<std::uint8_t> openBlocks; ///< Of each block: 1 if it must be searched.
+    std::vector<float> shifts;            ///< Shift of each pixel's view, px; of open blocks.
+    LayeredList open[2];                  ///< Pixels without a place, per direction.
+    LayeredList hard;                     ///< Those that need LayeredSearch.
+    /// For each of `hard`, the column (in its direction) from which the search must continue to the
+    /// left.
+    std::vector<std::int32_t> hardColumns;
+    std::vector<std::int32_t> mixed;  ///< Indices of the pixels that a border covers in part,
+    std::vector<std::int32_t> covers; ///< for each of them, the place of its cover,
+    std::vector<std::int32_t> parts;  ///< and its share, 1..255 of 256.
+    std::size_t mixedCount = 0;
 };
 
 /// Finds places of the pixels of open blocks and lists the pixels whose places it does not find.
 ///
 /// @param tables data of the row
 /// @param pixels columns with their table entries
-/// @param shifts shift of each pixel's view, px; of open blocks
-/// @param first index of the first pixel in LayeredRoom::places
-/// @param counts the lists, which become longer
-void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, const float* shifts,
-                    std::size_t first, const LayeredRoom& room, LayeredOpenCounts& counts);
+void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, LayeredRoom& room);
 
 /// Finds the places of listed pixels, surface by surface. Only for rows whose surfaces keep the
 /// order of their columns in all views, and for shifts within the reach. Fast if there are few
@@ -150,11 +149,9 @@ void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, co
 ///
 /// @param tables, surfaces data of the row
 /// @param reach LayeredScene::reachColumns
-/// @param direction of all listed pixels
-/// @param counts hard and mixed pixels so far, to which these are added
+/// @param direction index in LayeredRoom::open
 void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
-                          int direction, std::size_t openCount, const LayeredRoom& room,
-                          LayeredCounts& counts);
+                          int direction, LayeredRoom& room);
 
 /// Reads one channel between columns, linearly.
 ///

@@ -24,17 +24,18 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Reads the place of each pixel of open blocks, and two shares there; writes the indices of those
 // with a share. A gather of four bytes for each pixel limits the speed.
 // @param columns number of shares; places further right have none
-std::size_t softPixelsOn(const LayeredPixels& pixels, const std::int32_t* HWY_RESTRICT places,
+std::size_t softPixelsOn(const LayeredRoom& room, std::size_t pixelCount,
                          const std::uint8_t* HWY_RESTRICT shares, int columns,
                          std::int32_t* HWY_RESTRICT found) {
+    const std::int32_t* HWY_RESTRICT places = room.places.data();
     const hn::ScalableTag<std::int32_t> d;
     const auto end = hn::Set(d, columns);
     const auto none = hn::Zero(d);
     const auto two = hn::Set(d, 0xFFFF);
     std::size_t count = 0;
-    for (std::size_t begin = 0; begin < pixels.count; begin += kBlockPixels) {
-        if (pixels.open[begin / kBlockPixels] == 0) continue;
-        const std::size_t blockEnd = std::min(begin + kBlockPixels, pixels.count);
+    for (std::size_t begin = 0; begin < pixelCount; begin += kBlockPixels) {
+        if (room.openBlocks[begin / kBlockPixels] == 0) continue;
+        const std::size_t blockEnd = std::min(begin + kBlockPixels, pixelCount);
         for (std::size_t i = begin; i < blockEnd; i += hn::Lanes(d)) {
             const auto column = hn::ShiftRight<kSubColumnBits>(hn::LoadU(d, places + i));
             const auto valid = hn::AndNot(hn::Lt(column, none), hn::Lt(column, end));
@@ -132,9 +133,9 @@ SoftPixel SoftBorders::at(std::int32_t place, int column, float shift) const {
     return result;
 }
 
-std::size_t SoftBorders::find(const LayeredPixels& pixels, const std::int32_t* places,
+std::size_t SoftBorders::find(const LayeredRoom& room, std::size_t count,
                               std::int32_t* found) const {
-    return HWY_DYNAMIC_DISPATCH(softPixelsOn)(pixels, places, shares_.data(), 2 * stride_, found);
+    return HWY_DYNAMIC_DISPATCH(softPixelsOn)(room, count, shares_.data(), 2 * stride_, found);
 }
 
 } // namespace altiro3D

@@ -13,7 +13,7 @@ namespace altiro3D {
 /// but it also shows what is behind: `share` of what was there in the photo is replaced by what is
 /// there in the view.
 struct SoftPixel {
-    std::int32_t pixel = 0;  ///< Index of the pixel in its part, see LayeredReader.
+    std::int32_t pixel = 0;  ///< Index in LayeredRoom::places.
     int share = 0;           ///< In 1/256, 0..255.
     std::int32_t now = 0;    ///< Place of what is behind in the view,
     std::int32_t before = 0; ///< and of what was behind in the photo.
@@ -42,11 +42,10 @@ class SoftBorders {
     SoftPixel at(std::int32_t place, int column, float shift) const;
 
     /// Lists the pixels of open blocks whose places may have a soft border.
-    /// @param places of the first pixel
+    /// @param count pixels
     /// @param found result: indices of the pixels; at least as many entries as pixels, and padding
     /// @return number of the pixels found
-    std::size_t find(const LayeredPixels& pixels, const std::int32_t* places,
-                     std::int32_t* found) const;
+    std::size_t find(const LayeredRoom& room, std::size_t count, std::int32_t* found) const;
 
   private:
     // The surface behind a soft border, in the direction in which it continues to the left, behind

@@ -149,21 +149,20 @@ class AmongSurfaces {
 // Arithmetic limits the speed: some ten operations for each surface near a vector of pixels, and
 // a gather of four bytes where they lie within surfaces.
 void layeredAmongSurfacesOn(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
-                            int direction, std::size_t openCount, const LayeredRoom& room,
-                            LayeredCounts& counts) {
+                            int direction, LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
     const std::size_t lanesPerVector = hn::Lanes(d);
-    const LayeredList& list = room.open[direction];
+    LayeredList& list = room.open[direction];
     const std::int16_t* surfaceOf = tables.surfaces + direction * tables.stride;
-    for (std::size_t i = 0; i < openCount; i += lanesPerVector) {
-        const std::size_t count = std::min(lanesPerVector, openCount - i);
-        for (std::size_t k = openCount; k < i + lanesPerVector; ++k) { // padding
-            list.columns[k] = list.columns[openCount - 1];
-            list.shifts[k] = list.shifts[openCount - 1];
+    for (std::size_t i = 0; i < list.size; i += lanesPerVector) {
+        const std::size_t count = std::min(lanesPerVector, list.size - i);
+        for (std::size_t k = list.size; k < i + lanesPerVector; ++k) { // padding
+            list.columns[k] = list.columns[list.size - 1];
+            list.shifts[k] = list.shifts[list.size - 1];
         }
-        const auto lanes =
-            lanesOf(d, tables, hn::LoadU(d, list.columns + i), hn::LoadU(d, list.shifts + i));
+        const auto lanes = lanesOf(d, tables, hn::LoadU(d, list.columns.data() + i),
+                                   hn::LoadU(d, list.shifts.data() + i));
         const auto rightmost = static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, lanes.x)));
         const int farthest = std::min(rightmost + reach, tables.width - 1);
         const int first = surfaces.begin[direction];
@@ -171,7 +170,7 @@ void layeredAmongSurfacesOn(const LayeredTables& tables, const LayeredSurfaces& 
         AmongSurfaces<hn::ScalableTag<float>>(d, tables, surfaces, lanes)
             .run(first + surfaceOf[farthest], first, surfaces.begin[direction + 1], ends);
         const auto fromColumn = hn::Set(whole, farthest);
-        storeEnds(d, ends, list, i, count, fromColumn, room, counts);
+        storeEnds(d, ends, list, i, count, fromColumn, room);
     }
 }
 
@@ -185,10 +184,8 @@ namespace altiro3D {
 HWY_EXPORT(layeredAmongSurfacesOn);
 
 void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& surfaces, int reach,
-                          int direction, std::size_t openCount, const LayeredRoom& room,
-                          LayeredCounts& counts) {
-    HWY_DYNAMIC_DISPATCH(layeredAmongSurfacesOn)
-    (tables, surfaces, reach, direction, openCount, room, counts);
+                          int direction, LayeredRoom& room) {
+    HWY_DYNAMIC_DISPATCH(layeredAmongSurfacesOn)(tables, surfaces, reach, direction, room);
 }
 
 } // namespace altiro3D

@@ -984,9 +984,7 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
     std::transform(all.begin(), all.end(), places.begin(),
                    [](int x) { return x << kSubColumnBits; });
     LayeredLines<std::int16_t> lines;
-    std::vector<std::int32_t> onLines = paddedRow<std::int32_t>(all.size());
-    std::vector<std::uint8_t> open(all.size() / kBlockPixels + 1);
-    std::vector<float> shiftPixels = paddedRow<float>(all.size());
+    LayeredRoom room(all.size());
     int found = 0;
     for (const cv::Mat& depth : depthsToSearch(size)) {
         const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
@@ -1002,11 +1000,12 @@ TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
                     const double shift = part / 16384.0 * 17;
                     layeredLines({lines.offsets.data(), lines.slopes.data(), lines.from.data(),
                                   lines.to.data(), places.data(), steps.data(), 17, all.size()},
-                                 onLines.data(), open.data(), shiftPixels.data());
+                                 room);
                     for (int x = 0; x < size.width; ++x) {
-                        const std::int32_t onLine = onLines[static_cast<std::size_t>(x)];
+                        const std::int32_t onLine = room.places[static_cast<std::size_t>(x)];
                         if (onLine == kSeeEnds) {
-                            ASSERT_EQ(open[static_cast<std::size_t>(x) / kBlockPixels], 1);
+                            ASSERT_EQ(room.openBlocks[static_cast<std::size_t>(x) / kBlockPixels],
+                                      1);
                             continue;
                         }
                         ++found;

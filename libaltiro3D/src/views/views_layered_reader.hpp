@@ -1,11 +1,8 @@
 #pragma once
 
 #include "base/pixel_rows.hpp"
-#include "views/views_layered_columns.hpp"
 #include "views/views_layered_ends.hpp"
-#include "views/views_layered_lines.hpp"
 #include "views/views_layered_scene.hpp"
-#include "views/views_layered_soft.hpp"
 
 #include <algorithm>
 #include <array>

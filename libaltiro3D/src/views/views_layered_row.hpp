@@ -2,6 +2,7 @@
 
 #include "base/pixel_rows.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -18,8 +19,7 @@ namespace altiro3D {
 //
 // For s < 0, tables of the mirrored row are used. Both are in one array, side by side.
 //
-// Most pixels need no search, because the depth around them follows a line
-// (views_layered_columns.hpp).
+// Most pixels need no search, because the depth around them follows a line (LayeredLines).
 
 constexpr int kOffsetBits = 14;                          ///< Bits of an offset, a whole number.
 constexpr int kMaxOffset = (1 << (kOffsetBits - 1)) - 1; ///< Offsets are -8191..8191.
@@ -136,6 +136,72 @@ struct LayeredRoom {
     std::vector<std::int32_t> parts;  ///< and its share, 1..255 of 256.
     std::size_t mixedCount = 0;
 };
+
+// Most pixels need no search: no other surface comes near them, and the offsets around their column
+// follow a line, offset(c) = o + m (c - x). They show c = x + s o / (1 - s m), which is computed in
+// 16-bit whole numbers.
+
+constexpr int kMaxLineMovement = 32; ///< px; content that moves farther is searched for.
+
+/// What lines need, for each column or for each pixel.
+template <class T>
+struct LayeredLines {
+    std::vector<T> offsets; ///< Movement at the largest shift without the slope, 1/512 px.
+    std::vector<T> slopes;  ///< Its change from column to column, 1/32768 px.
+    /// Within shifts of -from..to, in 1/32768 of the largest one, the line holds and no other
+    /// surface reaches the column; both are -1 if the column follows no line.
+    std::vector<T> from;
+    std::vector<T> to;
+
+    std::array<std::vector<T>*, 4> all() { return {&offsets, &slopes, &from, &to}; }
+};
+
+/// What is known of the columns of a row before any search. Arrays of one value per column, and
+/// kRowPadding more.
+struct LayeredColumns {
+    std::vector<float> offsets; ///< Movement in px per px of shift.
+    std::vector<float> slopes;  ///< Change of the offset from column to column.
+    /// Within these shifts (px, from <= 0 <= to), no other surface reaches the column.
+    std::vector<float> from;
+    std::vector<float> to;
+    std::vector<float> first;         ///< First column of its surface.
+    std::vector<float> mirroredFirst; ///< The same in the mirrored row.
+    LayeredLines<std::int32_t> lines;
+
+    std::array<std::vector<float>*, 6> all() {
+        return {&offsets, &slopes, &from, &to, &first, &mirroredFirst};
+    }
+};
+
+/// Describes the columns of a row.
+/// @param scratch resized and overwritten
+/// @param columns result, resized and overwritten
+void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
+                    LayeredColumns& columns);
+
+constexpr double kWholeReach = 16384; ///< The largest shift in whole steps.
+
+/// Finds the pixels whose place a line gives. All arrays are padded (kRowPadding).
+///
+/// @param offsets, slopes, from, to LayeredLines of each of `count` pixels; from and to of the
+///        padding must not be negative
+/// @param columns places of their columns
+/// @param shifts of the pixels, in steps of kWholeReach, within the largest shift
+/// @param reachPixels largest shift, px
+struct LayeredLinePixels {
+    const std::int16_t* offsets = nullptr;
+    const std::int16_t* slopes = nullptr;
+    const std::int16_t* from = nullptr;
+    const std::int16_t* to = nullptr;
+    const std::int32_t* columns = nullptr;
+    const std::int16_t* shifts = nullptr;
+    float reachPixels = 0;
+    std::size_t count = 0;
+};
+
+/// @param room result: places, open blocks and the shifts of their pixels
+/// @return whether any block is open
+bool layeredLines(const LayeredLinePixels& pixels, LayeredRoom& room);
 
 /// Finds places of the pixels of open blocks and lists the pixels whose places it does not find.
 ///

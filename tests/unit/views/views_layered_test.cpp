@@ -7,9 +7,7 @@
 #include "support/middlebury.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
-#include "views/views_layered_columns.hpp"
 #include "views/views_layered_ends.hpp"
-#include "views/views_layered_lines.hpp"
 #include "views/views_layered_scene.hpp"
 
 #include <algorithm>

@@ -4,7 +4,6 @@
 #include "views/view_methods.hpp"
 
 #include "base/pixel_rows.hpp"
-#include "views/row_pixels.hpp"
 #include "views/views_layered_reader.hpp"
 
 #include <array>

@@ -226,10 +226,10 @@ StereoScene sceneOfPhoto(const TradeJob& job, Messages& messages) {
     StereoScene scene;
     const fs::path depthFile = job.depth.fromFiles ? job.names[1] : fs::path();
     const double focus = job.views.focus;
-    Scene fitted = source.read(job.names[0], depthFile, focus, messages, times);
+    const ReadPhoto read = source.read(job.names[0], depthFile, focus, messages, times);
     const DepthRefineOptions later{DepthFlaws()};
-    fitScene(fitted, fitPhoto(fitted.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted,
-             later);
+    Scene fitted;
+    fitScene(read, fitPhoto(read.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted, later);
     static_cast<Scene&>(scene) = fitted;
     scene.name = job.names[0].filename().string();
     refine(job.refine, scene, messages);

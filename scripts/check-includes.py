@@ -10,10 +10,13 @@ import re
 import sys
 from pathlib import Path
 
-ROOMS = ["base", "display", "image", "depth", "views", "native", "video"]
+ROOMS = ["base", "display", "image", "media",
+         "depth/map", "depth/refine", "depth/network", "depth/source", "depth/stereo",
+         "views", "views/fast", "views/real", "views/layered", "scene", "native",
+         "video/motion", "video/conversion", "video/chunks"]
 # Public headers without a source of their name.
-HEADER_ROOMS = {"export": "base", "version": "base", "image_io": "image", "scene": "depth",
-                "video_io": "video", "video_conversion": "video"}
+HEADER_ROOMS = {"export": "base", "version": "base", "image_io": "image", "video_io": "media",
+                "scene": "depth/map", "video_conversion": "video/conversion"}
 UMBRELLA = "altiro3D"
 
 

@@ -3,9 +3,9 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/video_conversion.hpp"
-#include "common/cluster_plan.hpp"
-#include "common/cluster_slurm.hpp"
-#include "common/run_tool.hpp"
+#include "cli/run_tool.hpp"
+#include "cluster/cluster_plan.hpp"
+#include "cluster/cluster_slurm.hpp"
 
 #include <QProcess>
 #include <QString>

@@ -1,10 +1,10 @@
 // altiro3Dnative: the look-up table of a display, and a description of its calibration.
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/display_options.hpp"
-#include "common/outputs.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
+#include "cli/display_options.hpp"
+#include "cli/outputs.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
 
 #include <nlohmann/json.hpp>
 #include <sstream>

@@ -2,12 +2,12 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/depth2quilt.hpp"
-#include "common/depth_options.hpp"
-#include "common/network_trust.hpp"
-#include "common/outputs.hpp"
-#include "common/picture_options.hpp"
-#include "common/run_tool.hpp"
-#include "common/trade_plot.hpp"
+#include "cli/depth_options.hpp"
+#include "cli/network_trust.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/run_tool.hpp"
+#include "cli/trade_plot.hpp"
 
 #include <algorithm>
 #include <charconv>

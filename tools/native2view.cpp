@@ -1,11 +1,11 @@
 // native2view: the picture that an eye sees of a Native through the display's lenses.
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/display_options.hpp"
-#include "common/outputs.hpp"
-#include "common/picture_options.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
+#include "cli/display_options.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,9 +1,9 @@
 // photo2native: turns photos into Natives.
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/folder_run.hpp"
-#include "common/photo_chunks.hpp"
-#include "common/run_tool.hpp"
+#include "cli/folder_run.hpp"
+#include "cli/run_tool.hpp"
+#include "cluster/photo_chunks.hpp"
 
 #include <algorithm>
 #include <ctime>

@@ -1,16 +1,16 @@
 // quilt2native: turns a quilt, or a video of quilts, into a Native.
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/display_options.hpp"
-#include "common/folder_run.hpp"
-#include "common/outputs.hpp"
-#include "common/picture_options.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
-#include "common/sway_options.hpp"
-#include "common/video_options.hpp"
-#include "common/video_progress.hpp"
-#include "common/video_run.hpp"
+#include "cli/display_options.hpp"
+#include "cli/folder_run.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
+#include "photo/sway_options.hpp"
+#include "video/video_options.hpp"
+#include "video/video_progress.hpp"
+#include "video/video_run.hpp"
 
 #include <algorithm>
 

@@ -1,12 +1,12 @@
 // quilt2video: turns a quilt into a video in which the camera swings through its views.
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/display_options.hpp"
-#include "common/outputs.hpp"
-#include "common/picture_options.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
-#include "common/sway_options.hpp"
+#include "cli/display_options.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
+#include "photo/sway_options.hpp"
 
 #include <opencv2/core.hpp>
 

@@ -1,14 +1,14 @@
 // video2native: turns videos into Native videos.
 
-#include "common/depth_options.hpp"
-#include "common/display_options.hpp"
-#include "common/folder_run.hpp"
-#include "common/picture_options.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
-#include "common/video_options.hpp"
-#include "common/video_progress.hpp"
-#include "common/video_run.hpp"
+#include "cli/depth_options.hpp"
+#include "cli/display_options.hpp"
+#include "cli/folder_run.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
+#include "video/video_options.hpp"
+#include "video/video_progress.hpp"
+#include "video/video_run.hpp"
 
 using namespace altiro3D;
 using namespace altiro3D::tools;

@@ -1,12 +1,12 @@
 // views2native: turns a directory of sorted views into a Native.
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/display_options.hpp"
-#include "common/outputs.hpp"
-#include "common/picture_options.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
-#include "common/views_folder.hpp"
+#include "cli/display_options.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
+#include "cli/views_folder.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>

@@ -14,6 +14,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/photo_fit.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
 

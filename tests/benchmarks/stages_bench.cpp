@@ -13,9 +13,9 @@
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "media/yuv_kernels.hpp"
 #include "paper_pipeline.hpp"
 #include "support/reference.hpp"
-#include "video/yuv_kernels.hpp"
 
 #include <algorithm>
 #include <benchmark/benchmark.h>

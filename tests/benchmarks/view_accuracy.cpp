@@ -15,6 +15,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/photo_fit.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
 #include "views/view_methods.hpp"

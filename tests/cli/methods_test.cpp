@@ -2,7 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/depth2quilt.hpp"
-#include "common/budget.hpp"
+#include "cli/budget.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/onnx.hpp"

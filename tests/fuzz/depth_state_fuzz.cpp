@@ -1,8 +1,8 @@
 // The state of a video's depth, with a checksum that matches.
 
 #include "altiro3D/video_depth.hpp"
+#include "base/state_bytes.hpp"
 #include "fuzz.hpp"
-#include "video/state_bytes.hpp"
 
 #include <opencv2/core.hpp>
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "video/resumable_video.hpp"
+#include "media/resumable_video.hpp"
 
 #include <fstream>
 #include <iterator>

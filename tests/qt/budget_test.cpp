@@ -1,8 +1,8 @@
 // What --budget keeps of its measurements.
 
 #include "altiro3D/error.hpp"
-#include "common/budget.hpp"
-#include "common/run_tool.hpp"
+#include "cli/budget.hpp"
+#include "cli/run_tool.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

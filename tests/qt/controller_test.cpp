@@ -1,11 +1,11 @@
-#include "viewer/controller.hpp"
+#include "viewer/model/controller.hpp"
 
 #include "altiro3D/depth_source.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
-#include "viewer/depth_maker.hpp"
+#include "viewer/model/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QElapsedTimer>

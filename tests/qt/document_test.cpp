@@ -1,12 +1,12 @@
-#include "viewer/document.hpp"
+#include "viewer/model/document.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
-#include "common/folder_search.hpp"
+#include "cli/folder_search.hpp"
 #include "support/compare.hpp"
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/stereo_scene.hpp"
-#include "viewer/knobs.hpp"
+#include "viewer/model/knobs.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QDir>

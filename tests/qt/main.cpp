@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #ifdef ALTIRO3D_TOOL_PHOTO2NATIVE // the viewer is tested as well
-#include "viewer/depth_maker.hpp"
+#include "viewer/model/depth_maker.hpp"
 #endif
 
 int main(int argc, char** argv) {

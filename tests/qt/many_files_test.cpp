@@ -1,8 +1,8 @@
 // Many open files: settings of each, the strip of icons, the export of all.
 
 #include "support/compare.hpp"
-#include "viewer/main_window.hpp"
-#include "viewer/photo_strip.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/photo_strip.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QAbstractButton>

@@ -1,10 +1,10 @@
 // Painting depth: the canvas, strokes of the controller, the bar of the window.
 
 #include "support/compare.hpp"
-#include "viewer/depth_canvas.hpp"
-#include "viewer/main_window.hpp"
-#include "viewer/paint_bar.hpp"
-#include "viewer/picture_view.hpp"
+#include "viewer/model/depth_canvas.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/paint_bar.hpp"
+#include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QAbstractButton>

@@ -1,4 +1,4 @@
-#include "viewer/pixmap_stream.hpp"
+#include "viewer/show/pixmap_stream.hpp"
 
 #include "altiro3D/error.hpp"
 

@@ -4,9 +4,9 @@
 #include "altiro3D/qt/image.hpp"
 #include "home.hpp"
 #include "support/compare.hpp"
-#include "viewer/knob_panel.hpp"
-#include "viewer/main_window.hpp"
-#include "viewer/picture_view.hpp"
+#include "viewer/window/knob_panel.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QApplication>

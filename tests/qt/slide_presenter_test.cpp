@@ -1,6 +1,6 @@
 // A show on Qt's offscreen screen: real threads, files and pictures.
 
-#include "viewer/slide_presenter.hpp"
+#include "viewer/show/slide_presenter.hpp"
 
 #include "altiro3D/qt/image.hpp"
 #include "support/slow.hpp"

@@ -1,7 +1,7 @@
 // The logic of a show: its order, its times and its memory, without windows and with a clock of the
 // test's own.
 
-#include "viewer/slide_show.hpp"
+#include "viewer/show/slide_show.hpp"
 
 #include <algorithm>
 #include <cmath>

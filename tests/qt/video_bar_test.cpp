@@ -2,9 +2,9 @@
 
 #include "recorded_sound.hpp"
 #include "support/slow.hpp"
-#include "viewer/main_window.hpp"
-#include "viewer/slide_presenter.hpp"
-#include "viewer/video_bar.hpp"
+#include "viewer/show/slide_presenter.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/video_bar.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QComboBox>

@@ -2,7 +2,7 @@
 
 #include "recorded_sound.hpp"
 #include "support/slow.hpp"
-#include "viewer/video_player.hpp"
+#include "viewer/player/video_player.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QTest>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "altiro3D/altiro3D.hpp"
-#include "common/display_options.hpp"
+#include "cli/display_options.hpp"
 #include "support/files.hpp"
 
 #include <QTest>

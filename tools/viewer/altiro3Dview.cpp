@@ -4,14 +4,14 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
-#include "common/display_options.hpp"
-#include "common/quilt_options.hpp"
-#include "common/run_tool.hpp"
-#include "viewer/depth_maker.hpp"
-#include "viewer/display_list.hpp"
-#include "viewer/main_window.hpp"
-#include "viewer/presentation.hpp"
-#include "viewer/window_words.hpp"
+#include "cli/display_options.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
+#include "viewer/model/depth_maker.hpp"
+#include "viewer/show/display_list.hpp"
+#include "viewer/show/presentation.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/window_words.hpp"
 
 #include <QApplication>
 #include <clocale>

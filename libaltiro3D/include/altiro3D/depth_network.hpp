@@ -216,7 +216,7 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
 ///   an absolute path;
 /// - `models/` in each of dataDirectories().
 ///
-/// Directories that do not exist are left out. The working directory is not searched, so that a
+/// Directories that do not exist are skipped. The working directory is not searched, so that a
 /// folder of pictures from elsewhere cannot supply a network.
 ///
 /// @return the directories in search order

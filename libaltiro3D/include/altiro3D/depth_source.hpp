@@ -5,7 +5,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/scene.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -47,7 +47,7 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// rotation and a small difference of scale between them are found and undone, and brightness and
 /// contrast are made equal. Disparities are searched from -35 % to +35 % of the width, first
 /// coarsely. A px counts as matched if the match from the right picture leads back to it within 1
-/// px. Px without a match take the farther disparity beside them, because px that one eye does not
+/// px. Px without a match take the farther disparity next to them, because px that one eye does not
 /// see belong to the background. A median of the surrounding px, weighted by similarity of colour,
 /// then smooths them.
 ///
@@ -88,7 +88,7 @@ enum class DepthOrigin {
 ///     Scene scene;
 ///     source->readScene(source->readImage("photo.jpg"), 0.5, scene);
 ///
-/// Sources that take depth from the file or beside it keep what readImage() has found for the next
+/// Sources that take depth from the file or next to it keep what readImage() has found for the next
 /// read() or readScene(); give these the image that readImage() has returned. One thread at a time
 /// per object.
 class ALTIRO3D_EXPORT DepthSource {
@@ -237,16 +237,16 @@ ALTIRO3D_EXPORT void refuseVrName(const std::filesystem::path& file);
 
 /// What storedDepthOr() takes from a photo's file.
 struct PhotoDepthOptions {
-    bool useDepth = true;   ///< Use depth in the file or beside it.
+    bool useDepth = true;   ///< Use depth in the file or next to it.
     bool unblurred = false; ///< Read the sharp original where the file has one.
 };
 
-/// Depth that comes with the photo: first the depth image beside it (findDepthBeside()), then depth
-/// in its file (readEmbeddedDepth()), then that of a stereo pair in its file (readStereoPair(),
-/// matchStereo()), whose left picture is the photo, then that of the halves that its name states
-/// (readNamedHalves()). Photos without these, and pairs that do not match, take their depth from
-/// another source. With estimatedDepth() as that source, this is what
-/// the tools do. After readImage(), description() states what was found.
+/// Depth that comes with the photo: first the depth image next to it (findDepthBeside()), then
+/// depth in its file (readEmbeddedDepth()), then that of a stereo pair in its file
+/// (readStereoPair(), matchStereo()), whose left picture is the photo, then that of the halves that
+/// its name states (readNamedHalves()). Photos without these, and pairs that do not match, take
+/// their depth from another source. With estimatedDepth() as that source, this is what the tools
+/// do. After readImage(), description() states what was found.
 /// @param fallback the source for all other photos
 /// @param options what to take
 /// @return the source; its readImage() also throws Error Unsupported (a VR picture by its name,

@@ -48,7 +48,7 @@ enum class NoteCode {
     CutOff,    ///< The file ends too early; the part that exists is used.
     LeftOut,   ///< A part is not used: further pictures, unused columns, a stream.
     Converted, ///< A part is converted to a form that the output can hold.
-    Repaired,  ///< Damaged parts are left out or replaced.
+    Repaired,  ///< Damaged parts are skipped or replaced.
     AsItIs,    ///< A property is not corrected: interlaced pictures, fringe.
     Doubtful,  ///< A value is unlikely, or the file does not say how to read it.
     Chosen,    ///< Another picture of the file is used, as was asked for.

@@ -27,7 +27,7 @@ struct Bytes {
 
 /// Writes a file atomically: the name holds either its old contents or all of the new ones.
 ///
-/// The bytes are written to a hidden file beside the target and flushed to the disk; the file is
+/// The bytes are written to a hidden file next to the target and flushed to the disk; the file is
 /// then renamed to the target. Symbolic links are followed. A target that exists and is not a
 /// regular file (`/dev/stdout`, a pipe) is written in place. On failure the temporary file is
 /// removed and the target is unchanged.
@@ -58,7 +58,7 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::str
 /// - the source tree, if the build enables it;
 /// - `share/altiro3D` of the prefix that the build was configured for.
 ///
-/// Directories that do not exist are left out.
+/// Directories that do not exist are skipped.
 ///
 /// @return the directories in search order
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<std::filesystem::path> dataDirectories();

@@ -172,7 +172,7 @@ struct EmbeddedDepth {
 ///
 /// Depth is used only if its shape is the photo's (2 %) and it is not flat. Portrait mattes and
 /// gain maps are not depth. If the file describes depth in XMP but does not hold it, there is no
-/// depth. Damaged depth never makes the photo unreadable: it is left out and reported in `notes`.
+/// depth. Damaged depth never makes the photo unreadable: it is skipped and reported in `notes`.
 ///
 /// @param photo JPEG, HEIC or AVIF; other formats hold no depth; a pipe is not read, because it can
 ///        be read only once
@@ -192,7 +192,7 @@ readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 photoOfDepthName(const std::filesystem::path& depth);
 
-/// Finds the depth image beside a photo: the pictures in the same directory whose
+/// Finds the depth image next to a photo: the pictures in the same directory whose
 /// photoOfDepthName() is the photo.
 ///
 /// @param photo the photo; the file is not accessed
@@ -201,7 +201,7 @@ photoOfDepthName(const std::filesystem::path& depth);
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findDepthBeside(const std::filesystem::path& photo);
 
-/// Why a depth image that was found beside a photo must not be used: its shape is not the photo's
+/// Why a depth image that was found next to a photo must not be used: its shape is not the photo's
 /// (2 %), or its range is less than 1/255 of its largest number, without the lowest and the highest
 /// 0.5 %.
 ///
@@ -269,9 +269,9 @@ struct SceneName {
 };
 
 /// Reads the tags of a file name: words between other characters than letters and digits, in upper
-/// or lower case, after the first word. The last tag of eyes counts; VR goes before RGB-D, and that
-/// before eyes. `180` and `360` are numbers, not tags, if the directory holds a file whose name
-/// differs only in that number.
+/// or lower case, after the first word. The last tag of eyes counts; VR takes precedence over
+/// RGB-D, and that before eyes. `180` and `360` are numbers, not tags, if the directory holds a
+/// file whose name differs only in that number.
 ///
 /// @param file the file
 /// @return the tag; nothing without one

@@ -53,8 +53,8 @@ struct PhotoFit {
     cv::Rect source; ///< Part of the picture that the panel shows, in its px.
     cv::Rect target; ///< Its position on the panel, in px; the rest is black.
     cv::Size size;   ///< Size of the picture on the panel in px.
-    /// Columns of the fitted picture beside `size`. They show what the picture has beside `source`,
-    /// at the same scale. Views from the side show them at the edges of the panel.
+    /// Columns of the fitted picture next to `size`. They show what the picture has next to
+    /// `source`, at the same scale. Views from the side show them at the edges of the panel.
     int leftMargin = 0;
     int rightMargin = 0; ///< As leftMargin, at the right.
 

@@ -103,7 +103,7 @@ struct QuiltName {
 parseQuiltName(const std::filesystem::path& file);
 
 /// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`. A name that already has
-/// this suffix is not changed. An aspect outside the range of parseQuiltName() is left out.
+/// this suffix is not changed. An aspect outside the range of parseQuiltName() is skipped.
 /// @param file the original name; directories and extension are kept
 /// @param layout columns and rows, 1..1024 each; other fields are ignored
 /// @param aspect width : height of the scene

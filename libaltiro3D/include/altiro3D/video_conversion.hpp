@@ -171,7 +171,7 @@ struct VideoConversionResult {
 /// Converts a video in four stages with one thread each: decode, estimate depth, render, encode.
 ///
 /// Sound, subtitles, chapters and tags are copied. If the input is a regular file, the output is
-/// written in segments of about 6 s (12..600 frames), in `NAME.parts` beside it. An interrupted or
+/// written in segments of about 6 s (12..600 frames), in `NAME.parts` next to it. An interrupted or
 /// cancelled run can then be resumed with the same inputs and settings, after its last complete
 /// segment; before the end of the first one there is nothing to resume (keepsWork()), and the next
 /// run begins anew. A resumed run gives the same bytes as one without interruption. From a device
@@ -261,7 +261,7 @@ class ALTIRO3D_EXPORT VideoConverter {
 // scene's first frame or from the last state that another chunk left in the folder.
 //
 // Each call may be repeated, interrupted at any time, and made twice at once: results are written
-// beside their final name, checked and renamed. A call compares the conversion with the one of the
+// next to their final name, checked and renamed. A call compares the conversion with the one of the
 // plan, including size and time of all input files, and refuses another one. The number of
 // threads (`cv::setNumThreads()`, VideoWriterOptions::threads) is part of it, because networks and
 // encoders give other bits with another number.

@@ -346,11 +346,11 @@ class ALTIRO3D_EXPORT VideoReader {
 ///
 /// All sound tracks are copied without encoding them again. Text subtitles are converted to the
 /// container's format (mov_text in .mp4 and .mov); other subtitles are copied. Fonts are copied
-/// into .mkv. Further video streams, cover pictures and data streams are left out, see notes(). The
+/// into .mkv. Further video streams, cover pictures and data streams are skipped, see notes(). The
 /// source's rotation is not written, because its reader has applied it.
 ///
 /// Times are exact in .mp4 and .mov and rounded to 1 ms in .mkv. The file is written as `NAME.part`
-/// beside the target and renamed in finish(); without finish() it is removed. An existing file is
+/// next to the target and renamed in finish(); without finish() it is removed. An existing file is
 /// replaced; symbolic links are followed. The same frames give the same bytes: for H264, H264Rgb
 /// and Hevc with a fixed number of encoder threads, for the other codecs with any number.
 ///

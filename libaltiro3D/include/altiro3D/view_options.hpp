@@ -1,7 +1,6 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
-#include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
 
 #include <filesystem>
@@ -114,18 +113,6 @@ struct ViewOptions {
 /// @param options the options to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const ViewOptions& options);
-
-/// Adds the margins that views from the side show at the edges of the panel. Their width is the
-/// largest shift, rounded up to a multiple of 1/32 of the result's width (so small changes of the
-/// options keep the fit), and at most half the width.
-///
-/// @param fit from fitPhoto()
-/// @param picture size of the picture in px that the fit was made for
-/// @param options strength and focus of the views
-/// @return the fit with margins, as withMargins(fit, picture, pixels)
-/// @throws Error InvalidArgument (options)
-[[nodiscard]] ALTIRO3D_EXPORT PhotoFit withMargins(const PhotoFit& fit, cv::Size picture,
-                                                   const ViewOptions& options);
 
 /// Parallax between adjacent views.
 struct AdjacentParallax {

@@ -2,7 +2,7 @@
 
 #include "base/checks.hpp"
 #include "base/text.hpp"
-#include "depth/unknown_depth.hpp"
+#include "depth/map/unknown_depth.hpp"
 #include "views/view_methods.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/scene.hpp"
 #include "views/view_renderer.hpp"
 
 #include <memory>

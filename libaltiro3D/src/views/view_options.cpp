@@ -26,19 +26,6 @@ void validate(const ViewOptions& options) {
                 "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
 }
 
-PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, const ViewOptions& options) {
-    validate(options);
-    constexpr int kSteps = 32;          // of the width
-    constexpr double kInterpolated = 2; // px beside the last position
-    const double shift =
-        options.strengthPercent / 200 * fit.size.width * std::max(options.focus, 1 - options.focus);
-    if (shift == 0) return fit;
-    const int step = std::max(1, fit.size.width / kSteps);
-    const double steps = std::ceil((shift + kInterpolated) / step);
-    return withMargins(fit, picture,
-                       static_cast<int>(std::min(steps * step, fit.size.width / 2.0)));
-}
-
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,
                                   cv::Size panelSize, cv::Vec2d depthRange) {
     if (quilt.viewCount < 2) return {};

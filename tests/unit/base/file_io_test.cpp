@@ -1,8 +1,8 @@
 #include "altiro3D/file_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "media/part_file.hpp"
 #include "support/files.hpp"
-#include "video/part_file.hpp"
 
 #include <csignal>
 #include <cstdio>

@@ -4,7 +4,7 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
-#include "depth/depth_steps.hpp"
+#include "depth/refine/depth_steps.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

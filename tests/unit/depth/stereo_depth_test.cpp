@@ -1,6 +1,6 @@
 #include "altiro3D/depth_source.hpp"
 
-#include "depth/stereo_rows.hpp"
+#include "depth/stereo/stereo_rows.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

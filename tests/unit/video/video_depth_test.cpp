@@ -2,12 +2,12 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
+#include "base/state_bytes.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
-#include "video/state_bytes.hpp"
 
 #include <algorithm>
 #include <cmath>

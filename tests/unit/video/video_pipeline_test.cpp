@@ -1,4 +1,4 @@
-#include "video/video_pipeline.hpp"
+#include "video/conversion/video_pipeline.hpp"
 
 #include "altiro3D/error.hpp"
 

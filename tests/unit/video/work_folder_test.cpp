@@ -1,4 +1,4 @@
-#include "video/work_folder.hpp"
+#include "video/chunks/work_folder.hpp"
 
 #include "altiro3D/file_io.hpp"
 #include "support/files.hpp"

@@ -172,7 +172,7 @@ TEST_P(ViewMethods, AnySizeAndDepthIsDefined) {
                 EXPECT_TRUE(samePicture(viewOf(photo, depth, position, options(80)), view))
                     << name << size << position;
                 // what has one colour has it in every view: nothing comes from elsewhere
-                // (inpainting adds noise: views_real_test.cpp)
+                // (inpainting adds noise: real_test.cpp)
                 const double noise = GetParam() == ViewMethod::Real ? kInpaintingNoise : 0;
                 EXPECT_TRUE(samePicture(viewOf(plain, depth, position, options(80)), plain, noise))
                     << name << size << position;

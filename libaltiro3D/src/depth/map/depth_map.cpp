@@ -1,0 +1,293 @@
+#include "altiro3D/depth_map.hpp"
+
+#include "base/checks.hpp"
+#include "depth/map/unknown_depth.hpp"
+#include "image/pixel_values.hpp"
+
+#include <algorithm>
+#include <cfloat>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace altiro3D {
+
+namespace {
+
+// Properties of a sample: whether it is known, its sort key, its inverse depth.
+template <typename T>
+bool isKnown(T value, DepthKind kind) {
+    if (kind == DepthKind::Metric) return value > 0; // +inf is valid: infinitely far
+    if constexpr (std::is_floating_point_v<T>) return std::isfinite(value);
+    return true;
+}
+
+// Larger = nearer.
+double nearness(double value, DepthKind kind) {
+    switch (kind) {
+    case DepthKind::NearWhite:
+        return value;
+    case DepthKind::FarWhite:
+        return -value;
+    case DepthKind::Metric:
+        return std::min(1.0 / value, DBL_MAX);
+    }
+    return value;
+}
+
+// Keys: unsigned numbers in the same order as the samples.
+std::uint16_t keyOf(std::uint8_t value) {
+    return value;
+}
+std::uint16_t keyOf(std::uint16_t value) {
+    return value;
+}
+std::uint32_t keyOf(float value) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
+}
+std::uint64_t keyOf(double value) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+    return (bits & kSign) != 0 ? ~bits : bits | kSign;
+}
+
+void valueOf(std::uint16_t key, std::uint8_t& value) {
+    value = static_cast<std::uint8_t>(key);
+}
+void valueOf(std::uint16_t key, std::uint16_t& value) {
+    value = key;
+}
+void valueOf(std::uint32_t key, float& value) {
+    const std::uint32_t bits = (key & 0x80000000u) != 0 ? key & 0x7fffffffu : ~key;
+    std::memcpy(&value, &bits, sizeof bits);
+}
+void valueOf(std::uint64_t key, double& value) {
+    constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
+    const std::uint64_t bits = (key & kSign) != 0 ? key & ~kSign : ~key;
+    std::memcpy(&value, &bits, sizeof bits);
+}
+
+constexpr int kDigitBits = 16;
+constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
+
+using Histogram = std::vector<std::uint32_t>; // pictures have fewer than 2^32 px
+
+// Counts the known samples by one digit of their keys, only those whose higher digits are `prefix`.
+// Sums of whole numbers do not depend on the distribution of rows to threads.
+template <typename T>
+Histogram countDigits(const cv::Mat& raw, DepthKind kind, int shift, std::uint64_t prefix) {
+    constexpr int kKeyBits = static_cast<int>(sizeof(keyOf(T{})) * 8);
+    const bool isFirst = shift + kDigitBits == kKeyBits;
+    Histogram total(kDigits);
+    std::mutex adding;
+    const auto count = [&](const cv::Range& rows) {
+        Histogram histogram(kDigits);
+        for (int y = rows.start; y < rows.end; ++y) {
+            const T* row = raw.ptr<T>(y);
+            for (int x = 0; x < raw.cols; ++x) {
+                if (!isKnown(row[x], kind)) continue;
+                const std::uint64_t key = keyOf(row[x]);
+                if (!isFirst && key >> (shift + kDigitBits) != prefix) continue;
+                ++histogram[key >> shift & (kDigits - 1)];
+            }
+        }
+        const std::lock_guard<std::mutex> lock(adding);
+        std::transform(total.begin(), total.end(), histogram.begin(), total.begin(), std::plus<>());
+    };
+    // A histogram costs as much as about 60 thousand samples.
+    const double stripes = std::clamp(static_cast<double>(raw.total()) / 500000, 1.0,
+                                      static_cast<double>(std::max(1, cv::getNumThreads())));
+    cv::parallel_for_(cv::Range(0, raw.rows), count, std::floor(stripes));
+    return total;
+}
+
+// Finds the digit that contains the rank, makes the rank relative to it and returns the digit.
+std::uint64_t findDigit(const Histogram& histogram, std::uint64_t& rank) {
+    for (std::size_t digit = 0; digit < kDigits; ++digit) {
+        if (rank < histogram[digit]) return digit;
+        rank -= histogram[digit];
+    }
+    return kDigits - 1;
+}
+
+struct Range {
+    bool isFlat = true;
+    double low = 0;  // half of the nearness that maps to 0
+    double span = 0; // half of the nearness range that maps to 0..1
+};
+
+// The known sample of a rank. Exact; uses one histogram per 16 bits of the key.
+template <typename T>
+T sampleOfRank(const cv::Mat& raw, DepthKind kind, std::uint64_t rank, const Histogram& first) {
+    using Key = decltype(keyOf(T{}));
+    constexpr int kKeyBits = static_cast<int>(sizeof(Key) * 8);
+    std::uint64_t prefix = findDigit(first, rank);
+    for (int shift = kKeyBits - 2 * kDigitBits; shift >= 0; shift -= kDigitBits) {
+        const Histogram digits = countDigits<T>(raw, kind, shift, prefix);
+        prefix = prefix << kDigitBits | findDigit(digits, rank);
+    }
+    T value;
+    valueOf(static_cast<Key>(prefix), value);
+    return value;
+}
+
+template <typename T>
+Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
+    constexpr int kFirstShift = static_cast<int>(sizeof(keyOf(T{})) * 8) - kDigitBits;
+    const Histogram first = countDigits<T>(raw, options.kind, kFirstShift, 0);
+    const std::uint64_t known = std::accumulate(first.begin(), first.end(), std::uint64_t{0});
+    Range range;
+    if (known == 0) return range;
+    // Ranks are rounded outwards, so small pictures keep their full range. Ranks count from far to
+    // near; if large numbers are far, the order of the samples is reversed.
+    const double last = static_cast<double>(known - 1);
+    auto lowRank = static_cast<std::uint64_t>(std::floor(options.lowPercentile / 100 * last));
+    auto highRank = static_cast<std::uint64_t>(std::ceil(options.highPercentile / 100 * last));
+    highRank = std::min(highRank, known - 1);
+    if (options.kind != DepthKind::NearWhite) {
+        lowRank = known - 1 - lowRank;
+        highRank = known - 1 - highRank;
+    }
+    // Halves, because the difference of two large numbers may overflow.
+    const auto half = [&](std::uint64_t rank) {
+        const T sample = sampleOfRank<T>(raw, options.kind, rank, first);
+        return 0.5 * nearness(static_cast<double>(sample), options.kind);
+    };
+    range.low = half(lowRank);
+    const double high = half(highRank);
+    range.span = high - range.low;
+    // A float has 24 bits, so a computed constant varies by about 1e-7 of itself. Denormal ranges
+    // depend on the processor's settings.
+    constexpr double kNoise = 1e-6;
+    const bool isFloat = std::is_same_v<T, float> && options.kind != DepthKind::Metric;
+    const double smallest = isFloat ? static_cast<double>(FLT_MIN) : DBL_MIN;
+    const double largest = std::max(std::abs(range.low), std::abs(high));
+    range.isFlat = !(range.span > kNoise * largest && range.span >= smallest);
+    return range;
+}
+
+// Position of a known sample in the range, 0..1.
+template <typename T>
+float placeOf(T value, DepthKind kind, const Range& range) {
+    const double place =
+        (0.5 * nearness(static_cast<double>(value), kind) - range.low) / range.span;
+    return static_cast<float>(std::min(std::max(place, 0.0), 1.0));
+}
+
+// The positions of all values of an 8-bit or 16-bit sample.
+template <typename T>
+std::vector<float> placesOf(DepthKind kind, const Range& range) {
+    std::vector<float> places(std::size_t{std::numeric_limits<T>::max()} + 1);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const T value = static_cast<T>(i);
+        if (isKnown(value, kind)) places[i] = placeOf(value, kind, range);
+    }
+    return places;
+}
+
+// Maps one row to 0..1 and fills unknown samples from their neighbours; false if none is known.
+template <typename T, typename Place>
+bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const Place& place) {
+    int lastKnown = -1;
+    for (int x = 0; x < columns; ++x) {
+        const T value = raw[x];
+        if (!isKnown(value, kind)) continue;
+        const float result = place(value);
+        if (lastKnown + 1 < x) {
+            // The farther neighbour: what the sensor does not see is behind what it sees.
+            const float fill = lastKnown < 0 ? result : std::min(depth[lastKnown], result);
+            std::fill(depth + lastKnown + 1, depth + x, fill);
+        }
+        depth[x] = result;
+        lastKnown = x;
+    }
+    if (lastKnown < 0) return false;
+    std::fill(depth + lastKnown + 1, depth + columns, depth[lastKnown]);
+    return true;
+}
+
+template <typename T, typename Place>
+void normalizeRows(const cv::Mat& raw, cv::Mat& depth, DepthKind kind, const Place& place) {
+    std::vector<char> known(static_cast<std::size_t>(raw.rows), 0);
+    cv::parallel_for_(cv::Range(0, raw.rows), [&](const cv::Range& rows) {
+        for (int y = rows.start; y < rows.end; ++y) {
+            known[static_cast<std::size_t>(y)] = static_cast<char>(
+                normalizeRow(raw.ptr<T>(y), depth.ptr<float>(y), raw.cols, kind, place));
+        }
+    });
+    fillUnknownRows(depth, known);
+}
+
+template <typename T>
+void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) {
+    const Range range = findRange<T>(raw, options);
+    depth.create(raw.size(), CV_32FC1);
+    if (range.isFlat) {
+        depth.setTo(options.flatDepth);
+        return;
+    }
+    if constexpr (std::is_integral_v<T>) {
+        if (raw.total() >> (8 * sizeof(T)) > 0) { // more samples than values: a table is faster
+            const std::vector<float> places = placesOf<T>(options.kind, range);
+            normalizeRows<T>(raw, depth, options.kind, [&](T value) { return places[value]; });
+            return;
+        }
+    }
+    normalizeRows<T>(raw, depth, options.kind,
+                     [&](T value) { return placeOf(value, options.kind, range); });
+}
+
+} // namespace
+
+void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) {
+    checkType(raw, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "depth",
+              "one channel of 8-bit, 16-bit, float or double numbers");
+    const auto isWithin = [](double value, double low, double high) {
+        return value >= low && value <= high;
+    };
+    checkNumber(isWithin(options.lowPercentile, 0, 50), "lowPercentile", options.lowPercentile,
+                "0..50 %");
+    checkNumber(isWithin(options.highPercentile, 50, 100), "highPercentile", options.highPercentile,
+                "50..100 %");
+    checkNumber(isWithin(options.flatDepth, 0, 1), "flatDepth", options.flatDepth, "0..1");
+    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): keeps raw alive if it is depth
+    const cv::Mat source = raw;
+    switch (source.depth()) {
+    case CV_8U:
+        normalize<std::uint8_t>(source, depth, options);
+        break;
+    case CV_16U:
+        normalize<std::uint16_t>(source, depth, options);
+        break;
+    case CV_32F:
+        normalize<float>(source, depth, options);
+        break;
+    default:
+        normalize<double>(source, depth, options);
+        break;
+    }
+}
+
+cv::Mat depthTo16Bit(const cv::Mat& depth) {
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
+    cv::Mat result(depth.size(), CV_16UC1);
+    for (int y = 0; y < depth.rows; ++y) {
+        const float* from = depth.ptr<float>(y);
+        std::transform(from, from + depth.cols, result.ptr<std::uint16_t>(y),
+                       [](float value) { return toWhole<std::uint16_t>(value, 65535.0f); });
+    }
+    return result;
+}
+
+} // namespace altiro3D

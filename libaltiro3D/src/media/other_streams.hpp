@@ -1,0 +1,76 @@
+#pragma once
+
+#include "altiro3D/video_io.hpp"
+#include "media/ffmpeg.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <vector>
+
+namespace altiro3D {
+
+/// A stream of the file other than the video.
+struct OtherStream {
+    int index = 0; ///< in the file
+    ParametersPtr parameters;
+    AVRational timeBase{0, 1};
+    VideoTags tags;
+    int disposition = 0;
+    bool isCover = false;
+};
+
+/// Everything in a video file except its pictures, passed from its reader to a writer, which may be
+/// in another thread. Data that the reader sets before the first packet does not change afterwards.
+class OtherStreams {
+  public:
+    std::vector<OtherStream> streams;
+    /// Times from the start of the part that is read, clipped to it.
+    std::vector<VideoChapter> chapters;
+    VideoTags tags;
+    VideoColour colour;
+    std::string subject; ///< name of the file, for errors
+    std::string format;  ///< FFmpeg's name of the container
+
+    /// Called by the writer to request packets. @return false if the reader has already begun
+    bool want();
+    /// Called by the reader at its start. @return true if packets are wanted
+    bool begin();
+    /// Called by the writer before the reader begins: requests the packets of `streams[index]`.
+    void take(std::size_t index);
+    bool isTaken(std::size_t index) const;
+    /// Called by the reader to pass a packet of `streams[index]`, times as in the file. Packets
+    /// that were not requested are dropped.
+    void push(std::size_t index, PacketPtr packet);
+    /// Drops all packets, for a restart.
+    void clear();
+    /// @param origin file time that is 0, in `unit`
+    /// @param end file time of the end of the part, in `unit`
+    /// @param clip whether packets before the origin are dropped or shortened
+    void setRange(std::int64_t origin, std::optional<std::int64_t> end, AVRational unit, bool clip);
+    /// Called by the reader at its end.
+    void end();
+    bool hasEnded() const;
+
+    /// The next packet of a stream that begins before a time, with times relative to the origin;
+    /// null if there is none yet.
+    ///
+    /// @param before time limit in `unit`, from the origin; none = no limit
+    PacketPtr pop(std::size_t index, std::optional<std::int64_t> before, AVRational unit);
+
+  private:
+    mutable std::mutex mutex_;
+    std::vector<std::deque<PacketPtr>> packets_; // by stream
+    std::set<std::size_t> taken_;
+    std::int64_t origin_ = 0;
+    std::optional<std::int64_t> end_;
+    AVRational unit_{1, AV_TIME_BASE};
+    bool clip_ = false; // packets before the origin are dropped or shortened
+    bool wanted_ = false;
+    bool begun_ = false;
+    bool ended_ = false;
+};
+
+} // namespace altiro3D

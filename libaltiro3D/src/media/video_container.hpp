@@ -1,0 +1,79 @@
+#pragma once
+
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/video_io.hpp"
+#include "media/ffmpeg.hpp"
+#include "media/other_streams.hpp"
+#include "media/part_file.hpp"
+#include "media/stream_copier.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+namespace altiro3D {
+
+/// A video file being written: encoded pictures, and the other streams of the source video.
+/// Pictures come from an encoder or from other files.
+class VideoContainer {
+  public:
+    /// @throws Error Unsupported (the extension)
+    explicit VideoContainer(const std::filesystem::path& path);
+
+    /// FFmpeg's kind of container.
+    const AVOutputFormat& kind() const { return *output_->oformat; }
+    bool isMatroska() const { return altiro3D::isMatroska(kind()); }
+
+    /// Whether it can hold the streams of the source that are wanted. It cannot be opened then.
+    bool canHold(const VideoWriterOptions& options, const std::shared_ptr<OtherStreams>& source);
+
+    /// Begins the file.
+    ///
+    /// @param pictures codec parameters of the pictures
+    /// @param options times, tags and which of the other streams are wanted
+    /// @param source the other streams; may be null
+    /// @param notes receives what is left out
+    /// @throws Error Unsupported (what this container does not support), WriteFailed
+    void open(const AVCodecParameters& pictures, const VideoWriterOptions& options,
+              const std::shared_ptr<OtherStreams>& source, Notes& notes);
+
+    /// Writes an encoded picture, times in the options' time base. Takes the packet's reference.
+    /// @throws Error WriteFailed
+    void write(AVPacket& packet);
+    /// Writes the packets of the source's other streams before a time, in the options' time base.
+    /// @throws Error WriteFailed
+    void copyOthers(std::optional<std::int64_t> before);
+    /// Whether the source has been read to its end.
+    bool sourceHasEnded() const { return copier_ && copier_->sourceHasEnded(); }
+    /// Writes the remaining data and renames the file to its target.
+    ///
+    /// @param end end of the last picture in the options' time base; other streams end there unless
+    ///        the source has been read to its end
+    /// @param notes receives the number of damaged packets left out
+    /// @throws Error WriteFailed
+    void finish(std::int64_t end, Notes& notes);
+
+    /// Throws if a call of FFmpeg failed; the file is then lost. @throws Error WriteFailed
+    void checkWritten(int result);
+    /// @throws Error WriteFailed if a write failed before
+    void checkUsable() const;
+
+  private:
+    std::unique_ptr<StreamCopier> copierOf(const VideoWriterOptions& options,
+                                           const std::shared_ptr<OtherStreams>& source,
+                                           Notes& notes);
+    void checkPacket(int result);
+
+    std::filesystem::path path_;
+    // Destroyed after the container that writes to it.
+    std::unique_ptr<PartFile> file_;
+    OutputPtr output_;
+    AVStream* stream_ = nullptr;
+    AVRational timeBase_{1, 1};
+    std::unique_ptr<StreamCopier> copier_;
+    std::int64_t picturesWritten_ = 0;
+    std::int64_t refused_ = 0; // packets the container has refused
+    bool failed_ = false;
+};
+
+} // namespace altiro3D

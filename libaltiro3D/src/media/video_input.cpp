@@ -1,0 +1,529 @@
+#include "media/video_input.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "base/text.hpp"
+#include "media/other_streams.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <string_view>
+#include <sys/stat.h>
+#include <system_error>
+
+extern "C" {
+#include <libavutil/display.h>
+#include <libavutil/dovi_meta.h>
+#include <libavutil/pixdesc.h>
+}
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Kind = VideoInput::Kind;
+
+constexpr double kLatestSeconds = 1e9; // later contents of a file are ignored
+
+// Whether an MP4 or QuickTime file has boxes but not the one with its index.
+bool lacksMovieIndex(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    bool known = false;
+    for (int box = 0; box < 10000; ++box) {
+        unsigned char head[16];
+        if (!file.read(reinterpret_cast<char*>(head), 8)) break;
+        const auto number = [&](int from, int count) {
+            std::uint64_t value = 0;
+            for (int i = from; i < from + count; ++i)
+                value = value << 8 | head[i];
+            return value;
+        };
+        std::uint64_t size = number(0, 4);
+        const std::string type(reinterpret_cast<const char*>(head) + 4, 4);
+        if (type == "moov") return false;
+        known = known || type == "ftyp" || type == "mdat";
+        std::uint64_t read = 8;
+        if (size == 1) {
+            if (!file.read(reinterpret_cast<char*>(head) + 8, 8)) break;
+            size = number(8, 8);
+            read = 16;
+        }
+        if (!known || size < read || size > (std::uint64_t{1} << 62)) break;
+        file.seekg(static_cast<std::streamoff>(size - read), std::ios::cur);
+    }
+    return known;
+}
+
+const char* kindName(AVMediaType type) {
+    switch (type) {
+    case AVMEDIA_TYPE_VIDEO:
+        return "video";
+    case AVMEDIA_TYPE_AUDIO:
+        return "audio";
+    case AVMEDIA_TYPE_SUBTITLE:
+        return "subtitles";
+    case AVMEDIA_TYPE_ATTACHMENT:
+        return "attachment";
+    default:
+        return "data";
+    }
+}
+
+StreamKind streamKind(AVMediaType type) {
+    switch (type) {
+    case AVMEDIA_TYPE_VIDEO:
+        return StreamKind::Video;
+    case AVMEDIA_TYPE_AUDIO:
+        return StreamKind::Audio;
+    case AVMEDIA_TYPE_SUBTITLE:
+        return StreamKind::Subtitle;
+    case AVMEDIA_TYPE_ATTACHMENT:
+        return StreamKind::Attachment;
+    default:
+        return StreamKind::Data;
+    }
+}
+
+std::string codecName(AVCodecID id) {
+    return id == AV_CODEC_ID_NONE ? "unknown" : avcodec_get_name(id);
+}
+
+bool isCover(const AVStream& stream) {
+    return (stream.disposition & (AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS)) !=
+           0;
+}
+
+// Data that describes a stream; null if there are none.
+template <class Data>
+const Data* sideData(const AVStream& stream, AVPacketSideDataType type,
+                     std::size_t least = sizeof(Data)) {
+#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
+    const AVPacketSideData* const data = av_packet_side_data_get(
+        stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, type);
+    return data != nullptr && data->size >= least ? reinterpret_cast<const Data*>(data->data)
+                                                  : nullptr;
+#else
+    std::size_t size = 0;
+    const std::uint8_t* const data = av_stream_get_side_data(&stream, type, &size);
+    return data != nullptr && size >= least ? reinterpret_cast<const Data*>(data) : nullptr;
+#endif
+}
+
+// The video stream to deliver: large ones and the default one first, cover pictures never.
+AVStream* chooseStream(const AVFormatContext& format) {
+    AVStream* best = nullptr;
+    double bestScore = -1;
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        AVStream* const stream = format.streams[i];
+        const AVCodecParameters& parameters = *stream->codecpar;
+        if (parameters.codec_type != AVMEDIA_TYPE_VIDEO || isCover(*stream)) continue;
+        double score = static_cast<double>(parameters.width) * parameters.height;
+        if (avcodec_find_decoder(parameters.codec_id) != nullptr) score += 1e12;
+        if ((stream->disposition & AV_DISPOSITION_DEFAULT) != 0) score += 5e6;
+        if (score <= bestScore) continue;
+        best = stream;
+        bestScore = score;
+    }
+    return best;
+}
+
+std::string otherContents(const AVFormatContext& format) {
+    std::string text;
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        const AVCodecParameters& parameters = *format.streams[i]->codecpar;
+        if (!text.empty()) text += ", ";
+        text += (isCover(*format.streams[i]) ? std::string("cover picture")
+                                             : kindName(parameters.codec_type)) +
+                " " + codecName(parameters.codec_id);
+    }
+    return text;
+}
+
+// Throws with our own message if a path cannot be read.
+void checkFile(const fs::path& path, const std::string& subject) {
+    struct stat state {};
+    const bool exists = ::stat(path.c_str(), &state) == 0;
+    const int whyNot = errno;
+    if (!exists && (whyNot == ENOENT || whyNot == ENOTDIR)) {
+        throw Error(ErrorCode::NotFound, subject, "does not exist, expected a video file");
+    }
+    if (!exists) {
+        throw Error(ErrorCode::ReadFailed, subject,
+                    "cannot be read: " + std::generic_category().message(whyNot));
+    }
+    if (S_ISDIR(state.st_mode)) {
+        throw Error(ErrorCode::ReadFailed, subject, "is a directory, expected a video file");
+    }
+    if (S_ISREG(state.st_mode) && state.st_size == 0) {
+        throw Error(ErrorCode::BadFormat, subject, "is empty, expected a video file");
+    }
+}
+
+// Whether each packet holds one frame that is shown. Fields may have a packet each, and some codecs
+// have packets of frames that are only referred to.
+bool hasFramePerPacket(const AVCodecParameters& parameters) {
+    const int order = numberOf(parameters.field_order);
+    const bool isProgressive = order == AV_FIELD_PROGRESSIVE;
+    const AVCodecDescriptor* const codec = avcodec_descriptor_get(parameters.codec_id);
+    switch (parameters.codec_id) {
+    case AV_CODEC_ID_H264:
+        return isProgressive;
+    case AV_CODEC_ID_HEVC:
+    case AV_CODEC_ID_VP9:
+    case AV_CODEC_ID_AV1:
+        return isProgressive || order == AV_FIELD_UNKNOWN;
+    default:
+        return codec != nullptr && (codec->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
+    }
+}
+
+} // namespace
+
+void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOptions& options) {
+    input.subject = path == "-" ? "standard input" : path.string();
+    std::string url = "file:" + path.string();
+    const AVInputFormat* wantedFormat = nullptr;
+    std::string wanted = options.format;
+    std::error_code noFile;
+    const bool isCamera = wanted.empty() && path != "-" && fs::is_character_file(path, noFile);
+    if (isCamera) wanted = "v4l2";
+    if (!wanted.empty()) {
+        wantedFormat = inputFormat(wanted);
+        if ((wantedFormat->flags & AVFMT_NOFILE) != 0) {
+            input.kind = Kind::Device;
+            url = path.string();
+        }
+    }
+    if (input.kind == Kind::File && path == "-") {
+        input.kind = Kind::StandardInput;
+        url = "pipe:0";
+    }
+    if (input.kind == Kind::File) {
+        checkFile(path, input.subject);
+    }
+
+    Dictionary settings;
+    for (const auto& [name, value] : options.formatOptions)
+        settings.set(name, value);
+    // A file must not open other files over the network.
+    if (input.kind != Kind::Device) settings.set("protocol_whitelist", "file,pipe,crypto,data");
+    AVFormatContext* raw = nullptr;
+    int result = avformat_open_input(&raw, url.c_str(), wantedFormat, settings.address());
+    if (result < 0) {
+        // For a picture beyond its limits, FFmpeg's Y4M reader returns "busy": an error number plus
+        // six.
+        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF ||
+            (input.kind == Kind::File && result == AVERROR(EBUSY))) {
+            if (input.kind == Kind::File && lacksMovieIndex(path)) {
+                throw Error(
+                    ErrorCode::BadFormat, input.subject,
+                    "has no index (moov): it is cut off or was never finished, expected a whole "
+                    "file");
+            }
+            throw Error(ErrorCode::BadFormat, input.subject, "is not a video that FFmpeg can read");
+        }
+        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+        // Error of drivers of devices that are not cameras when asked for their formats.
+        if (isCamera &&
+            (result == AVERROR(ENOTTY) || result == AVERROR(EINVAL) || result == AVERROR(ENODEV))) {
+            throw Error(ErrorCode::BadFormat, input.subject,
+                        "is a device but not a camera, expected a video file, a camera, or the "
+                        "name of the device's format");
+        }
+        throw Error(ErrorCode::ReadFailed, input.subject, "cannot be read: " + ffmpegText(result));
+    }
+    input.format.reset(raw);
+    if (const std::string unused = settings.firstName();
+        !unused.empty() && unused != "protocol_whitelist") {
+        throw Error(ErrorCode::InvalidArgument, "formatOptions",
+                    "have \"" + unused + "\", which the format " + input.format->iformat->name +
+                        " does not know");
+    }
+    if (std::strcmp(input.format->iformat->name, "tty") == 0) { // this format accepts any text
+        throw Error(ErrorCode::BadFormat, input.subject, "is a text, expected a video file");
+    }
+    result = avformat_find_stream_info(raw, nullptr);
+    if (result < 0 && raw->nb_streams == 0) {
+        throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
+    }
+}
+
+namespace {
+
+void chooseStream(VideoInput& input) {
+    input.stream = chooseStream(*input.format);
+    if (input.stream == nullptr) {
+        const std::string contents = otherContents(*input.format);
+        throw Error(ErrorCode::BadFormat, input.subject,
+                    "holds no video stream" + (contents.empty() ? "" : " but " + contents) +
+                        ", expected a video");
+    }
+}
+
+bool isLive(const VideoInput& input) {
+    constexpr std::string_view kPictures = "_pipe"; // ppm_pipe, png_pipe, ...
+    const std::string_view format = input.format->iformat->name;
+    const bool arePictures = format.size() > kPictures.size() &&
+                             format.substr(format.size() - kPictures.size()) == kPictures;
+    return input.kind == Kind::Device || (input.kind == Kind::StandardInput && arePictures);
+}
+
+const AVCodec* decoderOf(VideoInput& input) {
+    const AVCodecID id = input.stream->codecpar->codec_id;
+    const AVCodec* const usual = avcodec_find_decoder(id);
+    const bool isVpx = id == AV_CODEC_ID_VP8 || id == AV_CODEC_ID_VP9;
+    if (!isVpx || tagOf(input.stream->metadata, "alpha_mode") != "1") return usual;
+    // FFmpeg's own decoders leave the transparency out.
+    const AVCodec* const whole =
+        avcodec_find_decoder_by_name(id == AV_CODEC_ID_VP8 ? "libvpx" : "libvpx-vp9");
+    if (whole != nullptr) return whole;
+    input.notes.push_back({NoteCode::LeftOut, input.subject + ": its transparency is left out, "
+                                                              "because this FFmpeg lacks libvpx"});
+    return usual;
+}
+
+void openDecoder(VideoInput& input, int threads) {
+    const AVCodecParameters& parameters = *input.stream->codecpar;
+    const std::string name = codecName(parameters.codec_id);
+    const AVCodec* const codec = decoderOf(input);
+    if (codec == nullptr) {
+        char tag[AV_FOURCC_MAX_STRING_SIZE] = {};
+        av_fourcc_make_string(tag, parameters.codec_tag);
+        throw Error(ErrorCode::Unsupported, input.subject,
+                    "has video of the codec " +
+                        (name == "unknown" ? "\"" + std::string(tag) + "\"" : name) +
+                        ", which this FFmpeg cannot decode");
+    }
+    if (static_cast<double>(parameters.width) * parameters.height > kMaxImagePixels) {
+        throw Error(ErrorCode::TooLarge, input.subject,
+                    "has pictures of " + pairText(parameters.width, parameters.height) +
+                        " px, expected at most " + numberText(kMaxImagePixels, 9) + " px");
+    }
+    const auto* const dolby =
+        sideData<AVDOVIDecoderConfigurationRecord>(*input.stream, AV_PKT_DATA_DOVI_CONF);
+    if (dolby != nullptr && dolby->dv_bl_signal_compatibility_id == 0 &&
+        (dolby->dv_profile == 5 || dolby->dv_profile == 10)) {
+        throw Error(ErrorCode::Unsupported, input.subject,
+                    "is Dolby Vision of profile " + std::to_string(dolby->dv_profile) +
+                        ", whose pictures have colours of their own, expected a profile with an "
+                        "HDR10, HLG or SDR base layer, such as 8");
+    }
+    input.decoder.reset(avcodec_alloc_context3(codec));
+    checkMemory(input.decoder.get());
+    if (avcodec_parameters_to_context(input.decoder.get(), &parameters) < 0) checkMemory(nullptr);
+    input.decoder->thread_count = threads;
+    // Threads that decode one frame each hold a frame per thread back.
+    if (isLive(input)) input.decoder->thread_type = FF_THREAD_SLICE;
+    input.decoder->pkt_timebase = input.stream->time_base;
+    input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
+    const int result = avcodec_open2(input.decoder.get(), codec, nullptr);
+    if (result < 0) {
+        throw Error(ErrorCode::Unsupported, input.subject,
+                    "has video of the codec " + name +
+                        ", which cannot be decoded: " + ffmpegText(result));
+    }
+    if (parameters.width <= 0 || parameters.height <= 0) {
+        if (name == "webp") {
+            throw Error(ErrorCode::Unsupported, input.subject,
+                        "is an animated WebP picture, expected a video; convert it first");
+        }
+        throw Error(ErrorCode::BadFormat, input.subject,
+                    "has " + name + " video without a size: nothing of it can be decoded");
+    }
+}
+
+// End of the last picture or sound, s from the start of the file. Chapters and subtitles may end
+// later.
+double endOfPictureAndSound(const AVFormatContext& format) {
+    double end = 0;
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        const AVStream& stream = *format.streams[i];
+        const AVMediaType type = stream.codecpar->codec_type;
+        const bool lasts = type == AVMEDIA_TYPE_VIDEO || type == AVMEDIA_TYPE_AUDIO;
+        if (!lasts || stream.duration == AV_NOPTS_VALUE || isCover(stream)) continue;
+        const std::int64_t begin = stream.start_time != AV_NOPTS_VALUE ? stream.start_time : 0;
+        const double ticks = static_cast<double>(begin) + static_cast<double>(stream.duration);
+        end = std::max(end, ticks * av_q2d(stream.time_base));
+    }
+    if (format.start_time != AV_NOPTS_VALUE)
+        end -= static_cast<double>(format.start_time) / AV_TIME_BASE;
+    return end;
+}
+
+// Fills the facts about the pictures from the container and the delivered stream.
+void fillFacts(VideoInput& input) {
+    VideoFacts& facts = input.facts;
+    const AVStream& video = *input.stream;
+    const AVCodecParameters& parameters = *video.codecpar;
+    facts.format = input.format->iformat->name;
+    facts.codec = codecName(parameters.codec_id);
+    const char* const pixels = av_get_pix_fmt_name(static_cast<AVPixelFormat>(parameters.format));
+    facts.pixelFormat = pixels != nullptr ? pixels : "unknown";
+    facts.isDevice = input.kind == Kind::Device;
+    facts.isLive = isLive(input);
+    facts.streamIndex = video.index;
+    const Orientation orientation = orientationOf(
+        sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
+    input.orientation = orientation;
+    input.eyes = eyesText(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D));
+    const cv::Size stored(parameters.width, parameters.height);
+    facts.size = orientation.transpose ? cv::Size(stored.height, stored.width) : stored;
+    facts.rotationDegrees = orientation.clockwiseDegrees();
+    facts.mirrored = orientation.isMirrored();
+    const Fraction aspect =
+        fraction(av_guess_sample_aspect_ratio(input.format.get(), input.stream, nullptr));
+    if (aspect.isKnown()) {
+        facts.sampleAspect =
+            orientation.transpose ? Fraction{aspect.denominator, aspect.numerator} : aspect;
+    }
+    facts.averageRate = fraction(video.avg_frame_rate);
+    facts.nominalRate = fraction(video.r_frame_rate);
+    facts.constantRate = facts.averageRate.isKnown() && facts.nominalRate.isKnown() &&
+                         std::abs(facts.averageRate.value() / facts.nominalRate.value() - 1) < 1e-3;
+    facts.timeBase = fraction(video.time_base);
+
+    const double unit = av_q2d(video.time_base);
+    if (input.format->duration != AV_NOPTS_VALUE && input.format->duration > 0) {
+        facts.duration = static_cast<double>(input.format->duration) / AV_TIME_BASE;
+        if (input.format->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE)
+            input.end = *facts.duration;
+    }
+    const bool hasOwn = video.duration != AV_NOPTS_VALUE && video.duration > 0;
+    if (hasOwn) input.end = std::min(input.end, endOfPictureAndSound(*input.format));
+    if (video.nb_frames > 0) {
+        facts.frameCount = video.nb_frames;
+    } else if (facts.averageRate.isKnown() && (hasOwn || facts.duration)) {
+        const double length = hasOwn ? static_cast<double>(video.duration) * unit : *facts.duration;
+        facts.frameCount = std::llround(length * facts.averageRate.value());
+    }
+    facts.colour =
+        videoColour(static_cast<AVPixelFormat>(parameters.format), numberOf(parameters.color_space),
+                    numberOf(parameters.color_range), numberOf(parameters.color_primaries),
+                    numberOf(parameters.color_trc), stored.height);
+
+    if (input.format->start_time != AV_NOPTS_VALUE) {
+        input.startPts =
+            av_rescale_q(input.format->start_time, AVRational{1, AV_TIME_BASE}, video.time_base);
+        if (!isNear(input.startPts)) input.startPts = 0;
+    }
+}
+
+// Lists the streams, chapters and tags of the file.
+void listContents(const AVFormatContext& format, VideoFacts& facts) {
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        const AVStream& stream = *format.streams[i];
+        VideoStreamFacts& fact = facts.streams.emplace_back();
+        fact.index = static_cast<int>(i);
+        fact.kind = streamKind(stream.codecpar->codec_type);
+        fact.codec = codecName(stream.codecpar->codec_id);
+        fact.language = tagOf(stream.metadata, "language");
+        fact.title = tagOf(stream.metadata, "title");
+        fact.channels = stream.codecpar->ch_layout.nb_channels;
+        fact.sampleRate = stream.codecpar->sample_rate;
+        fact.isCover = isCover(stream);
+    }
+    const double start = format.start_time != AV_NOPTS_VALUE
+                             ? static_cast<double>(format.start_time) / AV_TIME_BASE
+                             : 0;
+    for (unsigned i = 0; i < format.nb_chapters; ++i) {
+        const AVChapter& chapter = *format.chapters[i];
+        const double length = av_q2d(chapter.time_base);
+        facts.chapters.push_back({static_cast<double>(chapter.start) * length - start,
+                                  static_cast<double>(chapter.end) * length - start,
+                                  tagOf(chapter.metadata, "title")});
+    }
+    facts.tags = tagsOf(format.metadata);
+}
+
+} // namespace
+
+VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
+    VideoInput input;
+    openContainer(input, path, options);
+    chooseStream(input);
+    openDecoder(input, options.threads);
+    fillFacts(input);
+    listContents(*input.format, input.facts);
+    return input;
+}
+
+bool VideoInput::hasFixedTimes() const {
+    return kind == Kind::File && format->start_time != AV_NOPTS_VALUE &&
+           (format->iformat->flags & AVFMT_TS_DISCONT) == 0;
+}
+
+std::optional<std::int64_t> countPackets(const fs::path& path, VideoReaderOptions options,
+                                         double from) {
+    options.threads = 1;
+    const VideoInput input = openVideoInput(path, options);
+    if (!input.hasFixedTimes() || !hasFramePerPacket(*input.stream->codecpar)) return std::nullopt;
+    for (unsigned i = 0; i < input.format->nb_streams; ++i) {
+        AVStream* const stream = input.format->streams[i];
+        if (stream != input.stream) stream->discard = AVDISCARD_ALL;
+    }
+    const std::int64_t until =
+        input.startPts + std::llround(from / av_q2d(input.stream->time_base));
+    const PacketPtr packet = newPacket();
+    std::vector<std::int64_t> times;
+    std::int64_t lastDts = std::numeric_limits<std::int64_t>::min();
+    for (; av_read_frame(input.format.get(), packet.get()) >= 0; av_packet_unref(packet.get())) {
+        if (packet->stream_index != input.stream->index) continue;
+        const bool isSound = isNear(packet->pts) && isNear(packet->dts) && packet->dts > lastDts &&
+                             packet->pts >= packet->dts &&
+                             (packet->flags & AV_PKT_FLAG_CORRUPT) == 0;
+        // Decoders drop pictures before the first key frame.
+        const bool isFirst = lastDts == std::numeric_limits<std::int64_t>::min();
+        const bool begins = !isFirst || (packet->flags & AV_PKT_FLAG_KEY) != 0;
+        if (!isSound || !begins) return std::nullopt;
+        lastDts = packet->dts;
+        if (packet->dts >= until) break;
+        if ((packet->flags & AV_PKT_FLAG_DISCARD) != 0) continue; // decoded, not shown
+        if (!times.empty() && packet->pts < times.front()) return std::nullopt;
+        times.push_back(packet->pts);
+    }
+    std::sort(times.begin(), times.end());
+    if (std::adjacent_find(times.begin(), times.end()) != times.end()) return std::nullopt;
+    return std::lower_bound(times.begin(), times.end(), until) - times.begin();
+}
+
+std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
+                                         OtherStreams& others) {
+    std::vector<std::int64_t> indices;
+    others.subject = input.subject;
+    others.format = input.facts.format;
+    others.tags = input.facts.tags;
+    others.colour = shownColour(input.facts.colour);
+    for (const VideoChapter& chapter : input.facts.chapters) {
+        const double start = std::max(chapter.start, options.from) - options.from;
+        const double end = std::min({chapter.end, options.to, kLatestSeconds}) - options.from;
+        if (end > start) others.chapters.push_back({start, end, chapter.title});
+    }
+    for (unsigned i = 0; i < input.format->nb_streams; ++i) {
+        const AVStream& stream = *input.format->streams[i];
+        if (&stream == input.stream) {
+            indices.push_back(-1);
+            continue;
+        }
+        indices.push_back(static_cast<std::int64_t>(others.streams.size()));
+        OtherStream& other = others.streams.emplace_back();
+        other.index = static_cast<int>(i);
+        other.parameters.reset(avcodec_parameters_alloc());
+        checkMemory(other.parameters.get());
+        if (avcodec_parameters_copy(other.parameters.get(), stream.codecpar) < 0) {
+            checkMemory(nullptr);
+        }
+        other.timeBase = stream.time_base;
+        other.tags = tagsOf(stream.metadata);
+        other.disposition = stream.disposition;
+        other.isCover = isCover(stream);
+    }
+    return indices;
+}
+
+} // namespace altiro3D

@@ -1,0 +1,67 @@
+#pragma once
+
+#include "altiro3D/video_io.hpp"
+#include "media/ffmpeg.hpp"
+#include "media/video_picture.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+class OtherStreams;
+
+/// An open video from which nothing has been read: its container, the stream to deliver and its
+/// decoder.
+struct VideoInput {
+    enum class Kind { File, StandardInput, Device };
+
+    std::string subject; ///< name of the file, for errors
+    Kind kind = Kind::File;
+    InputPtr format;
+    AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
+    CodecPtr decoder;
+    VideoFacts facts;
+    Notes notes;               ///< remarks on what cannot be read
+    std::string eyes;          ///< see eyesText(), as the container states it
+    Orientation orientation;   ///< of the stored pictures
+    std::int64_t startPts = 0; ///< start of the file, in the stream's unit
+    double end = 0;            ///< stated end of the file, s from its start; 0 = not stated
+
+    /// Whether a time leads to the same frame regardless of what was read before: false where the
+    /// input cannot be sought, and where times may start again.
+    bool hasFixedTimes() const;
+};
+
+/// Opens a container and reads what its streams are. Sets `subject`, `kind` and `format` alone.
+///
+/// @throws Error as VideoReader::VideoReader()
+void openContainer(VideoInput& input, const std::filesystem::path& path,
+                   const VideoReaderOptions& options);
+
+/// Opens a video and reads its properties.
+///
+/// @param options options with `threads` > 0
+/// @throws Error as VideoReader::VideoReader()
+VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOptions& options);
+
+/// Counts the frames of a file that come before a time, from its packets alone.
+///
+/// @param path of a regular file
+/// @param from s from the start of the file
+/// @return nothing where a packet may hold no frame or several, and where a time is missing
+/// @throws Error as openVideoInput()
+std::optional<std::int64_t> countPackets(const std::filesystem::path& path,
+                                         VideoReaderOptions options, double from);
+
+/// Describes the contents of a video other than its pictures for a writer, clipped to the part that
+/// is read.
+///
+/// @return for each stream of the file, its index in `others.streams`; -1 = the delivered stream
+std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
+                                         OtherStreams& others);
+
+} // namespace altiro3D

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/native_maker.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "video/conversion/video_pipeline.hpp"
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <vector>
+
+namespace altiro3D {
+
+/// The flaws of given depth are measured on every frame whose number is a multiple of this.
+constexpr int kFramesPerMeasurement = 100;
+
+/// The target of the pictures of a conversion.
+struct VideoTarget {
+    QuiltLayout layout; ///< of the quilts
+    cv::Size panelSize; ///< of the display, px
+
+    /// width : height of the panel
+    double aspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
+};
+
+/// The stage of a conversion that makes the picture to write.
+class FrameRenderer {
+  public:
+    virtual ~FrameRenderer() = default;
+    /// Size of the written pictures.
+    virtual cv::Size size() const = 0;
+    /// Reads `source` and `depth`, sets the picture of `result`.
+    virtual void work(PipelineFrame& frame) = 0;
+    /// Passes a frame without making its picture: remembers what work() would.
+    virtual void pass(PipelineFrame& /*frame*/) {}
+    /// Appends what the next frame's picture depends on, besides the frame.
+    virtual void keepState(SavedState& /*state*/) const {}
+    /// Removes what keepState() appended and continues from it. @throws Error BadFormat
+    virtual void takeState(SavedState& /*state*/) {}
+    /// The choices for the scenes of this run; `start` is in units of the frames' times.
+    virtual std::vector<SceneChoice> choices() const { return {}; }
+    /// Remarks, for people.
+    virtual Notes notes() const { return {}; }
+};
+
+/// The stage for frames with depth.
+/// @param photo size of the photos
+/// @param seenAspect width : height of the photos as displayed
+/// @param edges what is known of the edges of the depth
+/// @throws Error
+std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
+                                                 const VideoTarget& target, cv::Size photo,
+                                                 double seenAspect, DepthEdges edges);
+
+/// The stage for frames that are quilts.
+/// @throws Error
+std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,
+                                                 const VideoTarget& target);
+
+} // namespace altiro3D

@@ -1,0 +1,441 @@
+#include "media/resumable_video.hpp"
+
+#include "altiro3D/error.hpp"
+#include "support/file_limit.hpp"
+#include "support/files.hpp"
+#include "support/slow.hpp"
+#include "support/video.hpp"
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSegmentFrames = 10;
+
+// A clip with moving pictures, two tracks of sound, and chapters.
+void makeClip(const fs::path& file, const std::string& timing = "") {
+    const fs::path chapters = file.parent_path() / "chapters.txt";
+    spill(chapters, ";FFMETADATA1\ntitle=A clip\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=700\n"
+                    "title=One\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=700\nEND=1800\ntitle=Two\n");
+    ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=25:duration=1.8 -f lavfi -i "
+           "sine=440:duration=1.8 -f lavfi -i sine=880:duration=1.8 -i " +
+           arg(chapters) + " -map 0 -map 1 -map 2 -map_metadata 3 -map_chapters 3 " + timing +
+           " -c:v libx264 -bf 2 -g 12 -pix_fmt yuv444p -c:a aac " + arg(file));
+}
+
+VideoWriterOptions optionsFor(const VideoFacts& facts) {
+    VideoWriterOptions options;
+    options.size = facts.size;
+    // With frames out of order. From veryfast on x264 reads memory it has not set
+    // (docs/reliability.md).
+    options.preset = EncoderPreset::SuperFast;
+    options.crf = 4;
+    options.timeBase = facts.timeBase;
+    options.frameRate = facts.averageRate;
+    options.constantRate = facts.constantRate;
+    options.threads = 1;
+    return options;
+}
+
+ResumableVideoOptions resumable(bool resume = false, const RunSettings& settings = {}) {
+    ResumableVideoOptions options;
+    options.segmentFrames = kSegmentFrames;
+    options.resume = resume;
+    options.settings = settings;
+    return options;
+}
+
+// Copies a clip; stops after a number of frames without finishing, as a killed process does. The
+// state holds the number of frames before it, like a caller's state.
+bool copyClip(const fs::path& from, const fs::path& to, bool resume, std::int64_t most = 1 << 30) {
+    VideoReader reader(from);
+    VideoReader probe(from);
+    ResumableVideoWriter writer(to, optionsFor(reader.facts()), resumable(resume), &probe);
+    std::int64_t number = writer.kept().frames;
+    EXPECT_EQ(writer.kept().state.bytes, number == 0 ? "" : std::to_string(number));
+    if (number > 0) reader.skipTo(writer.kept().nextPts);
+    for (VideoFrame frame; reader.read(frame); ++number) {
+        if (--most < 0) return false;
+        writer.write(frame, {writer.endsSegment(number) ? std::to_string(number + 1) : ""});
+    }
+    VideoReader again(from);
+    writer.finish(&again);
+    EXPECT_FALSE(writer.keepsWork());
+    return true;
+}
+
+std::string streamHash(const fs::path& file, const std::string& stream) {
+    return ffmpeg("-i " + arg(file) + " -map 0:" + stream + " -c copy -f md5 -");
+}
+
+std::string times(const fs::path& file) {
+    std::vector<std::string> all = lines(ffprobe(file, "frame=pts_time", "-select_streams v:0"));
+    std::string text;
+    for (const std::string& one : all)
+        text += one.substr(0, one.find('|')) + "\n";
+    return text;
+}
+
+TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
+    ALTIRO3D_TAKES(7);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    for (const char* timing :
+         {"", "-vf setpts=N*N*0.001/TB -fps_mode vfr -enc_time_base 1/90000"}) {
+        fs::remove(clip);
+        makeClip(clip, timing);
+        for (const char* name : {"out.mp4", "out.mov", "out.mkv"}) {
+            const fs::path out = directory / name;
+            ASSERT_TRUE(copyClip(clip, out, false));
+            EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(out)));
+            EXPECT_EQ(lines(ffprobe(out, "packet=pts", "-select_streams v:0")).size(),
+                      lines(ffprobe(clip, "frame=pts", "-select_streams v:0")).size());
+            if (std::string(name) != "out.mkv") {
+                EXPECT_EQ(times(out), times(clip));
+            }
+            EXPECT_EQ(streamHash(out, "a:0"), streamHash(clip, "a:0"));
+            EXPECT_EQ(streamHash(out, "a:1"), streamHash(clip, "a:1"));
+            EXPECT_EQ(ffprobe(out, "chapter=start_time:chapter_tags=title"),
+                      ffprobe(clip, "chapter=start_time:chapter_tags=title"));
+            VideoReader from(clip);
+            VideoReader to(out);
+            const std::vector<VideoFrame> before = allFrames(from);
+            const std::vector<VideoFrame> after = allFrames(to);
+            ASSERT_EQ(after.size(), before.size());
+            for (std::size_t i = 0; i < after.size(); ++i)
+                EXPECT_GT(cv::PSNR(after[i].picture, before[i].picture), 32) << i;
+        }
+    }
+}
+
+TEST(ResumableVideo, ARunInterruptedAnywhereContinuesToTheSameBytes) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    makeClip(clip);
+    const fs::path whole = directory / "whole.mp4";
+    ASSERT_TRUE(copyClip(clip, whole, false));
+    const fs::path out = directory / "out.mp4";
+    for (const std::int64_t first : {0, 1, 9, 10, 11, 25}) {
+        ASSERT_FALSE(copyClip(clip, out, false, first));
+        EXPECT_FALSE(fs::exists(out));
+        ASSERT_FALSE(copyClip(clip, out, true, 7)); // and once more
+        ASSERT_FALSE(copyClip(clip, out, true, 0));
+        ASSERT_TRUE(copyClip(clip, out, true));
+        EXPECT_TRUE(slurp(out) == slurp(whole)) << first;
+        EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(out)));
+        fs::remove(out);
+    }
+}
+
+TEST(ResumableVideo, ARunEndedEarlyLeavesAWholeFileAndCanContinue) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    makeClip(clip);
+    const fs::path whole = directory / "whole.mp4";
+    ASSERT_TRUE(copyClip(clip, whole, false));
+    const fs::path out = directory / "out.mp4";
+    {
+        VideoReader reader(clip);
+        ResumableVideoWriter writer(out, optionsFor(reader.facts()), resumable());
+        VideoFrame frame;
+        for (std::int64_t i = 0; i < 23; ++i) {
+            ASSERT_TRUE(reader.read(frame));
+            EXPECT_EQ(writer.keepsWork(), i >= resumable().segmentFrames) << i;
+            writer.write(frame, {writer.endsSegment(i) ? std::to_string(i + 1) : ""});
+        }
+        VideoReader again(clip);
+        writer.finish(&again, false);
+        EXPECT_TRUE(writer.keepsWork());
+    }
+    EXPECT_EQ(lines(ffprobe(out, "packet=pts", "-select_streams v:0")).size(), 23u);
+    const double sound = std::stod(ffprobe(out, "stream=duration", "-select_streams a:0"));
+    EXPECT_NEAR(sound, 23.0 / 25, 0.05);
+    ffmpeg("-xerror -i " + arg(out) + " -f null -");
+    ASSERT_TRUE(copyClip(clip, out, true));
+    EXPECT_TRUE(slurp(out) == slurp(whole));
+}
+
+TEST(ResumableVideo, SoundKeepsStepInWhateverUnitTheTimesAre) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4"; // its unit: 1/12800 s
+    makeClip(clip);
+    VideoReader reader(clip);
+    VideoWriterOptions options = optionsFor(reader.facts());
+    options.timeBase = {1, 25};
+    const fs::path out = directory / "out.mp4";
+    ResumableVideoWriter writer(out, options, resumable());
+    VideoFrame frame;
+    for (std::int64_t i = 0; i < 24; ++i) {
+        ASSERT_TRUE(reader.read(frame));
+        frame.pts = i;
+        frame.duration = 4;
+        if (i % 4 == 0) writer.write(frame);
+    }
+    VideoReader again(clip);
+    writer.finish(&again, false);
+    const double sound = std::stod(ffprobe(out, "stream=duration", "-select_streams a:0"));
+    EXPECT_NEAR(sound, 24.0 / 25, 0.05);
+}
+
+TEST(ResumableVideo, APartOfAVideoIsJoinedWithItsPartOfTheSound) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    makeClip(clip);
+    VideoReaderOptions part;
+    part.from = 0.4;
+    part.to = 1.4;
+    VideoReader reader(clip, part);
+    VideoReader plainSource(clip, part);
+    VideoWriterOptions options = optionsFor(reader.facts());
+    const fs::path out = directory / "out.mp4";
+    const fs::path plain = directory / "plain.mp4";
+    ResumableVideoWriter writer(out, options, resumable());
+    VideoWriter plainWriter(plain, options, &plainSource);
+    for (VideoFrame frame; reader.read(frame);)
+        writer.write(frame);
+    for (VideoFrame frame; plainSource.read(frame);)
+        plainWriter.write(frame);
+    VideoReader again(clip, part);
+    writer.finish(&again);
+    plainWriter.finish();
+    EXPECT_EQ(times(out), times(plain));
+    EXPECT_EQ(streamHash(out, "a:0"), streamHash(plain, "a:0"));
+    EXPECT_EQ(streamHash(out, "a:1"), streamHash(plain, "a:1"));
+    EXPECT_EQ(ffprobe(out, "chapter=start_time,end_time"),
+              ffprobe(plain, "chapter=start_time,end_time"));
+}
+
+// Frames without a source, for what can go wrong.
+VideoWriterOptions plainOptions() {
+    VideoWriterOptions options;
+    options.size = {64, 48};
+    options.preset = EncoderPreset::UltraFast;
+    options.timeBase = {1, 25};
+    options.threads = 1;
+    return options;
+}
+
+void writeFrames(ResumableVideoWriter& writer, int from, int to) {
+    for (int i = from; i < to; ++i)
+        writer.write({movingPicture({64, 48}, i), i, 1}, {"state"});
+}
+
+TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
+    const TemporaryDirectory directory;
+    const fs::path out = directory / "out.mp4";
+    {
+        ResumableVideoWriter writer(out, plainOptions(), resumable(false, {{"--crf", "18"}}));
+        writeFrames(writer, 0, 15);
+    }
+    const auto begin = [&](bool resume, const RunSettings& settings) {
+        return errorOf([&] {
+            const ResumableVideoWriter writer(out, plainOptions(), resumable(resume, settings));
+        });
+    };
+    EXPECT_EQ(begin(false, {{"--crf", "18"}}),
+              out.string() + ": an unfinished run of it is kept in " + out.string() +
+                  ".parts, expected it to be resumed or discarded");
+    EXPECT_TRUE(isVideoUnfinished(out));
+    EXPECT_EQ(begin(true, {{"--crf", "20"}}),
+              out.string() + ": was begun with other settings (--crf was 18 and is 20), expected "
+                             "the same");
+    EXPECT_EQ(begin(true, {{"--crf", "18"}, {"-k", ""}}),
+              out.string() +
+                  ": was begun with other settings (-k was not set and is set), expected "
+                  "the same");
+    {
+        ResumableVideoWriter writer(out, plainOptions(), resumable(true, {{"--crf", "18"}}));
+        EXPECT_EQ(writer.kept().frames, 10);
+        EXPECT_EQ(writer.kept().nextPts, 10);
+        EXPECT_EQ(writer.kept().state.bytes, "state");
+        EXPECT_NE(begin(true, {{"--crf", "18"}}).find("in use by another process"),
+                  std::string::npos);
+        EXPECT_NE(errorOf([&] { writeFrames(writer, 9, 10); }).find("expected 10 or more"),
+                  std::string::npos);
+    }
+    discardUnfinishedVideo(out);
+    EXPECT_FALSE(isVideoUnfinished(out));
+    EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(out)));
+    discardUnfinishedVideo(out); // nothing is there: nothing to do
+}
+
+TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
+    const TemporaryDirectory directory;
+    const fs::path out = directory / "out.mkv";
+    const VideoFrame frame{cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)), 0, 1};
+    { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
+    EXPECT_TRUE(fs::is_empty(directory.path()));
+    const fs::path parts = unfinishedVideoDirectory(out);
+    fs::create_directory(parts);
+    spill(parts / "mine.txt", "mine");
+    { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
+    EXPECT_EQ(slurp(parts / "mine.txt"), "mine");
+    EXPECT_FALSE(fs::exists(parts / "run.json"));
+    // ended before a segment is whole, and so that it cannot be joined
+    const fs::path brief = directory / "brief.mkv";
+    const fs::path never = directory / "never.mkv";
+    for (const fs::path& file : {brief, never}) {
+        ResumableVideoWriter writer(file, plainOptions(), resumable());
+        writer.write(frame);
+        if (file == never) {
+            fs::create_directory(never);
+            EXPECT_THROW(writer.finish(nullptr, false), Error);
+        } else {
+            writer.finish(nullptr, false);
+        }
+        EXPECT_FALSE(writer.keepsWork());
+    }
+    EXPECT_TRUE(fs::is_regular_file(brief));
+    for (const fs::path& file : {brief, never})
+        EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(file))) << file;
+}
+
+TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
+    const TemporaryDirectory directory;
+    const fs::path out = directory / "out.mkv";
+    RunSettings settings;
+    settings["long"] = std::string(20000, 'x');
+    const std::string text = withFileLimit(10000, [&] {
+        return errorOf(
+            [&] { ResumableVideoWriter(out, plainOptions(), resumable(false, settings)); });
+    });
+    EXPECT_EQ(text, (unfinishedVideoDirectory(out) / "run.json").string() +
+                        ": cannot be written: File too large");
+    EXPECT_TRUE(fs::is_empty(directory.path()));
+}
+
+TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
+    const TemporaryDirectory directory;
+    const fs::path out = directory / "out.mp4";
+    const fs::path parts = unfinishedVideoDirectory(out);
+    {
+        ResumableVideoWriter writer(out, plainOptions(), resumable());
+        writeFrames(writer, 0, 20);
+    }
+    const auto resume = [&] {
+        return errorOf(
+            [&] { const ResumableVideoWriter writer(out, plainOptions(), resumable(true)); });
+    };
+    const std::string run = slurp(parts / "run.json");
+    for (const std::string& broken :
+         {std::string(), std::string("{"), std::string("[]"), std::string("{\"format\": 3}"),
+          run.substr(0, run.size() / 2)}) {
+        spill(parts / "run.json", broken);
+        EXPECT_NE(resume().find("run.json: is"), std::string::npos) << broken << resume();
+    }
+    const auto with = [&](const std::string& part, const std::string& other) {
+        std::string changed = run;
+        changed.replace(changed.find(part), part.size(), other);
+        return changed;
+    };
+    const std::string deep = std::string(100000, '[') + std::string(100000, ']');
+    for (const std::string& forged :
+         {with("\"frames\": ", "\"frames\": 922337203685477"),
+          with("\"end\": ", "\"end\": 922337203685477580"),
+          with("\"pts\": ", "\"pts\": -1, \"x\": "), with("\"pts\": ", "\"pts\": 1e300, \"x\": "),
+          with("\"reorderedPlaces\": ", "\"reorderedPlaces\": 2000"),
+          with("\"reorderedPlaces\": ", "\"reorderedPlaces\": -1, \"x\": "),
+          with("\"settings\": {", "\"settings\": {\"a\": " + deep + ", ")}) {
+        spill(parts / "run.json", forged);
+        EXPECT_NE(resume().find("run.json: "), std::string::npos) << resume();
+    }
+    // Names that lead elsewhere: nothing there is read or removed.
+    const fs::path outside = directory / "outside.txt";
+    spill(outside, "mine");
+    for (const std::string& name : {outside.string(), std::string("../outside.txt")}) {
+        spill(parts / "run.json", with("\"000002.state\"", "\"" + name + "\""));
+        const std::string error = errorOf([&] {
+            ResumableVideoWriter writer(out, plainOptions(), resumable(true));
+            writeFrames(writer, 20, 30); // the state before is of no use any more
+        });
+        EXPECT_EQ(error, (parts / "run.json").string() + ": lists \"" + name +
+                             "\" in place of 000002.state, expected an unfinished run");
+        EXPECT_EQ(slurp(outside), "mine");
+        fs::copy_file(parts / "000001.mp4", directory / "000001.mp4",
+                      fs::copy_options::overwrite_existing);
+        const std::string led =
+            name == outside ? (directory / "000001.mp4").string() : std::string("../000001.mp4");
+        spill(parts / "run.json", with("\"000001.mp4\"", "\"" + led + "\""));
+        EXPECT_EQ(resume(), (parts / "run.json").string() + ": lists \"" + led +
+                                "\" in place of 000001.mp4, expected an unfinished run");
+    }
+    spill(parts / "run.json", run);
+    const std::string segment = slurp(parts / "000001.mp4");
+    spill(parts / "000001.mp4", segment.substr(0, 100));
+    EXPECT_NE(resume().find("lists 000001.mp4, which is missing or damaged"), std::string::npos);
+    spill(parts / "000001.mp4", std::string(segment.size(), 'x')); // found when it is joined
+    ResumableVideoWriter writer(out, plainOptions(), resumable(true));
+    const std::string error = errorOf([&] { writer.finish(nullptr); });
+    EXPECT_NE(error.find("000001.mp4: cannot be read"), std::string::npos) << error;
+    EXPECT_FALSE(fs::exists(out));
+    EXPECT_TRUE(fs::exists(parts / "000002.mp4"));
+}
+
+TEST(ResumableVideo, WhatTheFileCannotHoldIsSaidBeforeAnyWork) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mkv";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=0.4 -f lavfi -i sine=duration=0.4 "
+           "-c:v libx264 -c:a wavpack " +
+           arg(clip));
+    VideoReader reader(clip);
+    const std::string error = errorOf([&] {
+        const ResumableVideoWriter writer(directory / "out.mp4", optionsFor(reader.facts()),
+                                          resumable(), &reader);
+    });
+    EXPECT_NE(error.find("cannot hold the sound wavpack"), std::string::npos) << error;
+    EXPECT_NE(error.find(".mkv"), std::string::npos) << error;
+    EXPECT_FALSE(fs::exists(directory / "out.mp4.parts"));
+    VideoWriterOptions prores = plainOptions();
+    prores.codec = VideoCodec::ProRes;
+    EXPECT_NE(errorOf([&] {
+                  const ResumableVideoWriter writer(directory / "out.mp4", prores, resumable());
+              }).find("cannot hold prores"),
+              std::string::npos);
+    ResumableVideoOptions options;
+    options.segmentFrames = 0;
+    EXPECT_NE(errorOf([&] {
+                  const ResumableVideoWriter writer(directory / "o.mp4", plainOptions(), options);
+              }).find("segmentFrames: is 0"),
+              std::string::npos);
+    ResumableVideoWriter writer(directory / "o.mp4", plainOptions(), resumable());
+    EXPECT_NE(errorOf([&] { writer.finish(nullptr); }).find("before the first frame"),
+              std::string::npos);
+}
+
+TEST(ResumableVideo, EveryCodecIsJoined) {
+    const TemporaryDirectory directory;
+    const std::pair<VideoCodec, const char*> cases[] = {
+        {VideoCodec::H264Rgb, "a.mp4"}, {VideoCodec::Hevc, "b.mp4"},
+        {VideoCodec::Hevc, "b.mkv"},    {VideoCodec::Ffv1, "c.mkv"},
+        {VideoCodec::ProRes, "d.mov"},  {VideoCodec::ProRes, "d.mkv"}};
+    for (const auto& [codec, name] : cases) {
+        VideoWriterOptions options = plainOptions();
+        options.codec = codec;
+        const fs::path out = directory / name;
+        ResumableVideoWriter writer(out, options, resumable());
+        writeFrames(writer, 0, 24);
+        writer.finish(nullptr);
+        VideoReader reader(out);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        ASSERT_EQ(frames.size(), 24u) << name;
+        const double unit = reader.facts().timeBase.value();
+        for (int i = 0; i < 24; ++i) {
+            const VideoFrame& frame = frames[static_cast<std::size_t>(i)];
+            EXPECT_NEAR(static_cast<double>(frame.pts) * unit, i / 25.0, 0.0011) << name;
+            EXPECT_GT(cv::PSNR(frame.picture, movingPicture({64, 48}, i)), 30) << name << i;
+        }
+    }
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -1,0 +1,1210 @@
+#include "altiro3D/video_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "media/video_input.hpp"
+#include "media/video_picture.hpp"
+#include "support/files.hpp"
+#include "support/slow.hpp"
+#include "support/video.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <thread>
+#include <unistd.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A short clip with B-frames, a key frame every 10 frames, and no sound.
+fs::path makeClip(const TemporaryDirectory& directory, const std::string& name,
+                  const std::string& options = "", const std::string& source = "") {
+    fs::path file = directory / name;
+    ffmpeg("-f lavfi -i " +
+           (source.empty() ? std::string("testsrc2=size=96x64:rate=25:duration=2") : source) +
+           " -c:v libx264 -preset veryfast -g 10 -bf 2 -pix_fmt yuv420p " + options + " " +
+           arg(file));
+    return file;
+}
+
+struct Difference {
+    double largest = 0;
+    double mean = 0;
+};
+
+Difference difference(const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat apart;
+    cv::absdiff(a, b, apart);
+    Difference result;
+    cv::minMaxLoc(apart.reshape(1), nullptr, &result.largest);
+    const cv::Scalar mean = cv::mean(apart);
+    result.mean = (mean[0] + mean[1] + mean[2]) / 3;
+    return result;
+}
+
+// Chroma is brought to full size in 8 bits before it becomes BGR, in the program after: half a
+// level of U or V is 1.1 levels of blue, and both round.
+constexpr double kMaxDifference = 3;
+constexpr double kMeanDifference = 0.6;
+
+// The times that ffprobe gives for the frames of the first video stream.
+std::vector<std::int64_t> probedTimes(const fs::path& file) {
+    std::vector<std::int64_t> times;
+    for (const std::string& line :
+         lines(ffprobe(file, "frame=best_effort_timestamp", "-select_streams v:0"))) {
+        times.push_back(std::stoll(line));
+    }
+    return times;
+}
+
+std::vector<std::int64_t> timesOf(const std::vector<VideoFrame>& frames) {
+    std::vector<std::int64_t> times;
+    for (const VideoFrame& frame : frames)
+        times.push_back(frame.pts);
+    return times;
+}
+
+std::string matrixFilter(ColourMatrix matrix) {
+    const char* const name = matrix == ColourMatrix::Bt709    ? "bt709"
+                             : matrix == ColourMatrix::Bt2020 ? "bt2020"
+                                                              : "bt601";
+    return std::string("scale=in_color_matrix=") + name +
+           ":in_h_chr_pos=0:flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp";
+}
+
+class RealClips : public testing::TestWithParam<const char*> {};
+
+TEST_P(RealClips, FramesAndTimesAreThoseOfFfmpeg) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    ALTIRO3D_REQUIRE_DATA(std::string("videos/") + GetParam());
+    const fs::path file = dataPath(std::string("videos/") + GetParam());
+    VideoReader reader(file);
+    const std::vector<std::int64_t> times = probedTimes(file);
+    const std::vector<cv::Mat> reference =
+        ffmpegFrames(file, reader.facts().size, matrixFilter(reader.facts().colour.matrix), 12);
+    ASSERT_EQ(reference.size(), std::min<std::size_t>(times.size(), 12));
+    VideoFrame frame;
+    std::size_t count = 0;
+    for (; reader.read(frame); ++count) {
+        ASSERT_LT(count, times.size());
+        EXPECT_EQ(frame.pts, times[count]); // these clips begin at 0
+        EXPECT_GT(frame.duration, 0);
+        if (count >= reference.size()) continue;
+        const Difference apart = difference(frame.picture, reference[count]);
+        EXPECT_LE(apart.largest, kMaxDifference) << "frame " << count;
+        EXPECT_LE(apart.mean, kMeanDifference) << "frame " << count;
+    }
+    EXPECT_EQ(count, times.size());
+    EXPECT_FALSE(reader.counts().truncated);
+    EXPECT_EQ(reader.counts().corrupt, 0);
+    EXPECT_EQ(reader.counts().repairedTimes, 0);
+    EXPECT_TRUE(reader.notes().empty());
+    EXPECT_NEAR(static_cast<double>(reader.facts().frameCount.value_or(0)),
+                static_cast<double>(count), 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(VideoReader, RealClips,
+                         testing::Values("bigbuckbunny.mp4", "bikes.mp4", "car-detection.mp4",
+                                         "carphone_pristine.mp4", "flower.mp4", "flower.webm",
+                                         "realshort.mp4"),
+                         [](const testing::TestParamInfo<const char*>& clip) {
+                             std::string name = clip.param;
+                             std::replace_if(
+                                 name.begin(), name.end(),
+                                 [](char c) { return std::isalnum(static_cast<uchar>(c)) == 0; },
+                                 '_');
+                             return name;
+                         });
+
+TEST(VideoReader, TellsWhatTheFileSays) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    spill(directory / "text.srt", "1\n00:00:00,200 --> 00:00:01,000\nHello\n");
+    spill(directory / "chapters.txt", ";FFMETADATA1\ntitle=A film\nartist=Somebody\n"
+                                      "[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=1000\ntitle=One\n"
+                                      "[CHAPTER]\nTIMEBASE=1/1000\nSTART=1000\nEND=2000\n"
+                                      "title=Two\n");
+    const fs::path file = directory / "film.mkv";
+    ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=24000/1001:duration=2 -f lavfi -i "
+           "sine=duration=2 -f lavfi -i sine=f=300:duration=2 -i " +
+           arg(directory / "text.srt") + " -i " + arg(directory / "chapters.txt") +
+           " -map 0:v -map 1:a -map 2:a -map 3:s -map_metadata 4 -c:v libx264 -pix_fmt yuv420p "
+           "-c:a:0 aac -c:a:1 pcm_s16le -ac:a:1 2 -c:s srt -metadata:s:a:0 language=eng "
+           "-metadata:s:a:1 language=slv -metadata:s:a:1 title=Commentary "
+           "-vf setsar=4/3 " +
+           arg(file));
+    const VideoReader reader(file);
+    const VideoFacts& facts = reader.facts();
+    EXPECT_EQ(facts.format, "matroska,webm");
+    EXPECT_EQ(facts.codec, "h264");
+    EXPECT_EQ(facts.pixelFormat, "yuv420p");
+    EXPECT_EQ(facts.size, cv::Size(96, 64));
+    EXPECT_EQ(facts.rotationDegrees, 0);
+    EXPECT_EQ(facts.sampleAspect.numerator, 4);
+    EXPECT_EQ(facts.sampleAspect.denominator, 3);
+    EXPECT_EQ(facts.averageRate.numerator, 24000);
+    EXPECT_EQ(facts.averageRate.denominator, 1001);
+    EXPECT_TRUE(facts.constantRate);
+    EXPECT_EQ(facts.timeBase.denominator, 1000);
+    EXPECT_NEAR(facts.duration.value_or(0), 2.0, 0.05);
+    EXPECT_NEAR(static_cast<double>(facts.frameCount.value_or(0)), 48, 1);
+    EXPECT_EQ(facts.colour.matrix, ColourMatrix::Bt601);
+    EXPECT_FALSE(facts.colour.stated);
+    ASSERT_EQ(facts.streams.size(), 4u);
+    EXPECT_EQ(facts.streams[1].kind, StreamKind::Audio);
+    EXPECT_EQ(facts.streams[1].codec, "aac");
+    EXPECT_EQ(facts.streams[1].language, "eng");
+    EXPECT_EQ(facts.streams[2].codec, "pcm_s16le");
+    EXPECT_EQ(facts.streams[2].title, "Commentary");
+    EXPECT_EQ(facts.streams[2].channels, 2);
+    EXPECT_EQ(facts.streams[2].sampleRate, 44100);
+    EXPECT_EQ(facts.streams[3].kind, StreamKind::Subtitle);
+    EXPECT_EQ(facts.streams[3].codec, "subrip");
+    ASSERT_EQ(facts.chapters.size(), 2u);
+    EXPECT_EQ(facts.chapters[1].title, "Two");
+    // FFmpeg 7 begins the file at its sound, 23 ms before the picture; times count from there
+    const double start = std::stod(ffprobe(file, "format=start_time"));
+    EXPECT_NEAR(facts.chapters[1].start, 1 - start, 1e-9);
+    EXPECT_NEAR(facts.chapters[1].end, 2 - start, 1e-9);
+    EXPECT_NE(std::find(facts.tags.begin(), facts.tags.end(),
+                        std::make_pair(std::string("title"), std::string("A film"))),
+              facts.tags.end());
+}
+
+TEST(VideoReader, VariableFrameRateKeepsEachTimeAndDuration) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const char* const name : {"vfr.mp4", "vfr.mkv"}) {
+        const fs::path file =
+            makeClip(directory, name,
+                     "-vf 'settb=1/1000,setpts=if(lt(N\\,9)\\,N*40\\,360+(N-9)*(N-9)*7+(N-9)*33)' "
+                     "-vsync vfr -enc_time_base 1/1000");
+        VideoReader reader(file);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        EXPECT_EQ(timesOf(frames), probedTimes(file)) << name;
+        for (std::size_t i = 0; i + 1 < frames.size(); ++i)
+            EXPECT_EQ(frames[i].duration, frames[i + 1].pts - frames[i].pts) << name;
+        EXPECT_GT(frames.back().duration, 0);
+    }
+}
+
+TEST(VideoReader, TimesCountFromTheStartOfTheFile) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = makeClip(directory, "late.ts"); // begins at 1.4 s
+    VideoReader reader(file);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 50u);
+    std::vector<std::int64_t> expected = probedTimes(file);
+    const std::int64_t first = expected.front();
+    EXPECT_GT(first, 90000);
+    for (std::int64_t& time : expected)
+        time -= first;
+    EXPECT_EQ(timesOf(frames), expected);
+}
+
+class RotatedClips : public testing::TestWithParam<int> {};
+
+TEST_P(RotatedClips, ComeUpright) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path plain = makeClip(directory, "plain.mp4", "-frames:v 5 -pix_fmt yuv444p");
+    const fs::path turned = directory / "turned.mp4";
+    spill(turned, turnedClockwise(slurp(plain), GetParam()));
+    // It counts counter-clockwise.
+    const int turn =
+        (360 - std::stoi(ffprobe(turned, "stream_side_data=rotation", "-select_streams v"))) % 360;
+    VideoReader reader(turned);
+    const cv::Size expected = GetParam() % 180 == 0 ? cv::Size(96, 64) : cv::Size(64, 96);
+    EXPECT_EQ(reader.facts().size, expected);
+    EXPECT_EQ(reader.facts().rotationDegrees, turn);
+    EXPECT_FALSE(reader.facts().mirrored);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    VideoReader unturned(plain);
+    const std::vector<cv::Mat> reference = ffmpegFrames(turned, expected);
+    ASSERT_EQ(frames.size(), reference.size());
+    for (const VideoFrame& frame : frames) {
+        cv::Mat again;
+        cv::rotate(unturned.next().value().picture, again,
+                   turn == 90    ? cv::ROTATE_90_CLOCKWISE
+                   : turn == 180 ? cv::ROTATE_180
+                                 : cv::ROTATE_90_COUNTERCLOCKWISE);
+        EXPECT_EQ(cv::norm(frame.picture, again, cv::NORM_INF), 0);
+    }
+    for (std::size_t i = 0; i < frames.size(); ++i)
+        EXPECT_LE(difference(frames[i].picture, reference[i]).largest, kMaxDifference);
+}
+
+INSTANTIATE_TEST_SUITE_P(VideoReader, RotatedClips, testing::Values(90, 180, 270));
+
+TEST(Orientation, EachDisplayMatrixTurnsAsItSays) {
+    const cv::Mat picture = movingPicture({7, 5}, 1);
+    const int one = 1 << 16;
+    // a, b, c, d of x' = a x + c y, y' = b x + d y
+    const int cases[8][4] = {{one, 0, 0, one},  {-one, 0, 0, -one}, {-one, 0, 0, one},
+                             {one, 0, 0, -one}, {0, one, -one, 0},  {0, -one, one, 0},
+                             {0, one, one, 0},  {0, -one, -one, 0}};
+    for (const auto& [a, b, c, d] : cases) {
+        const std::int32_t matrix[9] = {a, b, 0, c, d, 0, 0, 0, 1 << 30};
+        const Orientation orientation = orientationOf(matrix);
+        PictureMaker maker(orientation, false, 1, "picture");
+        const FramePtr frame = newFrame();
+        frame->format = AV_PIX_FMT_BGR24;
+        frame->width = picture.cols;
+        frame->height = picture.rows;
+        ASSERT_EQ(av_frame_get_buffer(frame.get(), 0), 0);
+        for (int y = 0; y < picture.rows; ++y)
+            std::copy_n(picture.ptr(y), 3 * picture.cols,
+                        frame->data[0] + static_cast<std::ptrdiff_t>(y) * frame->linesize[0]);
+        cv::Mat upright;
+        maker.make(*frame, upright);
+        ASSERT_EQ(upright.size(), a != 0 ? picture.size() : cv::Size(picture.rows, picture.cols));
+        // Moved so that all corners lie inside.
+        const int shiftX = (a < 0 || c < 0) ? upright.cols - 1 : 0;
+        const int shiftY = (b < 0 || d < 0) ? upright.rows - 1 : 0;
+        for (int y = 0; y < picture.rows; ++y) {
+            for (int x = 0; x < picture.cols; ++x) {
+                const int toX = (a * x + c * y) / one + shiftX;
+                const int toY = (b * x + d * y) / one + shiftY;
+                ASSERT_EQ(upright.at<cv::Vec3b>(toY, toX), picture.at<cv::Vec3b>(y, x));
+            }
+        }
+        // The facts describe the same: a turn, then a mirroring left to right.
+        cv::Mat again = picture.clone();
+        const int degrees = orientation.clockwiseDegrees();
+        if (degrees != 0) {
+            cv::rotate(picture, again,
+                       degrees == 90    ? cv::ROTATE_90_CLOCKWISE
+                       : degrees == 180 ? cv::ROTATE_180
+                                        : cv::ROTATE_90_COUNTERCLOCKWISE);
+        }
+        if (orientation.isMirrored()) cv::flip(again, again, 1);
+        EXPECT_EQ(cv::norm(again, upright, cv::NORM_INF), 0);
+    }
+}
+
+// Known colours, stored in each way that a file may state.
+TEST(VideoReader, ColoursFollowTheStatedMatrixAndRange) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const struct {
+        const char* filter;
+        const char* tags;
+        ColourMatrix matrix;
+        ColourRange range;
+    } cases[] = {{"bt601:out_range=tv", "-colorspace smpte170m -color_range tv",
+                  ColourMatrix::Bt601, ColourRange::Limited},
+                 {"bt709:out_range=tv", "-colorspace bt709 -color_range tv", ColourMatrix::Bt709,
+                  ColourRange::Limited},
+                 {"bt709:out_range=pc", "-colorspace bt709 -color_range pc", ColourMatrix::Bt709,
+                  ColourRange::Full},
+                 {"bt2020:out_range=tv", "-colorspace bt2020nc -color_range tv",
+                  ColourMatrix::Bt2020, ColourRange::Limited}};
+    for (const auto& one : cases) {
+        for (const char* const pixels : {"yuv420p", "yuv444p", "yuv420p10le"}) {
+            const fs::path file = directory / "colour.mkv";
+            ffmpeg("-f lavfi -i color=c=0xC83264:size=64x64:rate=5:duration=1 -vf "
+                   "format=gbrp,scale=out_color_matrix=" +
+                   std::string(one.filter) + ",format=" + pixels + " -c:v ffv1 " + one.tags + " " +
+                   arg(file));
+            VideoReader reader(file);
+            EXPECT_TRUE(reader.facts().colour.stated);
+            EXPECT_EQ(reader.facts().colour.matrix, one.matrix);
+            EXPECT_EQ(reader.facts().colour.range, one.range);
+            const std::optional<VideoFrame> frame = reader.next();
+            ASSERT_TRUE(frame);
+            const auto pixel = frame->picture.at<cv::Vec3b>(30, 30);
+            // half a level of U or V is 1.1 of blue; swscale 8 rounds light down: 1.2 of it
+            EXPECT_NEAR(pixel[2], 0xC8, 3) << one.filter << " " << pixels;
+            EXPECT_NEAR(pixel[1], 0x32, 3) << one.filter << " " << pixels;
+            EXPECT_NEAR(pixel[0], 0x64, 3) << one.filter << " " << pixels;
+        }
+    }
+}
+
+TEST(VideoReader, UnstatedColoursAreAssumedByTheNumberOfLines) {
+    EXPECT_EQ(videoColour(AV_PIX_FMT_YUV420P, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
+                          AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 576)
+                  .matrix,
+              ColourMatrix::Bt601);
+    const VideoColour high =
+        videoColour(AV_PIX_FMT_YUV420P, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
+                    AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 577);
+    EXPECT_EQ(high.matrix, ColourMatrix::Bt709);
+    EXPECT_EQ(high.range, ColourRange::Limited);
+    EXPECT_FALSE(high.stated);
+    EXPECT_EQ(videoColour(AV_PIX_FMT_YUVJ420P, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
+                          AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 100)
+                  .range,
+              ColourRange::Full);
+    EXPECT_EQ(videoColour(AV_PIX_FMT_GBRP, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
+                          AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 100)
+                  .matrix,
+              ColourMatrix::Rgb);
+}
+
+TEST(VideoReader, ColourNumbersThatFFmpegDoesNotKnowCountAsUnstated) {
+    const VideoColour colour = videoColour(AV_PIX_FMT_YUV420P, 244, 99, -7, 255, 100);
+    EXPECT_EQ(colour.matrix, ColourMatrix::Bt601);
+    EXPECT_EQ(colour.range, ColourRange::Limited);
+    EXPECT_FALSE(colour.stated);
+    EXPECT_EQ(colour.primaries, AVCOL_PRI_UNSPECIFIED);
+    EXPECT_EQ(colour.transfer, AVCOL_TRC_UNSPECIFIED);
+}
+
+// Strong colours side by side: where colour is brought to full size it overshoots, and is clamped
+// before the step to BGR here, after it there.
+constexpr double kSmallFrames = 8;
+
+TEST(VideoReader, PixelFormatsAndSizesOfAllKinds) {
+    ALTIRO3D_TAKES(11);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const struct {
+        const char* pixels;
+        const char* codec;
+    } formats[] = {{"yuv420p", "ffv1"},  {"yuv422p", "ffv1"},  {"yuv410p", "ffv1"},
+                   {"yuva444p", "ffv1"}, {"gray", "ffv1"},     {"gray16le", "ffv1"},
+                   {"bgr0", "ffv1"},     {"gbrp10le", "ffv1"}, {"yuvj420p", "mjpeg"},
+                   {"pal8", "png"},      {"rgb24", "png"}};
+    for (const auto& [pixels, codec] : formats) {
+        for (const char* const size : {"1x1", "2x2", "17x13", "33x2", "64x48"}) {
+            // a colour sample for 4 x 4 px is placed by the program in its own way at odd edges
+            if (std::string(pixels) == "yuv410p" && std::string(size) == "17x13") continue;
+            const fs::path file = directory / "small.mkv";
+            ffmpeg(std::string("-f lavfi -i testsrc2=size=64x48:rate=5:duration=0.6 -vf scale=") +
+                   size + " -c:v " + codec + " -pix_fmt " + pixels + " " + arg(file));
+            VideoReader reader(file);
+            const std::vector<VideoFrame> frames = allFrames(reader);
+            ASSERT_EQ(frames.size(), 3u) << pixels << " " << size;
+            const bool middle =
+                std::string(pixels) == "yuvj420p" || std::string(pixels) == "yuv410p";
+            const std::vector<cv::Mat> reference = ffmpegFrames(
+                file, reader.facts().size,
+                middle ? "scale=flags=bicubic+accurate_rnd+full_chroma_int+full_chroma_inp" : "");
+            ASSERT_EQ(reference.size(), 3u);
+            for (std::size_t i = 0; i < 3; ++i) {
+                EXPECT_LE(difference(frames[i].picture, reference[i]).largest, kSmallFrames)
+                    << pixels << " " << size;
+            }
+        }
+    }
+}
+
+TEST(VideoReader, APartIsExactToTheFrame) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const char* const name : {"part.mp4", "part.mkv", "part.ts"}) {
+        const fs::path file = makeClip(directory, name);
+        VideoReader whole(file);
+        const std::vector<VideoFrame> all = allFrames(whole);
+        ASSERT_EQ(all.size(), 50u);
+        const double unit = whole.facts().timeBase.value();
+        for (const std::size_t first : {1U, 9U, 10U, 11U, 19U, 23U, 49U}) {
+            VideoReaderOptions options;
+            options.from = static_cast<double>(all[first].pts) * unit;
+            const std::size_t last = std::min<std::size_t>(first + 7, 49);
+            options.to = static_cast<double>(all[last].pts) * unit;
+            if (first == last) options.to = 100;
+            VideoReader reader(file, options);
+            const std::vector<VideoFrame> part = allFrames(reader);
+            ASSERT_EQ(part.size(), std::max<std::size_t>(last - first, 1)) << name << " " << first;
+            for (std::size_t i = 0; i < part.size(); ++i) {
+                EXPECT_EQ(part[i].pts, all[first + i].pts - all[first].pts) << name;
+                EXPECT_EQ(cv::norm(part[i].picture, all[first + i].picture, cv::NORM_INF), 0)
+                    << name << " frame " << first + i;
+            }
+            EXPECT_FALSE(reader.counts().truncated);
+            EXPECT_EQ(reader.counts().corrupt, 0);
+        }
+    }
+}
+
+// Without a list of key frames, or without times, the reader counts frames from the start.
+TEST(VideoReader, APartOfAFileWithoutAnIndexIsExactToo) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path streamed = directory / "streamed.mkv";
+    ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=25:duration=2 -c:v libx264 -g 10 -bf 2 "
+           "-pix_fmt yuv420p -f matroska - >" +
+           arg(streamed));
+    const fs::path bare = makeClip(directory, "bare.h264");
+    const fs::path fragments =
+        makeClip(directory, "fragments.mp4", "-movflags frag_keyframe+empty_moov");
+    for (const fs::path& file : {streamed, bare, fragments}) {
+        VideoReader whole(file);
+        const std::vector<VideoFrame> all = allFrames(whole);
+        ASSERT_EQ(all.size(), 50u) << file;
+        VideoReaderOptions options;
+        options.from = 0.92;
+        VideoReader reader(file, options);
+        const std::vector<VideoFrame> part = allFrames(reader);
+        ASSERT_EQ(part.size(), 27u) << file;
+        EXPECT_EQ(part[0].pts, 0);
+        EXPECT_EQ(cv::norm(part[0].picture, all[23].picture, cv::NORM_INF), 0) << file;
+        EXPECT_FALSE(whole.counts().truncated) << file;
+    }
+}
+
+TEST(VideoReader, APartBehindTheEndIsEmpty) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = makeClip(directory, "clip.mp4");
+    VideoReaderOptions options;
+    options.from = 5;
+    VideoReader reader(file, options);
+    EXPECT_FALSE(reader.next());
+    EXPECT_FALSE(reader.next());
+    EXPECT_EQ(reader.counts().frames, 0);
+}
+
+TEST(VideoReader, FramesDoNotDependOnTheThreads) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = makeClip(directory, "clip.mp4");
+    VideoReaderOptions options;
+    options.threads = 1;
+    VideoReader one(file, options);
+    options.threads = 5;
+    VideoReader five(file, options);
+    const std::vector<VideoFrame> expected = allFrames(one);
+    const std::vector<VideoFrame> frames = allFrames(five);
+    ASSERT_EQ(frames.size(), expected.size());
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        EXPECT_EQ(frames[i].pts, expected[i].pts);
+        EXPECT_EQ(cv::norm(frames[i].picture, expected[i].picture, cv::NORM_INF), 0);
+    }
+}
+
+TEST(VideoReader, FramesHaveMemoryOfTheirOwn) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    VideoReader reader(makeClip(directory, "clip.mp4"));
+    VideoFrame frame;
+    ASSERT_TRUE(reader.read(frame));
+    const cv::Mat kept = frame.picture;
+    const cv::Mat copy = kept.clone();
+    ASSERT_TRUE(reader.read(frame));
+    EXPECT_EQ(cv::norm(kept, copy, cv::NORM_INF), 0);
+}
+
+TEST(VideoReader, ReadsTheStandardInput) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = makeClip(directory, "clip.mkv");
+    VideoReader direct(file);
+    const std::vector<VideoFrame> expected = allFrames(direct);
+    const int before = dup(0);
+    const int opened = open(file.c_str(), O_RDONLY);
+    ASSERT_GE(dup2(opened, 0), 0);
+    {
+        VideoReaderOptions options;
+        options.from = 0.4; // what cannot be skipped is read
+        VideoReader reader("-", options);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        EXPECT_EQ(frames.size(), expected.size() - 10);
+        if (!frames.empty()) {
+            EXPECT_EQ(frames[0].pts, 0);
+            EXPECT_EQ(cv::norm(frames[0].picture, expected[10].picture, cv::NORM_INF), 0);
+        }
+    }
+    dup2(before, 0);
+    close(before);
+    close(opened);
+}
+
+TEST(VideoReader, OpensDevicesByTheirFormat) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoReaderOptions options;
+    options.format = "lavfi"; // a device that is always there
+    VideoReader reader("testsrc2=size=32x24:rate=10:duration=0.5", options);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 5u);
+    EXPECT_EQ(frames[4].pts, 4);
+    options.format = "no-such-device";
+    EXPECT_EQ(errorOf([&] { const VideoReader other("x", options); }),
+              "format: is \"no-such-device\", which this FFmpeg does not know");
+    options.format = "lavfi";
+    options.formatOptions = {{"no_such_option", "1"}};
+    EXPECT_EQ(errorOf([&] { const VideoReader other("testsrc2=duration=1", options); }),
+              "formatOptions: have \"no_such_option\", which the format lavfi does not know");
+}
+
+// The device gives eight pictures per second, and none earlier.
+TEST(VideoReader, PicturesOfADeviceAreDeliveredBeforeTheNextOne) {
+    ALTIRO3D_TAKES(4);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const auto now = [] { // us
+        const auto since = std::chrono::system_clock::now().time_since_epoch();
+        return std::chrono::duration_cast<std::chrono::microseconds>(since).count();
+    };
+    constexpr std::int64_t kApart = 125000; // us
+    // The time of a picture, but for the first, is the one at which the device gave it.
+    const std::int64_t start = now();
+    VideoReaderOptions options;
+    options.format = "lavfi";
+    VideoReader reader(
+        "testsrc2=size=32x24:rate=8,realtime,settb=1/1000000,setpts='if(eq(N,0),0,RTCTIME-" +
+            std::to_string(start) + ")'",
+        options);
+    EXPECT_TRUE(reader.facts().isLive);
+    const std::int64_t opened = now(); // with many pictures read
+    std::int64_t soonest = 60 * kApart;
+    VideoFrame frame;
+    for (int after = 0; after < 6;) {
+        ASSERT_TRUE(reader.read(frame));
+        if (start + frame.pts <= opened) continue;
+        soonest = std::min(soonest, now() - (start + frame.pts));
+        ++after;
+    }
+    EXPECT_GE(soonest, 0);
+    EXPECT_LT(soonest, 3 * kApart / 4) << "waits for the next picture";
+}
+
+// Threads with a frame each hold as many frames back. Those of files may.
+TEST(VideoReader, DecodersOfLivePicturesHoldNoFramesBack) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    VideoReaderOptions options;
+    options.threads = 4;
+    EXPECT_EQ(openVideoInput(makeClip(directory, "clip.mkv"), options).decoder->active_thread_type,
+              FF_THREAD_FRAME);
+    const auto openPiped = [&](const std::string& name, const std::string& format) {
+        const int before = dup(0);
+        const int opened = open((directory / name).c_str(), O_RDONLY);
+        EXPECT_GE(dup2(opened, 0), 0);
+        options.format = format;
+        const VideoInput input = openVideoInput("-", options);
+        dup2(before, 0);
+        close(before);
+        close(opened);
+        return std::make_pair(input.facts.isLive, input.decoder->active_thread_type);
+    };
+    EXPECT_EQ(openPiped("clip.mkv", ""), std::make_pair(false, FF_THREAD_FRAME));
+    ffmpeg("-i " + arg(directory / "clip.mkv") + " -c:v png -f image2pipe " +
+           arg(directory / "pictures"));
+    const auto [isLive, threads] = openPiped("pictures", "png_pipe");
+    EXPECT_TRUE(isLive);
+    EXPECT_EQ(threads & FF_THREAD_FRAME, 0);
+    options.format = "png_pipe"; // the same pictures in a file
+    const VideoInput file = openVideoInput(directory / "pictures", options);
+    EXPECT_FALSE(file.facts.isLive);
+    EXPECT_EQ(file.decoder->active_thread_type, FF_THREAD_FRAME);
+    options.format = "lavfi";
+    const VideoInput device = openVideoInput("testsrc2=size=32x24", options);
+    EXPECT_TRUE(device.facts.isLive);
+    EXPECT_EQ(device.decoder->thread_type, FF_THREAD_SLICE);
+}
+
+TEST(VideoReader, CharacterDevicesAreCamerasWhateverTheirNames) {
+    const TemporaryDirectory directory;
+    const auto openError = [](const fs::path& path, const std::string& format = "") {
+        VideoReaderOptions options;
+        options.format = format;
+        return errorOf([&] { const VideoReader reader(path, options); });
+    };
+    const auto noCamera = [](const fs::path& path) {
+        return path.string() + ": is a device but not a camera, expected a video file, a camera, "
+                               "or the name of the device's format";
+    };
+    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
+    ASSERT_GE(terminal, 0);
+    ASSERT_EQ(grantpt(terminal), 0);
+    ASSERT_EQ(unlockpt(terminal), 0);
+    const int other = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+    int number = 0;
+    for (const std::string& device :
+         std::vector<std::string>{"/dev/null", "/dev/urandom", ptsname(terminal)}) {
+        EXPECT_EQ(openError(device), noCamera(device));
+        const fs::path link = directory / ("usb-camera-" + std::to_string(++number));
+        fs::create_symlink(device, link);
+        EXPECT_EQ(openError(link), noCamera(link));
+        const fs::path linkToLink = directory / ("camera" + std::to_string(number) + ".mp4");
+        fs::create_symlink(link, linkToLink);
+        EXPECT_EQ(openError(linkToLink), noCamera(linkToLink));
+    }
+    close(other);
+    close(terminal);
+    EXPECT_EQ(openError("/dev/null", "matroska"), "/dev/null: is not a video that FFmpeg can read");
+    // files are files, whatever they are called and however they are reached
+    fs::create_directories(directory / "dev");
+    const fs::path file = directory / "dev/video0";
+    spill(file, std::string(5000, '\x5a'));
+    const fs::path link = directory / "camera-of-a-file";
+    fs::create_symlink(file, link);
+    for (const fs::path& path : {file, link})
+        EXPECT_EQ(openError(path), path.string() + ": is not a video that FFmpeg can read");
+    EXPECT_EQ(openError(directory / "dev"),
+              (directory / "dev").string() + ": is a directory, expected a video file");
+    fs::create_symlink("nowhere", directory / "video1");
+    EXPECT_EQ(openError(directory / "video1"),
+              (directory / "video1").string() + ": does not exist, expected a video file");
+}
+
+TEST(VideoReader, FramesBeforeAPartAreCounted) {
+    ALTIRO3D_TAKES(6);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::string varying = "-vf 'settb=1/1000,setpts=if(lt(N\\,20)\\,N*100\\,2000+(N-20)*33)' "
+                                "-vsync vfr -enc_time_base 1/1000";
+    const std::string source = "testsrc2=size=96x64:rate=25:duration=4";
+    std::vector<fs::path> files = {
+        makeClip(directory, "vfr.mp4", varying, source),
+        makeClip(directory, "vfr.mkv", varying, source),
+        makeClip(directory, "fragments.mp4", "-movflags frag_keyframe+empty_moov", source),
+        makeClip(directory, "open.mkv", "-x264-params open-gop=1", source),
+        makeClip(directory, "fields.mp4", "-flags +ilme+ildct", source),
+        makeClip(directory, "stream.ts", "", source),
+        makeClip(directory, "bare.h264", "", source),
+        makeClip(directory, "hevc.mkv", "-c:v libx265 -x265-params log-level=none", source),
+        makeClip(directory, "old.avi", "-c:v mpeg4", source),
+        makeClip(directory, "old.mpg", "-c:v mpeg2video", source),
+        makeClip(directory, "vp8.webm", "-c:v libvpx -auto-alt-ref 1 -lag-in-frames 16 -b:v 200k",
+                 source),
+        makeClip(directory, "vp9.webm", "-c:v libvpx-vp9 -lag-in-frames 16 -deadline realtime",
+                 source),
+        makeClip(directory, "ffv1.mkv", "-c:v ffv1", source)};
+    // a copy from the middle of a group of pictures, with frames that are not to be shown
+    files.push_back(directory / "edited.mp4");
+    ffmpeg("-ss 0.5 -i " + arg(files[2]) + " -c copy " + arg(files.back()));
+    files.push_back(directory / "later.ts"); // begins without a key frame
+    const std::string whole = slurp(files[5]);
+    spill(files.back(), whole.substr(whole.size() / 188 / 4 * 188));
+    for (const fs::path& file : files) {
+        VideoReader reader(file);
+        const std::vector<VideoFrame> all = allFrames(reader);
+        ASSERT_GT(all.size(), 60u) << file;
+        for (const double from : {0.0, 0.01, 0.7, 2.0, 2.35, 99.0}) {
+            VideoReaderOptions options;
+            options.from = from;
+            VideoReader plain(file, options);
+            const std::vector<VideoFrame> expected = allFrames(plain);
+            VideoReader part(file, options);
+            const auto before = static_cast<std::size_t>(part.framesBefore());
+            ASSERT_EQ(before, all.size() - expected.size()) << file << " from " << from;
+            const std::vector<VideoFrame> frames = allFrames(part);
+            ASSERT_EQ(timesOf(frames), timesOf(expected)) << file << " from " << from;
+            if (frames.empty()) continue;
+            EXPECT_EQ(cv::norm(frames[0].picture, all[before].picture, cv::NORM_INF), 0)
+                << file << " from " << from;
+            EXPECT_EQ(static_cast<std::size_t>(part.framesBefore()), before); // known by now
+        }
+        EXPECT_EQ(errorOf([&] { reader.framesBefore(); }),
+                  "framesBefore: comes after the first frame");
+    }
+}
+
+TEST(VideoReader, FramesBeforeAPartOfWhatIsReadOnceAreCounted) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    VideoReaderOptions options;
+    options.format = "lavfi";
+    options.from = 1.2;
+    VideoReader reader("testsrc2=size=32x24:rate=10:duration=2", options);
+    EXPECT_EQ(reader.framesBefore(), 12);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 8u);
+    EXPECT_EQ(frames[0].pts, 0);
+    const TemporaryDirectory directory;
+    const std::string bytes = slurp(makeClip(directory, "clip.mkv"));
+    ASSERT_EQ(mkfifo((directory / "pipe").c_str(), 0600), 0);
+    std::thread feeder([&] { std::ofstream(directory / "pipe", std::ios::binary) << bytes; });
+    options.format = "";
+    VideoReader piped(directory / "pipe", options);
+    EXPECT_EQ(piped.framesBefore(), 30);
+    EXPECT_EQ(allFrames(piped).size(), 20u);
+    feeder.join();
+}
+
+TEST(VideoReader, TimesAtTheEndOfTheNumbersCountAsMissing) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file =
+        makeClip(directory, "clip.mp4", "-bf 0 -t 1.2 -movflags frag_keyframe+empty_moov");
+    std::string bytes = slurp(file);
+    const std::size_t last = bytes.rfind("tfdt"); // the time at which the last third begins
+    ASSERT_NE(last, std::string::npos);
+    bytes[last + 8] = 0x60; // the first of its eight bytes
+    spill(file, bytes);
+    VideoReader reader(file);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 30u);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        EXPECT_EQ(frames[i].pts, 512 * static_cast<std::int64_t>(i));
+        EXPECT_EQ(frames[i].duration, 512);
+    }
+    EXPECT_EQ(reader.counts().repairedTimes, 10);
+}
+
+TEST(VideoReader, AFewEqualTimesMoveNoOthers) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    // three frames one tick after the one before, which is as near as ffmpeg puts them
+    const fs::path file = makeClip(
+        directory, "clip.mp4", "-bf 0 -bsf:v \"setts=pts='if(between(N,11,13),PREV_OUTPTS,PTS)'\"");
+    std::string bytes = slurp(file);
+    const std::string three({0, 0, 0, 3, 0, 0, 0, 1}); // of the table of durations
+    const std::size_t place = bytes.find(three, bytes.find("stts"));
+    ASSERT_NE(place, std::string::npos);
+    bytes[place + 7] = 0;
+    spill(file, bytes);
+    VideoReader reader(file);
+    const std::vector<std::int64_t> times = timesOf(allFrames(reader));
+    const std::vector<std::int64_t> stated = probedTimes(file);
+    ASSERT_EQ(times.size(), 50U);
+    ASSERT_EQ(stated.size(), 50U);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+        const bool equal = i > 0 && stated[i] == stated[i - 1];
+        EXPECT_EQ(times[i], equal ? times[i - 1] + 1 : stated[i]) << i;
+    }
+    EXPECT_EQ(reader.counts().repairedTimes, 3);
+}
+
+TEST(VideoReader, ConcatenatedFilesAreReadToTheEnd) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const auto piece = [&](const char* source) {
+        return slurp(makeClip(directory, "piece.ts", "-bf 0", source));
+    };
+    const std::string brief = piece("testsrc2=size=96x64:duration=0.8");
+    const fs::path file = directory / "all.ts"; // times begin again at each piece
+    spill(file, brief + brief + brief + piece("testsrc2=size=96x64:duration=4") +
+                    piece("testsrc=size=96x64:duration=6"));
+    VideoReader reader(file);
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    ASSERT_EQ(frames.size(), 310U);
+    for (std::size_t i = 1; i < frames.size(); ++i)
+        EXPECT_EQ(frames[i].pts - frames[i - 1].pts, 3600) << i;
+    EXPECT_EQ(reader.counts().repairedTimes, 0);
+    EXPECT_TRUE(reader.notes().empty());
+    // and each place again without what was before
+    for (std::size_t place = 5; place < frames.size(); place += 30) {
+        VideoReader later(file);
+        later.skipTo(frames[place].pts);
+        VideoFrame frame;
+        ASSERT_TRUE(later.read(frame)) << place;
+        EXPECT_EQ(frame.pts, frames[place].pts);
+        EXPECT_EQ(cv::norm(frame.picture, frames[place].picture, cv::NORM_INF), 0) << place;
+    }
+}
+
+// The times of the packets of a kind, in s.
+std::vector<double> packetTimes(const fs::path& file, const std::string& kind) {
+    std::vector<double> times;
+    for (const std::string& line :
+         lines(ffprobe(file, "packet=pts_time", "-select_streams " + kind)))
+        times.push_back(std::stod(line));
+    std::sort(times.begin(), times.end());
+    return times;
+}
+
+// Recordings with sound whose times begin again, jump by 1000 s and go back, as FFmpeg's tool joins
+// them: all pictures and all sound, in step.
+TEST(VideoReader, PicturesAndSoundStayInStepWhereTimesJump) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const auto piece = [&](int offset) {
+        ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=25:duration=2 -f lavfi -i sine=duration=2 "
+               "-c:v libx264 -bf 2 -g 10 -pix_fmt yuv420p -c:a mp2 -output_ts_offset " +
+               std::to_string(offset) + " " + arg(directory / "piece.ts"));
+        return slurp(directory / "piece.ts");
+    };
+    const std::string early = piece(0);
+    const std::string late = piece(1000);
+    const auto soundOf = [&](const fs::path& file) { return packetTimes(file, "a").size(); };
+    const std::size_t sounds = soundOf(directory / "piece.ts");
+    for (const std::string& bytes : {early + early, early + late, late + early + early}) {
+        const std::size_t count = bytes.size() / early.size();
+        const fs::path file = directory / "all.ts";
+        spill(file, bytes);
+        VideoReader reader(file);
+        VideoWriterOptions options;
+        options.size = {96, 64};
+        options.timeBase = reader.facts().timeBase;
+        VideoWriter writer(directory / "copy.mp4", options, &reader);
+        VideoFrame frame;
+        std::int64_t last = -3600;
+        for (; reader.read(frame); last = frame.pts) {
+            EXPECT_GT(frame.pts, last);
+            EXPECT_LE(frame.pts - last, 9000 + 3600); // no frame is held: the sound may be longer
+            writer.write(frame);
+        }
+        writer.finish();
+        EXPECT_EQ(reader.counts().frames, static_cast<std::int64_t>(50 * count));
+        EXPECT_EQ(reader.counts().repairedTimes, 0);
+        EXPECT_TRUE(reader.notes().empty());
+        const std::vector<double> sound = packetTimes(directory / "copy.mp4", "a");
+        EXPECT_EQ(sound.size(), sounds * count);
+        for (std::size_t i = 1; i < sound.size(); ++i)
+            EXPECT_NEAR(sound[i] - sound[i - 1], 1152 / 44100.0, 0.1) << i;
+        EXPECT_NEAR(sound.back(), 2.0 * static_cast<double>(count),
+                    0.15 * static_cast<double>(count));
+        // each piece of sound begins with its pictures
+        EXPECT_NEAR(packetTimes(directory / "copy.mp4", "v").back(), sound.back(), 0.15);
+    }
+}
+
+// A bar that moves by 16 px a frame, 8 px a field.
+fs::path makeInterlaced(const TemporaryDirectory& directory, const std::string& name,
+                        const std::string& codec) {
+    fs::path file = directory / name;
+    ffmpeg("-f lavfi -i color=gray:size=320x96:rate=50:duration=1.2 -f lavfi -i "
+           "color=white:size=40x96:rate=50:duration=1.2 -filter_complex "
+           "'[0][1]overlay=x=mod(n*4\\,280):shortest=1,interlace=lowpass=0' -pix_fmt yuv420p " +
+           codec + " " + arg(file));
+    return file;
+}
+
+// Mean difference between the lines of the two fields: that of a comb, against the line's own.
+double combing(const cv::Mat& picture) {
+    double sum = 0;
+    for (int y = 2; y + 2 < picture.rows; ++y) {
+        for (int x = 0; x < picture.cols; ++x) {
+            const auto at = [&](int row) {
+                return static_cast<double>(picture.at<cv::Vec3b>(row, x)[1]);
+            };
+            sum += std::max(0.0, std::abs(at(y) - at(y - 1)) - std::abs(at(y + 1) - at(y - 1)));
+        }
+    }
+    return sum / picture.rows;
+}
+
+TEST(VideoReader, InterlacedFramesAreDeinterlacedUnlessAsked) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const auto& [name, codec] : std::vector<std::pair<std::string, std::string>>{
+             {"a.mp4", "-c:v libx264 -crf 10 -g 8 -x264opts tff=1"},
+             {"b.mpg", "-c:v mpeg2video -flags +ilme+ildct -q:v 2 -g 8"},
+             {"c.mkv", "-c:v ffv1 -top 1"}}) {
+        const fs::path file = makeInterlaced(directory, name, codec);
+        VideoReaderOptions options;
+        VideoReader reader(file, options);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        options.deinterlace = false;
+        VideoReader asItIs(file, options);
+        const std::vector<VideoFrame> combed = allFrames(asItIs);
+        ASSERT_EQ(frames.size(), 30U) << name;
+        EXPECT_EQ(timesOf(frames), timesOf(combed)) << name;
+        EXPECT_GT(combing(combed[10].picture), 400) << name;
+        for (const VideoFrame& frame : frames)
+            EXPECT_LT(combing(frame.picture), 60) << name;
+        const auto isSaid = [](const Notes& notes) {
+            return std::any_of(notes.begin(), notes.end(), [](const Note& note) {
+                return note.text.find("not deinterlaced") != std::string::npos;
+            });
+        };
+        EXPECT_FALSE(isSaid(reader.notes())) << name;
+        EXPECT_TRUE(isSaid(asItIs.notes())) << name;
+        // a frame is the same after a seek, although it depends on those before and after it
+        for (const std::size_t place : {9U, 16U, 29U}) {
+            VideoReader later(file);
+            later.skipTo(frames[place].pts);
+            const auto frame = later.next();
+            ASSERT_TRUE(frame) << name;
+            EXPECT_EQ(frame->pts, frames[place].pts) << name;
+            EXPECT_EQ(cv::norm(frame->picture, frames[place].picture, cv::NORM_INF), 0) << name;
+        }
+    }
+}
+
+TEST(VideoReader, InterlacedPartsAreDeinterlacedAndOthersStay) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::string mixed =
+        slurp(makeClip(directory, "p.h264", "-bf 0", "testsrc2=size=320x96:rate=25:duration=1")) +
+        slurp(makeInterlaced(directory, "i.h264", "-c:v libx264 -crf 10 -x264opts tff=1")) +
+        slurp(makeClip(directory, "q.h264", "-bf 0", "testsrc=size=200x96:rate=25:duration=1"));
+    spill(directory / "mixed.h264", mixed);
+    VideoReader reader(directory / "mixed.h264");
+    const std::vector<VideoFrame> frames = allFrames(reader);
+    VideoReaderOptions options;
+    options.deinterlace = false;
+    VideoReader plain(directory / "mixed.h264", options);
+    const std::vector<VideoFrame> asItIs = allFrames(plain);
+    ASSERT_EQ(frames.size(), 80U);
+    ASSERT_EQ(asItIs.size(), 80U);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const bool isInterlaced = i >= 25 && i < 55;
+        const bool isSame = cv::norm(frames[i].picture, asItIs[i].picture, cv::NORM_INF) == 0;
+        EXPECT_EQ(isSame, !isInterlaced) << i;
+        EXPECT_TRUE(!isInterlaced || combing(frames[i].picture) < 60) << i;
+    }
+}
+
+TEST(VideoReader, PicturesOfBothEyesAreSaid) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const auto textOf = [](const fs::path& file) {
+        VideoReader reader(file);
+        static_cast<void>(reader.next());
+        const Notes notes = reader.notes();
+        return notes.empty() ? std::string() : notes[0].text;
+    };
+    const fs::path sei = makeClip(directory, "sei.mp4", "-x264opts frame-packing=3");
+    EXPECT_NE(textOf(sei).find("both eyes (side by side)"), std::string::npos) << textOf(sei);
+    const fs::path mode = makeClip(directory, "mode.mkv", "-metadata:s:v stereo_mode=top_bottom");
+    EXPECT_NE(textOf(mode).find("both eyes (top and bottom)"), std::string::npos) << textOf(mode);
+    EXPECT_EQ(textOf(makeClip(directory, "flat.mp4", "-x264opts frame-packing=6")), ""); // 2D
+}
+
+TEST(VideoReader, ACutOffFileDeliversItsReadablePart) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const char* const name : {"whole.mkv", "whole.mp4"}) {
+        const fs::path whole = makeClip(directory, name, "-movflags +faststart",
+                                        "testsrc2=size=160x120:rate=25:duration=4");
+        const std::string bytes = slurp(whole);
+        const fs::path cut = directory / ("cut-" + std::string(name));
+        spill(cut, bytes.substr(0, bytes.size() / 2));
+        VideoReader reference(whole);
+        const std::vector<VideoFrame> all = allFrames(reference);
+        VideoReader reader(cut);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        EXPECT_GT(frames.size(), 20u) << name;
+        EXPECT_LT(frames.size(), 80u) << name;
+        EXPECT_TRUE(reader.counts().truncated) << name;
+        ASSERT_FALSE(reader.notes().empty()) << name;
+        EXPECT_NE(reader.notes()[0].text.find("is cut off: it ends after"), std::string::npos);
+        EXPECT_NE(reader.notes()[0].text.find("s of 4 s"), std::string::npos)
+            << reader.notes()[0].text;
+        for (std::size_t i = 0; i < frames.size(); ++i) {
+            EXPECT_EQ(frames[i].pts, all[i].pts) << name;
+            EXPECT_EQ(cv::norm(frames[i].picture, all[i].picture, cv::NORM_INF), 0) << name;
+        }
+    }
+}
+
+TEST(VideoReader, AnMp4WithoutItsIndexIsNamed) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::string bytes = slurp(makeClip(directory, "whole.mp4"));
+    const fs::path cut = directory / "cut.mp4";
+    spill(cut, bytes.substr(0, bytes.size() / 2));
+    EXPECT_EQ(errorOf([&] { const VideoReader reader(cut); }),
+              cut.string() + ": has no index (moov): it is cut off or was never finished, "
+                             "expected a whole file");
+}
+
+TEST(VideoReader, DamagedFramesAreLeftOutAndCounted) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    // Damage in the middle of pictures; in Matroska it would hit the container as well.
+    for (const char* const codec : {"libx264 -movflags +faststart", "ffv1 -slicecrc 1 -level 3"}) {
+        const fs::path file =
+            makeClip(directory, std::string(codec)[0] == 'l' ? "clip.mp4" : "clip.mkv",
+                     std::string("-c:v ") + codec, "testsrc2=size=160x120:rate=25:duration=4");
+        std::string bytes = slurp(file);
+        for (std::size_t at = bytes.size() / 3; at < bytes.size() / 3 + 300; ++at)
+            bytes[at] = static_cast<char>(~bytes[at]);
+        const fs::path broken = directory / "broken.video";
+        spill(broken, bytes);
+        VideoReader reader(broken);
+        const std::vector<VideoFrame> frames = allFrames(reader);
+        EXPECT_GT(reader.counts().corrupt, 0) << codec;
+        EXPECT_GT(frames.size(), 50u) << codec;
+        EXPECT_LT(frames.size(), 100u) << codec;
+        EXPECT_FALSE(reader.notes().empty());
+        // The frame before a gap stays until the next one.
+        for (std::size_t i = 0; i + 1 < frames.size(); ++i)
+            EXPECT_EQ(frames[i].pts + frames[i].duration, frames[i + 1].pts);
+    }
+}
+
+TEST(VideoReader, BadInputIsNamed) {
+    const TemporaryDirectory directory;
+    const auto openError = [](const fs::path& path) {
+        return errorOf([&] { const VideoReader reader(path); });
+    };
+    const fs::path missing = directory / "missing.mp4";
+    EXPECT_EQ(openError(missing), missing.string() + ": does not exist, expected a video file");
+    EXPECT_EQ(openError(directory.path()),
+              directory.path().string() + ": is a directory, expected a video file");
+    const fs::path empty = directory / "empty.mp4";
+    spill(empty, "");
+    EXPECT_EQ(openError(empty), empty.string() + ": is empty, expected a video file");
+    const fs::path text = directory / "text.txt";
+    spill(text, "This is no video, but a text of some length.\nAnd another line.\n");
+    EXPECT_EQ(openError(text), text.string() + ": is not a video that FFmpeg can read");
+    spill(text, "YUV4MPEG2 W60000 H60000 F25:1 C420\nFRAME\n"); // more than FFmpeg can count
+    EXPECT_EQ(openError(text), text.string() + ": is not a video that FFmpeg can read");
+    const fs::path art = directory / "text.nfo"; // FFmpeg would draw it
+    spill(art, "This is no video, but a text of some length.\nAnd another line.\n");
+    EXPECT_EQ(openError(art), art.string() + ": is a text, expected a video file");
+    const fs::path noise = directory / "noise.bin";
+    spill(noise, std::string(5000, '\x5a'));
+    EXPECT_EQ(openError(noise), noise.string() + ": is not a video that FFmpeg can read");
+}
+
+TEST(VideoReader, AFileWithoutVideoIsNamed) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path sound = directory / "sound.mka";
+    ffmpeg("-f lavfi -i sine=duration=1 -c:a flac " + arg(sound));
+    EXPECT_EQ(errorOf([&] { const VideoReader reader(sound); }),
+              sound.string() + ": holds no video stream but audio flac, expected a video");
+    // A cover picture is not a video.
+    const fs::path cover = directory / "cover.m4a";
+    ffmpeg("-f lavfi -i sine=duration=1 -f lavfi -i testsrc2=size=32x32 -frames:v 1 -c:a aac "
+           "-c:v mjpeg -pix_fmt yuvj420p -disposition:v attached_pic " +
+           arg(cover));
+    EXPECT_NE(errorOf([&] { const VideoReader reader(cover); }).find("holds no video stream"),
+              std::string::npos);
+}
+
+TEST(VideoReader, AnAnimatedWebPPictureIsNamed) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "moving.webp";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=5:duration=1 -c:v libwebp_anim " + arg(file));
+    EXPECT_EQ(errorOf([&] { const VideoReader reader(file); }),
+              file.string() + ": is an animated WebP picture, expected a video; convert it first");
+}
+
+TEST(VideoReader, AnUnknownCodecIsNamed) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = makeClip(directory, "clip.avi");
+    std::string bytes = slurp(file);
+    for (std::size_t at = 0; (at = bytes.find("H264", at)) != std::string::npos;)
+        bytes.replace(at, 4, "QQ77");
+    const fs::path odd = directory / "odd.avi";
+    spill(odd, bytes);
+    EXPECT_EQ(errorOf([&] { const VideoReader reader(odd); }),
+              odd.string() + ": has video of the codec \"QQ77\", which this FFmpeg cannot decode");
+}
+
+TEST(VideoReader, OptionsAreChecked) {
+    VideoReaderOptions options;
+    options.from = -1;
+    EXPECT_EQ(errorOf([&] { validate(options); }),
+              "from: is -1 s, expected 0 or more, less than 1e9 s");
+    options.from = 3;
+    options.to = 3;
+    EXPECT_EQ(errorOf([&] { validate(options); }), "to: is 3 s, expected more than from, 3 s");
+    options.to = 4;
+    options.threads = 65;
+    EXPECT_EQ(errorOf([&] { validate(options); }), "threads: is 65, expected 0..64");
+}
+
+TEST(VideoReaderSkip, TheFramesThatFollowAreTheSame) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=12 -vf "
+           "\"select='not(eq(mod(n,7),3))'\" -fps_mode vfr -c:v libx264 -bf 2 -g 40 " +
+           arg(clip));
+    const fs::path bare = directory / "clip.h264"; // without times
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=6 -c:v libx264 -bf 2 -g 40 " +
+           arg(bare));
+    for (const fs::path& file : {clip, bare}) {
+        for (const double from : {0.0, 1.5}) {
+            VideoReaderOptions options;
+            options.from = from;
+            VideoReader linear(file, options);
+            const std::vector<VideoFrame> all = allFrames(linear);
+            ASSERT_GT(all.size(), 100u);
+            for (const std::size_t k :
+                 {std::size_t{0}, std::size_t{1}, std::size_t{77}, all.size() - 1}) {
+                VideoReader reader(file, options);
+                reader.skipTo(all[k].pts);
+                const std::vector<VideoFrame> rest = allFrames(reader);
+                ASSERT_EQ(rest.size(), all.size() - k) << file << " " << from << " " << k;
+                for (std::size_t i = 0; i < rest.size(); ++i) {
+                    ASSERT_EQ(rest[i].pts, all[k + i].pts);
+                    ASSERT_EQ(rest[i].duration, all[k + i].duration);
+                    ASSERT_EQ(cv::norm(rest[i].picture, all[k + i].picture, cv::NORM_INF), 0);
+                }
+            }
+            VideoReader reader(file, options);
+            reader.skipTo(all.back().pts + 1000000);
+            EXPECT_FALSE(reader.next());
+        }
+    }
+}
+
+TEST(VideoReaderSkip, AWantedPartEndsWhereItEndsWithoutSkipping) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip =
+        makeClip(directory, "clip.mp4", "", "testsrc2=size=96x64:rate=24:duration=9");
+    VideoReaderOptions options;
+    for (const double from : {0.0, 0.5}) {
+        options.from = from;
+        options.to = 7;
+        VideoReader linear(clip, options);
+        const std::vector<VideoFrame> all = allFrames(linear);
+        ASSERT_EQ(all.size(), from > 0 ? 156u : 168u);
+        const std::int64_t end = all.back().pts + all.back().duration; // where the next one stands
+        for (const std::int64_t goal : {end, end + all.back().duration, end - 1}) {
+            VideoReader reader(clip, options);
+            reader.skipTo(goal);
+            EXPECT_FALSE(reader.next()) << "from " << from << ", skipped to " << goal;
+        }
+        VideoReader reader(clip, options);
+        reader.skipTo(all.back().pts);
+        EXPECT_TRUE(reader.next());
+        EXPECT_FALSE(reader.next());
+    }
+}
+
+double processorSeconds() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_utime.tv_sec) +
+           static_cast<double>(usage.ru_utime.tv_usec) * 1e-6;
+}
+
+TEST(VideoReader, CountingTheFramesBeforeAPartIsFast) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=640x480:rate=25:duration=20 -c:v libx264 -preset ultrafast "
+           "-bf 2 -g 50 " +
+           arg(clip));
+    VideoReaderOptions options;
+    options.threads = 1;
+    const double start = processorSeconds();
+    VideoReader linear(clip, options);
+    for (VideoFrame frame; linear.read(frame);) {
+    }
+    const double whole = processorSeconds() - start;
+    options.from = 19;
+    VideoReader reader(clip, options);
+    EXPECT_EQ(reader.framesBefore(), 475);
+    const double counted = processorSeconds() - start - whole;
+    RecordProperty("shareOfDecoding", std::to_string(counted / whole));
+    EXPECT_LT(counted, 0.2 * whole);
+}
+
+TEST(VideoReaderSkip, NothingIsReadTwiceToFindThatNothingIsLeft) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path clip = directory / "clip.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=640x480:rate=25:duration=20 -c:v libx264 -preset ultrafast "
+           "-bf 2 -g 50 " +
+           arg(clip));
+    VideoReaderOptions options;
+    options.threads = 1;
+    VideoReader linear(clip, options);
+    const double start = processorSeconds();
+    linear.skipTo(1); // no further than that is decoded frame by frame
+    for (VideoFrame frame; linear.read(frame);) {
+    }
+    const double whole = processorSeconds() - start;
+    VideoReader reader(clip, options);
+    const std::int64_t seconds = reader.facts().timeBase.denominator;
+    reader.skipTo(30 * seconds);
+    EXPECT_FALSE(reader.next());
+    EXPECT_LT(processorSeconds() - start - whole, 0.3 * whole);
+}
+
+} // namespace
+} // namespace altiro3D::test

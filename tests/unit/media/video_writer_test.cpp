@@ -1,0 +1,1134 @@
+#include "altiro3D/video_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/native_maker.hpp"
+#include "media/other_streams.hpp"
+#include "media/video_container.hpp"
+#include "media/video_input.hpp"
+#include "support/displays.hpp"
+#include "support/file_limit.hpp"
+#include "support/files.hpp"
+#include "support/random_pictures.hpp"
+#include "support/slow.hpp"
+#include "support/video.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <cstring>
+#include <deque>
+#include <functional>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <set>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const cv::Size kSize(64, 48);
+
+VideoWriterOptions smallOptions() {
+    VideoWriterOptions options;
+    options.size = kSize;
+    options.preset = EncoderPreset::UltraFast;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    options.constantRate = true;
+    options.threads = 1;
+    return options;
+}
+
+void writeClip(const fs::path& file, const VideoWriterOptions& options, int count) {
+    VideoWriter writer(file, options);
+    for (int i = 0; i < count; ++i)
+        writer.write({movingPicture(options.size, i), i, 1});
+    writer.finish();
+}
+
+std::size_t filesIn(const fs::path& directory) {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(directory), fs::directory_iterator()));
+}
+
+// The check sum of the packets of each stream of a kind ("a", "s"), in their order.
+std::vector<std::string> streamHashes(const fs::path& file, const std::string& kind) {
+    std::vector<std::string> sums;
+    for (const std::string& line : lines(ffmpeg("-i " + arg(file) + " -map 0:" + kind +
+                                                " -c copy -f streamhash -hash md5 -"))) {
+        sums.push_back(line.substr(line.find("MD5=")));
+    }
+    return sums;
+}
+
+// Times of all packets of a stream, in seconds, in the order they are shown.
+std::vector<double> packetTimes(const fs::path& file, const std::string& stream) {
+    std::vector<double> times;
+    for (const std::string& line :
+         lines(ffprobe(file, "packet=pts_time", "-select_streams " + stream))) {
+        times.push_back(std::stod(line));
+    }
+    std::sort(times.begin(), times.end());
+    return times;
+}
+
+// When a file begins: before 0 where sound begins before the picture (Matroska, FFmpeg 7).
+double startOf(const fs::path& file) {
+    return std::stod(lines(ffprobe(file, "format=start_time"))[0]);
+}
+
+std::vector<double> timesFromStart(const fs::path& file, const std::string& stream) {
+    const double start = startOf(file);
+    std::vector<double> times = packetTimes(file, stream);
+    for (double& time : times)
+        time -= start;
+    return times;
+}
+
+// "800 One" for a chapter that ends 800 ms after the file's start.
+std::vector<std::string> chapterEnds(const fs::path& file) {
+    const double start = startOf(file);
+    std::vector<std::string> ends;
+    for (const std::string& line : lines(ffprobe(file, "chapter=end_time:chapter_tags=title"))) {
+        const double end = std::stod(line) - start;
+        ends.push_back(std::to_string(std::lround(1000 * end)) + " " +
+                       line.substr(line.find('|') + 1));
+    }
+    return ends;
+}
+
+// The length that an MP4 or QuickTime file states. That of ffprobe 7 is the last stream's on the
+// decoder's clock, which ends earlier where frames are out of order.
+double statedSeconds(const fs::path& file) {
+    const std::string bytes = slurp(file);
+    const std::size_t header = bytes.find("mvhd"); // then version 0, two dates, units/s, units
+    const auto number = [&](std::size_t at) {
+        double value = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            value = 256 * value + static_cast<unsigned char>(bytes.at(header + at + i));
+        return value;
+    };
+    return number(20) / number(16);
+}
+
+void expectNear(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i)
+        ASSERT_NEAR(a[i], b[i], tolerance) << i;
+}
+
+// A film with two sounds, subtitles, chapters and tags; AAC begins a little before 0 in it.
+fs::path makeFilm(const TemporaryDirectory& directory, const std::string& name,
+                  const std::string& options = "-c:a:0 aac -c:a:1 pcm_s16le -c:s srt") {
+    spill(directory / "text.srt", "1\n00:00:00,200 --> 00:00:00,900\nHello\n\n"
+                                  "2\n00:00:01,250 --> 00:00:01,750\n<i>World</i>\n");
+    spill(directory / "film.txt", ";FFMETADATA1\ntitle=A film\nartist=Somebody\n"
+                                  "[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=800\ntitle=One\n"
+                                  "[CHAPTER]\nTIMEBASE=1/1000\nSTART=800\nEND=2000\ntitle=Two\n");
+    fs::path file = directory / name;
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=24000/1001:duration=2 -f lavfi -i "
+           "sine=duration=2.3 -f lavfi -i sine=f=300:duration=2 -i " +
+           arg(directory / "text.srt") + " -i " + arg(directory / "film.txt") +
+           " -map 0:v -map 1:a -map 2:a -map 3:s -map_metadata 4 -c:v libx264 -g 12 -bf 2 "
+           "-pix_fmt yuv420p -metadata:s:a:0 language=eng -metadata:s:a:1 language=slv "
+           "-metadata:s:s:0 language=deu " +
+           options + " " + arg(file));
+    return file;
+}
+
+VideoWriterOptions optionsFor(const VideoReader& reader) {
+    VideoWriterOptions options;
+    options.size = reader.facts().size;
+    options.timeBase = reader.facts().timeBase;
+    options.frameRate = reader.facts().averageRate;
+    options.constantRate = reader.facts().constantRate;
+    options.preset = EncoderPreset::UltraFast;
+    options.threads = 1;
+    return options;
+}
+
+// Reads a film and writes it with its other streams; what the two remarked.
+Notes copyFilm(const fs::path& from, const fs::path& to, const VideoReaderOptions& part = {},
+               int most = 1000000) {
+    VideoReader reader(from, part);
+    VideoWriter writer(to, optionsFor(reader), &reader);
+    VideoFrame frame;
+    for (int i = 0; i < most && reader.read(frame); ++i)
+        writer.write(frame);
+    writer.finish();
+    return writer.notes();
+}
+
+struct Encoding {
+    VideoCodec codec;
+    const char* extension;
+    bool compatible;
+    double leastPsnr;   // dB at crf 16 or what the codec does by itself
+    const char* pixels; // empty: the decoder's choice
+};
+
+class Encodings : public testing::TestWithParam<Encoding> {};
+
+// The program ffmpeg reads the picture back, so errors of reader and writer cannot cancel.
+TEST_P(Encodings, KeepPicturesAndTimes) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = directory / (std::string("clip") + GetParam().extension);
+    VideoWriterOptions options = smallOptions();
+    options.codec = GetParam().codec;
+    options.compatible = GetParam().compatible;
+    writeClip(file, options, 10);
+    const std::vector<cv::Mat> frames =
+        ffmpegFrames(file, kSize, GetParam().codec == VideoCodec::Ffv1 ? "null" : "");
+    ASSERT_EQ(frames.size(), 10u);
+    for (int i = 0; i < 10; ++i) {
+        const double found = cv::PSNR(frames[static_cast<std::size_t>(i)], movingPicture(kSize, i));
+        EXPECT_GE(found, GetParam().leastPsnr) << "frame " << i;
+    }
+    const std::vector<double> times = packetTimes(file, "v:0");
+    ASSERT_EQ(times.size(), 10u);
+    for (int i = 0; i < 10; ++i)
+        EXPECT_NEAR(times[static_cast<std::size_t>(i)], i / 25.0, 1e-6); // 40 ms fit everywhere
+    if (GetParam().pixels[0] != '\0') {
+        EXPECT_EQ(lines(ffprobe(file, "stream=pix_fmt"))[0], GetParam().pixels);
+    }
+    EXPECT_EQ(lines(ffprobe(file, "stream=avg_frame_rate"))[0], "25/1");
+    // And by our own reader.
+    VideoReader reader(file);
+    const std::vector<VideoFrame> again = allFrames(reader);
+    ASSERT_EQ(again.size(), 10u);
+    for (std::size_t i = 0; i < 10; ++i) {
+        EXPECT_GE(cv::PSNR(again[i].picture, movingPicture(kSize, static_cast<int>(i))),
+                  GetParam().leastPsnr);
+    }
+    EXPECT_NEAR(static_cast<double>(again[9].duration) * reader.facts().timeBase.value(), 0.04,
+                1e-3);
+}
+
+std::string nameOf(const testing::TestParamInfo<Encoding>& encoding) {
+    static const char* const kNames[] = {"H264", "H264Rgb", "Hevc", "Ffv1", "ProRes"};
+    return std::string(kNames[static_cast<int>(encoding.param.codec)]) +
+           (encoding.param.compatible ? "Compatible" : "") + "In" +
+           std::string(encoding.param.extension).substr(1);
+}
+
+// Lossless is infinite, which cv::PSNR() gives as 361 dB.
+INSTANTIATE_TEST_SUITE_P(VideoWriter, Encodings,
+                         testing::Values(Encoding{VideoCodec::H264, ".mp4", false, 40, "yuv444p"},
+                                         Encoding{VideoCodec::H264, ".mkv", false, 40, "yuv444p"},
+                                         Encoding{VideoCodec::H264, ".mov", false, 40, "yuv444p"},
+                                         Encoding{VideoCodec::H264, ".mp4", true, 30, "yuv420p"},
+                                         Encoding{VideoCodec::H264Rgb, ".mp4", false, 40, "gbrp"},
+                                         Encoding{VideoCodec::H264Rgb, ".mkv", false, 40, "gbrp"},
+                                         Encoding{VideoCodec::Hevc, ".mp4", false, 38, "yuv444p"},
+                                         Encoding{VideoCodec::Hevc, ".mkv", true, 28, "yuv420p"},
+                                         Encoding{VideoCodec::Ffv1, ".mkv", false, 300, "bgr0"},
+                                         Encoding{VideoCodec::ProRes, ".mov", false, 40, ""},
+                                         Encoding{VideoCodec::ProRes, ".mkv", false, 40, ""}),
+                         nameOf);
+
+// A thing that moves before textured ground, each sub-pixel from its own view.
+std::vector<cv::Mat> movingNatives(int count) {
+    Display display;
+    display.calibration = stripePanel(384, 256);
+    display.quilt = QuiltLayout{8, 6, {96, 64}};
+    const NativeMaker maker(display, {});
+    const cv::Mat ground = randomPhoto({96, 64}, 5, 0.8);
+    const cv::Mat near = randomPhoto({24, 24}, 6, 0.8);
+    std::vector<cv::Mat> natives;
+    for (int i = 0; i < count; ++i) {
+        const cv::Rect place(10 + 2 * i, 20, near.cols, near.rows);
+        altiro3D::Scene scene{ground.clone(), cv::Mat(ground.size(), CV_32FC1, cv::Scalar(0.2F))};
+        near.copyTo(scene.photo(place));
+        scene.depth(place).setTo(0.9F);
+        natives.emplace_back();
+        maker.makeNative(scene, natives.back());
+    }
+    return natives;
+}
+
+// What each sub-pixel shows counts, not a texture that looks alike, and colours as much as grey.
+TEST(VideoWriter, NativesAreMoreAccurateThanOtherPicturesOfTheirSizeInTheFile) {
+    ALTIRO3D_TAKES(15);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const std::vector<cv::Mat> natives = movingNatives(12);
+    const auto encoded = [&](VideoWriterOptions options, bool native) {
+        options.native = native;
+        const fs::path file = directory / "native.mkv";
+        VideoWriter writer(file, options);
+        for (std::size_t i = 0; i < natives.size(); ++i)
+            writer.write({natives[i], static_cast<std::int64_t>(i), 1});
+        writer.finish();
+        double error = 0;
+        const std::vector<cv::Mat> frames = ffmpegFrames(file, options.size);
+        for (std::size_t i = 0; i < natives.size(); ++i)
+            error += cv::norm(frames.at(i), natives[i], cv::NORM_L2SQR);
+        return std::pair(error, static_cast<double>(fs::file_size(file)));
+    };
+    for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::Hevc}) {
+        for (const EncoderPreset preset :
+             {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Medium}) {
+            VideoWriterOptions options = smallOptions();
+            options.size = natives[0].size();
+            options.codec = codec;
+            options.preset = preset;
+            const auto [error, size] = encoded(options, true);
+            auto [usualError, usualSize] = encoded(options, false);
+            while (usualSize < size && options.crf > 1) {
+                options.crf -= 0.5;
+                std::tie(usualError, usualSize) = encoded(options, false);
+            }
+            EXPECT_LT(error, usualError) << presetName(preset) << ", crf " << options.crf;
+        }
+    }
+    VideoWriterOptions lossless = smallOptions();
+    lossless.size = natives[0].size();
+    lossless.crf = 0;
+    EXPECT_EQ(encoded(lossless, true).first, encoded(lossless, false).first);
+}
+
+// Megabits of each second of a video, by its packets.
+std::vector<double> megabitsOfSeconds(const fs::path& file) {
+    std::vector<double> sums;
+    for (const std::string& line : lines(ffprobe(file, "packet=pts_time,size"))) {
+        const auto second = static_cast<std::size_t>(std::stod(line));
+        sums.resize(std::max(sums.size(), second + 1));
+        sums[second] += 8e-6 * std::stod(line.substr(line.find('|') + 1));
+    }
+    return sums;
+}
+
+void writeNoise(const fs::path& file, const VideoWriterOptions& options, int count) {
+    VideoWriter writer(file, options);
+    for (int i = 0; i < count; ++i)
+        writer.write({randomPhoto(options.size, i + 1, 0.5), i, 1});
+    writer.finish();
+}
+
+TEST(VideoWriter, MaxRateHoldsInEachSecondAndGivesTheSameBytes) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    constexpr int kSeconds = 6;
+    const TemporaryDirectory directory;
+    VideoWriterOptions options = smallOptions();
+    options.size = {192, 128};
+    options.native = true;
+    options.threads = 4;
+    const fs::path file = directory / "noise.mkv";
+    const fs::path again = directory / "again.mkv";
+    for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::H264Rgb}) {
+        options.codec = codec;
+        for (const EncoderPreset preset :
+             {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Medium}) {
+            SCOPED_TRACE(presetName(preset));
+            options.preset = preset;
+            options.maxRate = 0;
+            writeNoise(file, options, 25);
+            const double free = megabitsOfSeconds(file)[0];
+            options.maxRate = free / 2;
+            writeNoise(file, options, 25 * kSeconds);
+            const std::vector<double> rates = megabitsOfSeconds(file);
+            ASSERT_EQ(rates.size(), static_cast<std::size_t>(kSeconds));
+            const double all = std::accumulate(rates.begin(), rates.end(), 0.0);
+            EXPECT_LE(all, options.maxRate * (kSeconds + 1.5)); // some come early
+            EXPECT_GE(all, options.maxRate * kSeconds * 0.8);
+            for (std::size_t i = 1; i < rates.size(); ++i)
+                EXPECT_LE(rates[i], options.maxRate * 1.25) << i;
+            writeNoise(again, options, 25 * kSeconds);
+            EXPECT_TRUE(slurp(file) == slurp(again));
+            options.maxRate = 10 * free; // nothing to hold
+            writeNoise(file, options, 25);
+            EXPECT_NEAR(megabitsOfSeconds(file)[0], free, 0.1 * free);
+        }
+    }
+}
+
+// Arithmetic coding and deblocking take more than half of the time to decode.
+TEST(VideoWriter, NativesAreCodedToBeDecodedQuickly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "native.mkv";
+    for (const EncoderPreset preset :
+         {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Fast}) {
+        VideoWriterOptions options = smallOptions();
+        options.preset = preset;
+        options.native = true;
+        writeClip(file, options, 3);
+        std::set<std::string> found;
+        for (const std::string& line : lines(ffmpeg(
+                 "-v verbose -i " + arg(file) + " -c copy -bsf:v trace_headers -f null - 2>&1"))) {
+            for (const char* field :
+                 {"entropy_coding_mode_flag", "disable_deblocking_filter_idc"}) {
+                if (line.find(field) != std::string::npos)
+                    found.insert(field + line.substr(line.rfind(' ')));
+            }
+        }
+        EXPECT_EQ(found, (std::set<std::string>{"entropy_coding_mode_flag 0",
+                                                "disable_deblocking_filter_idc 1"}))
+            << presetName(preset);
+    }
+}
+
+TEST(VideoWriter, OddSizesAreKept) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::H264Rgb, VideoCodec::Hevc,
+                                   VideoCodec::Ffv1, VideoCodec::ProRes}) {
+        VideoWriterOptions options = smallOptions();
+        options.codec = codec;
+        options.size = {67, 41};
+        const fs::path file = directory / "odd.mkv";
+        writeClip(file, options, 3);
+        const std::vector<cv::Mat> frames = ffmpegFrames(file, options.size);
+        ASSERT_EQ(frames.size(), 3u) << static_cast<int>(codec);
+        EXPECT_GE(cv::PSNR(frames[2], movingPicture(options.size, 2)), 36)
+            << static_cast<int>(codec);
+    }
+}
+
+TEST(VideoWriter, KnownColoursSurviveInEveryMatrixAndRange) {
+    ALTIRO3D_TAKES(3);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    // Fields of 16 px: black, white, grey and strong colours.
+    const cv::Vec3b colours[] = {{0, 0, 0},     {255, 255, 255}, {128, 128, 128}, {0, 0, 255},
+                                 {0, 255, 0},   {255, 0, 0},     {0, 255, 255},   {255, 0, 255},
+                                 {255, 255, 0}, {60, 120, 200},  {200, 120, 60},  {90, 200, 90}};
+    cv::Mat chart(48, 64, CV_8UC3);
+    for (int i = 0; i < 12; ++i) {
+        const cv::Vec3b& c = colours[i];
+        chart(cv::Rect(i % 4 * 16, i / 4 * 16, 16, 16)).setTo(cv::Scalar(c[0], c[1], c[2]));
+    }
+    const std::map<ColourMatrix, std::string> names = {{ColourMatrix::Bt601, "smpte170m"},
+                                                       {ColourMatrix::Bt709, "bt709"},
+                                                       {ColourMatrix::Bt2020, "bt2020nc"}};
+    for (const auto& [matrix, name] : names) {
+        for (const ColourRange range : {ColourRange::Limited, ColourRange::Full}) {
+            for (const bool compatible : {false, true}) {
+                VideoWriterOptions options = smallOptions();
+                options.matrix = matrix;
+                options.range = range;
+                options.compatible = compatible;
+                options.crf = 4;
+                const fs::path file = directory / "chart.mp4";
+                VideoWriter writer(file, options);
+                writer.write({chart, 0, 1});
+                writer.finish();
+                EXPECT_EQ(lines(ffprobe(file, "stream=color_range,color_space"))[0],
+                          (range == ColourRange::Full ? "pc|" : "tv|") + name);
+                const std::vector<cv::Mat> frames = ffmpegFrames(file, kSize);
+                ASSERT_EQ(frames.size(), 1u);
+                for (int i = 0; i < 12; ++i) {
+                    const auto found = frames[0].at<cv::Vec3b>(i / 4 * 16 + 8, i % 4 * 16 + 8);
+                    for (int c = 0; c < 3; ++c) {
+                        // Rounding of Y, U, V makes 2; crf 4 and 4:2:0 (in the middle) some more.
+                        EXPECT_NEAR(found[c], colours[i][c], 5)
+                            << name << " field " << i << " channel " << c;
+                    }
+                }
+            }
+        }
+    }
+}
+
+TEST(VideoWriter, HighDefinitionIsBt709AndLimitedByItself) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    VideoWriterOptions options = smallOptions();
+    options.size = {32, 720};
+    writeClip(directory / "high.mp4", options, 1);
+    const std::string entries = "stream=color_range,color_space,color_transfer,color_primaries";
+    EXPECT_EQ(lines(ffprobe(directory / "high.mp4", entries))[0], "tv|bt709|bt709|bt709");
+    options.size = {32, 718};
+    writeClip(directory / "low.mp4", options, 1);
+    EXPECT_EQ(lines(ffprobe(directory / "low.mp4", "stream=color_range,color_space"))[0],
+              "tv|smpte170m");
+}
+
+TEST(VideoWriter, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const struct {
+        Fraction timeBase;
+        std::vector<std::int64_t> times;
+    } cases[] = {{{1001, 24000}, {0, 1, 2, 3, 4, 5, 6}},
+                 {{1, 90000}, {0, 3003, 6007, 9009, 12100, 45001}},
+                 {{1, 1000}, {0, 33, 67, 100, 340, 1230}},
+                 {{1, 12800}, {512, 1024, 1536, 2048}}};
+    for (const auto& [timeBase, times] : cases) {
+        for (const char* const extension : {".mp4", ".mov", ".mkv"}) {
+            VideoWriterOptions options = smallOptions();
+            options.timeBase = timeBase;
+            options.frameRate = {};
+            options.constantRate = false;
+            options.preset = EncoderPreset::VeryFast; // with B-frames
+            const fs::path file = directory / (std::string("times") + extension);
+            VideoWriter writer(file, options);
+            for (std::size_t i = 0; i < times.size(); ++i) {
+                const std::int64_t duration =
+                    i + 1 < times.size() ? times[i + 1] - times[i] : 2 * times[1] - 2 * times[0];
+                writer.write({movingPicture(kSize, static_cast<int>(i)), times[i], duration});
+            }
+            writer.finish();
+            std::vector<double> expected;
+            for (const std::int64_t time : times)
+                expected.push_back(static_cast<double>(time) * timeBase.value());
+            const bool mkv = std::string(extension) == ".mkv";
+            // ffprobe writes six digits
+            expectNear(packetTimes(file, "v:0"), expected, mkv ? 0.00051 : 0.000001);
+            if (!mkv) {
+                const double end = static_cast<double>(times.back() + 2 * (times[1] - times[0])) *
+                                   timeBase.value();
+                // the file's length is kept to 1 ms
+                EXPECT_NEAR(statedSeconds(file), end, 0.0011);
+                EXPECT_EQ(lines(ffprobe(file, "frame=pts", "-select_streams v:0")).size(),
+                          times.size());
+            }
+        }
+    }
+}
+
+TEST(VideoWriter, EverythingBesideThePicturesIsKept) {
+    ALTIRO3D_TAKES(4);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv");
+    const fs::path copy = directory / "copy.mkv";
+    EXPECT_TRUE(copyFilm(film, copy).empty());
+    EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name")),
+              (std::vector<std::string>{"h264", "aac", "pcm_s16le", "subrip"}));
+    EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
+    EXPECT_EQ(streamHashes(copy, "s"), streamHashes(film, "s"));
+    for (const char* const stream : {"v:0", "a:0", "a:1", "s:0"})
+        expectNear(timesFromStart(copy, stream), timesFromStart(film, stream), 0.0011);
+    EXPECT_EQ(lines(ffprobe(copy, "stream_tags=language", "-select_streams a")),
+              (std::vector<std::string>{"eng", "slv"}));
+    EXPECT_EQ(lines(ffprobe(copy, "format_tags=title,artist")),
+              (std::vector<std::string>{"A film|Somebody"}));
+    EXPECT_EQ(chapterEnds(copy), chapterEnds(film));
+    EXPECT_EQ(lines(ffprobe(copy, "stream=avg_frame_rate", "-select_streams v"))[0], "24000/1001");
+    EXPECT_EQ(lines(ffprobe(copy, "packet=duration_time", "-select_streams s")),
+              lines(ffprobe(film, "packet=duration_time", "-select_streams s")));
+}
+
+TEST(VideoWriter, Mp4GetsTextSubtitlesAsMovText) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv", "-c:a:0 aac -c:a:1 aac -c:s srt");
+    const fs::path copy = directory / "copy.mp4";
+    const Notes notes = copyFilm(film, copy);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_EQ(notes[0].text, film.string() + ": subtitles subrip (deu) become mov_text");
+    EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name", "-select_streams s"))[0], "mov_text");
+    EXPECT_EQ(lines(ffprobe(copy, "stream_tags=language", "-select_streams s"))[0], "deu");
+    EXPECT_EQ(ffmpeg("-i " + arg(copy) + " -map 0:s -f srt -"),
+              ffmpeg("-i " + arg(film) + " -map 0:s -f srt -"));
+    EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
+    EXPECT_EQ(chapterEnds(copy), chapterEnds(film));
+    EXPECT_EQ(lines(ffprobe(copy, "format_tags=title,artist"))[0], "A film|Somebody");
+    // ... and back: Matroska has no mov_text.
+    const fs::path back = directory / "back.mkv";
+    EXPECT_EQ(copyFilm(copy, back).size(), 1u);
+    EXPECT_EQ(lines(ffprobe(back, "stream=codec_name", "-select_streams s"))[0], "subrip");
+    EXPECT_EQ(ffmpeg("-i " + arg(back) + " -map 0:s -f srt -"),
+              ffmpeg("-i " + arg(film) + " -map 0:s -f srt -"));
+}
+
+TEST(VideoWriter, SoundThatBeginsBeforeThePicturesDoesNotMoveThem) {
+    ALTIRO3D_TAKES(3);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mp4", "-c:a aac -c:s mov_text");
+    ASSERT_LT(packetTimes(film, "a:0").front(), 0);
+    for (const char* const name : {"copy.mp4", "copy.mkv", "copy.mov"}) {
+        const fs::path copy = directory / name;
+        copyFilm(film, copy);
+        expectNear(packetTimes(copy, "v:0"), packetTimes(film, "v:0"),
+                   copy.extension() == ".mkv" ? 0.00051 : 0.000001);
+        EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a")) << name;
+        expectNear(packetTimes(copy, "a:0"), packetTimes(film, "a:0"), 0.0011);
+    }
+}
+
+TEST(VideoWriter, QuickTimeTakesUncompressedSound) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv");
+    const fs::path copy = directory / "copy.mov";
+    copyFilm(film, copy);
+    EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
+}
+
+TEST(VideoWriter, AContainerForTheSoundAndSubtitlesIsFound) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const auto extensionOf = [&](const std::string& codecs, const VideoWriterOptions& options) {
+        const fs::path film = makeFilm(directory, "film.mkv", codecs);
+        VideoReader reader(film);
+        const std::string extension = VideoWriter::extensionFor(reader, options);
+        VideoReader again(film);
+        VideoWriterOptions encoding = optionsFor(again);
+        encoding.codec = options.codec;
+        encoding.audio = options.audio;
+        EXPECT_NO_THROW(VideoWriter(directory / ("copy" + extension), encoding, &again)) << codecs;
+        return extension;
+    };
+    VideoWriterOptions options = smallOptions();
+    EXPECT_EQ(extensionOf("-c:a aac -c:s srt", options), ".mp4");
+    EXPECT_EQ(extensionOf("-c:a:0 aac -c:a:1 wavpack -c:s srt", options), ".mkv");
+    options.audio = false;
+    EXPECT_EQ(extensionOf("-c:a:0 aac -c:a:1 wavpack -c:s srt", options), ".mp4");
+    options.audio = true;
+    options.codec = VideoCodec::ProRes;
+    EXPECT_EQ(extensionOf("-c:a pcm_s16le -c:s srt", options), ".mov");
+    options.codec = VideoCodec::Ffv1;
+    EXPECT_EQ(extensionOf("-c:a aac -c:s srt", options), ".mkv");
+}
+
+TEST(VideoWriter, WhatAContainerCannotHoldIsNamedBeforeWork) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    // FFmpeg 7 puts PCM into MP4
+    const fs::path film = makeFilm(directory, "film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");
+    const fs::path copy = directory / "copy.mp4";
+    VideoReader reader(film);
+    EXPECT_EQ(errorOf([&] { VideoWriter(copy, optionsFor(reader), &reader); }),
+              copy.string() + ": cannot hold the sound wavpack (slv) of " + film.string() +
+                  ", expected a name that ends in .mkv, or no sound");
+    EXPECT_FALSE(fs::exists(copy));
+    EXPECT_FALSE(fs::exists(copy.string() + ".part"));
+
+    VideoWriterOptions options = smallOptions();
+    options.codec = VideoCodec::Ffv1;
+    EXPECT_EQ(errorOf([&] { VideoWriter(copy, options); }),
+              copy.string() + ": cannot hold ffv1 video, expected a name that ends in .mkv");
+    options.codec = VideoCodec::ProRes;
+    EXPECT_EQ(errorOf([&] { VideoWriter(copy, options); }),
+              copy.string() +
+                  ": cannot hold prores video, expected a name that ends in .mov or .mkv");
+    const fs::path other = directory / "copy.avi";
+    EXPECT_EQ(errorOf([&] { VideoWriter(other, smallOptions()); }),
+              other.string() + ": has a name that no video container here has, expected .mkv, "
+                               ".mp4 or .mov");
+    // Without the sound it goes.
+    VideoReader again(film);
+    VideoWriterOptions silent = optionsFor(again);
+    silent.audio = false;
+    silent.subtitles = false;
+    silent.chapters = false;
+    silent.metadata = false;
+    silent.tags = {{"title", "Mine"}};
+    VideoWriter writer(copy, silent, &again);
+    while (const auto frame = again.next())
+        writer.write(*frame);
+    writer.finish();
+    EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name")), std::vector<std::string>{"h264"});
+    EXPECT_EQ(ffprobe(copy, "chapter=start_time"), "");
+    EXPECT_EQ(lines(ffprobe(copy, "format_tags=title,artist"))[0], "Mine");
+}
+
+TEST(VideoWriter, APartHasTheSoundOfThePart) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const char* const name : {"film.mkv", "film.mp4"}) {
+        const fs::path film = makeFilm(directory, name,
+                                       std::string(name) == "film.mkv" ? "-c:a pcm_s16le -c:s srt"
+                                                                       : "-c:a aac -c:s mov_text");
+        VideoReaderOptions part;
+        part.from = 0.5;
+        part.to = 1.5;
+        const fs::path copy = directory / ("part-" + std::string(name));
+        copyFilm(film, copy, part);
+        std::vector<double> expected;
+        for (const double time : packetTimes(film, "a:0")) {
+            if (time >= 0.5 - 1e-6 && time < 1.5 - 1e-6) expected.push_back(time - 0.5);
+        }
+        expectNear(packetTimes(copy, "a:0"), expected, 0.0011);
+        expected.clear();
+        for (const double time : packetTimes(film, "v:0")) {
+            if (time >= 0.4995 && time < 1.4995) expected.push_back(time - 0.5);
+        }
+        expectNear(packetTimes(copy, "v:0"), expected, 0.0011);
+        // The first subtitle has begun before the part, the second ends behind it.
+        EXPECT_EQ(lines(ffprobe(copy, "chapter=start_time,end_time:chapter_tags=title")),
+                  (std::vector<std::string>{"0.000000|0.300000|One", "0.300000|1.000000|Two"}));
+        EXPECT_EQ(ffmpeg("-i " + arg(copy) + " -map 0:s -f srt -").substr(0, 37),
+                  "1\n00:00:00,000 --> 00:00:00,400\nHello");
+    }
+}
+
+TEST(VideoWriter, AnEarlyStopEndsTheSoundWithThePictures) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv");
+    const fs::path copy = directory / "copy.mkv";
+    copyFilm(film, copy, {}, 12);
+    EXPECT_EQ(packetTimes(copy, "v:0").size(), 12u);
+    EXPECT_NEAR(packetTimes(copy, "a:0").back(), 0.5, 0.03);
+    // Read to the end, all of the sound is kept though it is longer.
+    const fs::path whole = directory / "whole.mkv";
+    copyFilm(film, whole);
+    EXPECT_GT(packetTimes(whole, "a:0").back(), 2.2);
+}
+
+TEST(VideoWriter, ItsSourceMayBeReadInAnotherThread) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv");
+    const fs::path alone = directory / "alone.mkv";
+    copyFilm(film, alone);
+
+    const fs::path together = directory / "together.mkv";
+    auto reader = std::make_unique<VideoReader>(film);
+    VideoWriter writer(together, optionsFor(*reader), reader.get());
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::deque<VideoFrame> frames;
+    bool ended = false;
+    std::thread producer([&] {
+        for (bool more = true; more;) {
+            std::optional<VideoFrame> frame = reader->next();
+            more = frame.has_value();
+            if (!more) reader.reset();
+            const std::lock_guard<std::mutex> lock(mutex);
+            if (more) frames.push_back(std::move(*frame));
+            ended = !more;
+            changed.notify_one();
+        }
+    });
+    for (;;) {
+        std::unique_lock<std::mutex> lock(mutex);
+        changed.wait(lock, [&] { return ended || !frames.empty(); });
+        if (frames.empty()) break;
+        const VideoFrame frame = std::move(frames.front());
+        frames.pop_front();
+        lock.unlock();
+        writer.write(frame);
+    }
+    producer.join();
+    writer.finish();
+    // Packets of sound may come out in another order beside the pictures.
+    EXPECT_EQ(streamHashes(together, "v"), streamHashes(alone, "v"));
+    EXPECT_EQ(streamHashes(together, "a"), streamHashes(alone, "a"));
+    EXPECT_EQ(streamHashes(together, "s"), streamHashes(alone, "s"));
+}
+
+// AAC of a transport stream has headers that .mp4 takes off; damaged ones cannot be.
+TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv", "-map -0:s -c:a aac");
+    const fs::path stream = directory / "film.ts";
+    ffmpeg("-i " + arg(film) + " -map 0:v -map 0:a:0 -c copy " + arg(stream));
+    std::string bytes = slurp(stream);
+    // The headers (ff f1 50) of some packets in the middle.
+    int broken = 0;
+    for (std::size_t at = bytes.size() / 3;
+         broken < 4 && (at = bytes.find("\xff\xf1\x50", at)) != std::string::npos; ++broken) {
+        bytes[at + 1] = '\x01';
+    }
+    ASSERT_EQ(broken, 4);
+    spill(stream, bytes);
+    const fs::path copy = directory / "copy.mp4";
+    const Notes notes = copyFilm(stream, copy);
+    EXPECT_EQ(packetTimes(copy, "v:0").size(), 48u);
+    // FFmpeg 7 loses more around a broken header than FFmpeg 5
+    const std::size_t whole = packetTimes(film, "a:0").size();
+    EXPECT_GT(packetTimes(copy, "a:0").size(), whole * 6 / 10);
+    EXPECT_LT(packetTimes(copy, "a:0").size(), whole);
+    EXPECT_FALSE(notes.empty());
+    for (const Note& note : notes)
+        EXPECT_NE(note.text.find("could not be kept"), std::string::npos) << note.text;
+}
+
+TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
+    constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+    const auto taken = [](std::int64_t pts, std::int64_t duration, std::int64_t origin) {
+        OtherStreams others;
+        OtherStream& stream = others.streams.emplace_back();
+        stream.parameters.reset(avcodec_parameters_alloc());
+        stream.timeBase = {1, 1000000};
+        others.want();
+        others.take(0);
+        others.begin();
+        others.setRange(origin, std::nullopt, {1, 1}, true);
+        PacketPtr packet = newPacket();
+        packet->pts = pts;
+        packet->dts = pts;
+        packet->duration = duration;
+        others.push(0, std::move(packet));
+        return others.pop(0, std::nullopt, {1, 1000});
+    };
+    EXPECT_EQ(taken(7000000, 1, 5)->pts, 2000000);
+    EXPECT_EQ(taken(7000000, kMax, 5)->pts, 2000000);
+    EXPECT_EQ(taken(kMax, 1, 0), nullptr);
+    EXPECT_EQ(taken(-kMax, 1, 5), nullptr);
+    EXPECT_EQ(taken(7, 1, kMax / 3), nullptr) << "the origin is none in the stream's unit";
+}
+
+TEST(VideoWriter, ChaptersOfTimesThatNoNumberHoldsAreLeftOut) {
+    const TemporaryDirectory directory;
+    writeClip(directory / "clip.mkv", smallOptions(), 2);
+    VideoInput input = openVideoInput(directory / "clip.mkv", {});
+    input.facts.chapters = {{0, 1, "One"}, {1, 1e300, "Long"}, {1e10, 2e10, "Late"}};
+    OtherStreams others;
+    describeOthers(input, {}, others);
+    ASSERT_EQ(others.chapters.size(), 2u); // in ns, as they are written
+    EXPECT_EQ(others.chapters[1].title, "Long");
+    EXPECT_LT(others.chapters[1].end, 9.2e9);
+}
+
+TEST(VideoWriter, AfterAFailureAtTheEndItIsLost) {
+    for (const char* const name : {"clip.mkv", "clip.mp4"}) {
+        const TemporaryDirectory directory;
+        const fs::path file = directory / name;
+        VideoWriter writer(file, smallOptions());
+        writer.write({movingPicture(kSize, 0), 0, 1});
+        fs::create_directory(file);
+        EXPECT_EQ(errorOf([&] { writer.finish(); }).find(file.string() + ": cannot be "), 0u);
+        const std::string lost = file.string() + ": cannot be written any further after a failure";
+        EXPECT_EQ(errorOf([&] { writer.finish(); }), lost);
+        EXPECT_EQ(errorOf([&] { writer.write({movingPicture(kSize, 1), 1, 1}); }), lost);
+    }
+}
+
+TEST(VideoWriter, APictureThatTheContainerRefusesIsNoDamagedSound) {
+    const TemporaryDirectory directory;
+    VideoContainer container(directory / "clip.mkv");
+    const ParametersPtr parameters(avcodec_parameters_alloc());
+    parameters->codec_type = AVMEDIA_TYPE_VIDEO;
+    parameters->codec_id = AV_CODEC_ID_FFV1;
+    parameters->width = kSize.width;
+    parameters->height = kSize.height;
+    const auto source = std::make_shared<OtherStreams>();
+    source->want();
+    source->begin();
+    Notes notes;
+    container.open(*parameters, smallOptions(), source, notes);
+    for (const std::int64_t time : {0, 2, 1, 3}) { // the third is refused: times must rise
+        const PacketPtr packet = newPacket();
+        ASSERT_EQ(av_new_packet(packet.get(), 100), 0);
+        std::memset(packet->data, 0, 100);
+        packet->pts = packet->dts = time;
+        packet->duration = 1;
+        container.write(*packet);
+    }
+    EXPECT_EQ(errorOf([&] { container.finish(3, notes); }),
+              (directory / "clip.mkv").string() +
+                  ": would lack 1 of 4 pictures, which were refused as damaged");
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST(VideoWriter, PacketsAreInterleaved) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mkv", "-c:a aac -c:s srt");
+    for (const char* const name : {"copy.mkv", "copy.mp4"}) {
+        const fs::path copy = directory / name;
+        copyFilm(film, copy);
+        std::vector<std::pair<std::int64_t, double>> packets;
+        for (const std::string& line : lines(ffprobe(copy, "packet=dts_time,pos"))) {
+            const std::size_t bar = line.find('|');
+            if (line.compare(0, bar, "N/A") == 0) continue;
+            packets.emplace_back(std::stoll(line.substr(bar + 1)), std::stod(line));
+        }
+        // all of them, or two seconds tell nothing
+        EXPECT_EQ(packets.size(), lines(ffprobe(copy, "packet=size")).size()) << name;
+        ASSERT_GT(packets.size(), 48U) << name;
+        std::sort(packets.begin(), packets.end());
+        double most = -1;
+        for (const auto& [position, time] : packets) {
+            EXPECT_GE(time, most - 1.1) << name; // mp4 gathers up to a second per chunk
+            most = std::max(most, time);
+        }
+    }
+}
+
+TEST(VideoWriter, TheRotationOfTheSourceIsNotWrittenAgain) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    const fs::path film = makeFilm(directory, "film.mp4", "-c:a aac -c:s mov_text");
+    const fs::path turned = directory / "turned.mp4";
+    spill(turned, turnedClockwise(slurp(film), 90)); // the video is the first track
+    ASSERT_NE(VideoReader(turned).facts().rotationDegrees, 0);
+    for (const char* const name : {"copy.mp4", "copy.mkv"}) {
+        const fs::path copy = directory / name;
+        copyFilm(turned, copy);
+        EXPECT_EQ(lines(ffprobe(copy, "stream=width,height", "-select_streams v"))[0], "48|64");
+        EXPECT_TRUE(lines(ffprobe(copy, "stream_side_data=rotation")).empty());
+        EXPECT_TRUE(lines(ffprobe(copy, "stream_tags=rotate")).empty());
+    }
+}
+
+TEST(VideoWriter, AttachmentsGoIntoMatroskaOnly) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    spill(directory / "font.ttf", std::string(1000, 'f'));
+    const fs::path film = directory / "film.mkv";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:duration=1 -c:v libx264 -attach " +
+           arg(directory / "font.ttf") + " -metadata:s:t mimetype=font/ttf " + arg(film));
+    EXPECT_TRUE(copyFilm(film, directory / "copy.mkv").empty());
+    EXPECT_EQ(lines(ffprobe(directory / "copy.mkv", "stream=codec_type")),
+              (std::vector<std::string>{"video", "attachment"}));
+    const Notes notes = copyFilm(film, directory / "copy.mp4");
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_EQ(notes[0].text, film.string() + ": attachment is left out");
+}
+
+TEST(VideoWriter, RealClipsKeepTheirSoundAndTimes) {
+    ALTIRO3D_TAKES(5);
+    ALTIRO3D_REQUIRE_FFMPEG();
+    for (const char* const name : {"flower.mp4", "realshort.mp4", "bigbuckbunny.mp4"}) {
+        ALTIRO3D_REQUIRE_DATA(std::string("videos/") + name);
+        const fs::path film = dataPath(std::string("videos/") + name);
+        const TemporaryDirectory directory;
+        VideoReader reader(film);
+        VideoWriterOptions options = optionsFor(reader);
+        options.size = kSize; // pictures of another size, as a Native has
+        for (const char* const extension : {".mp4", ".mkv"}) {
+            const fs::path copy = directory / (std::string("copy") + extension);
+            VideoReader source(film);
+            VideoWriter writer(copy, options, &source);
+            VideoFrame frame;
+            for (int i = 0; source.read(frame); ++i)
+                writer.write({movingPicture(kSize, i), frame.pts, frame.duration});
+            writer.finish();
+            EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
+            expectNear(packetTimes(copy, "v:0"), packetTimes(film, "v:0"),
+                       std::string(extension) == ".mkv" ? 0.00051 : 0.000001);
+        }
+    }
+}
+
+TEST(VideoWriter, EqualFramesGiveEqualBytes) {
+    const TemporaryDirectory directory;
+    for (const VideoCodec codec :
+         {VideoCodec::H264, VideoCodec::Hevc, VideoCodec::Ffv1, VideoCodec::ProRes}) {
+        for (const char* const extension : {".mkv", ".mov"}) {
+            if (codec == VideoCodec::Ffv1 && std::string(extension) == ".mov") continue;
+            VideoWriterOptions options = smallOptions();
+            options.codec = codec;
+            options.threads = 2;
+            const fs::path a = directory / (std::string("a") + extension);
+            const fs::path b = directory / (std::string("b") + extension);
+            writeClip(a, options, 12);
+            if (codec == VideoCodec::Ffv1 || codec == VideoCodec::ProRes) options.threads = 1;
+            writeClip(b, options, 12);
+            EXPECT_EQ(slurp(a), slurp(b)) << static_cast<int>(codec) << extension;
+        }
+    }
+}
+
+TEST(VideoWriter, TheIndexOfAnMp4ComesFirst) {
+    const TemporaryDirectory directory;
+    writeClip(directory / "clip.mp4", smallOptions(), 30);
+    const std::string bytes = slurp(directory / "clip.mp4");
+    ASSERT_NE(bytes.find("moov"), std::string::npos);
+    EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
+}
+
+TEST(VideoWriter, TheNameAppearsOnlyWhenTheFileIsWhole) {
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "clip.mkv";
+    spill(file, "old");
+    {
+        VideoWriter writer(file, smallOptions());
+        writer.write({movingPicture(kSize, 0), 0, 1});
+        EXPECT_TRUE(fs::exists(directory / "clip.mkv.part"));
+        EXPECT_EQ(slurp(file), "old");
+        EXPECT_NE(errorOf([&] {
+                      VideoWriter(file, smallOptions());
+                  }).find("is being written by another process (clip.mkv.part)"),
+                  std::string::npos);
+    }
+    EXPECT_EQ(slurp(file), "old");
+    EXPECT_EQ(filesIn(directory.path()), 1u);
+    spill(directory / "clip.mkv.part", "left by a crash");
+    fs::permissions(file, static_cast<fs::perms>(0604));
+    writeClip(file, smallOptions(), 3);
+    EXPECT_EQ(filesIn(directory.path()), 1u);
+    EXPECT_EQ(static_cast<int>(fs::status(file).permissions()), 0604);
+    VideoReader reader(file);
+    EXPECT_EQ(allFrames(reader).size(), 3u);
+}
+
+TEST(VideoWriter, LinksAreFollowedAndDevicesRefused) {
+    const TemporaryDirectory directory;
+    fs::create_directory(directory / "sub");
+    fs::create_symlink("sub/clip.mkv", directory / "link.mkv");
+    writeClip(directory / "link.mkv", smallOptions(), 2);
+    EXPECT_TRUE(fs::is_symlink(directory / "link.mkv"));
+    EXPECT_TRUE(fs::is_regular_file(directory / "sub" / "clip.mkv"));
+    fs::create_symlink("/dev/null", directory / "null.mkv");
+    EXPECT_NE(errorOf([&] {
+                  VideoWriter(directory / "null.mkv", smallOptions());
+              }).find("is a device or pipe"),
+              std::string::npos);
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+    fs::create_directory(directory / "folder.mkv");
+    EXPECT_NE(errorOf([&] {
+                  VideoWriter(directory / "folder.mkv", smallOptions());
+              }).find("is a directory"),
+              std::string::npos);
+    EXPECT_EQ(errorOf([&] { VideoWriter(directory / "no" / "clip.mkv", smallOptions()); }),
+              (directory / "no" / "clip.mkv").string() +
+                  ": cannot be written: No such file or directory; its directory must exist");
+}
+
+// A file at its size limit fails in the same way as one on a full disk.
+TEST(VideoWriter, AFileThatCannotGrowIsNamedAndRemoved) {
+    for (const char* const name : {"clip.mkv", "clip.mov"}) {
+        const TemporaryDirectory directory;
+        const fs::path file = directory / name;
+        const std::string text = withFileLimit(200000, [&] {
+            return errorOf([&] {
+                VideoWriterOptions options = smallOptions();
+                options.codec = file.extension() == ".mkv" ? VideoCodec::Ffv1 : VideoCodec::ProRes;
+                writeClip(file, options, 200);
+            });
+        });
+        EXPECT_EQ(text, file.string() + ": cannot be written: File too large");
+        EXPECT_EQ(filesIn(directory.path()), 0u) << name;
+    }
+}
+
+TEST(VideoWriter, AFullDiskIsReportedBeforeTheFirstFrame) {
+    for (const char* const name : {"clip.mkv", "clip.mp4"}) {
+        const TemporaryDirectory directory;
+        const fs::path file = directory / name;
+        const std::string text =
+            withFileLimit(4, [&] { return errorOf([&] { VideoWriter(file, smallOptions()); }); });
+        EXPECT_EQ(text, file.string() + ": cannot be written: File too large");
+        EXPECT_EQ(filesIn(directory.path()), 0u) << name;
+    }
+}
+
+TEST(VideoWriter, FramesAreChecked) {
+    const TemporaryDirectory directory;
+    const fs::path file = directory / "clip.mkv";
+    VideoWriter writer(file, smallOptions());
+    EXPECT_EQ(errorOf([&] { writer.finish(); }), "finish: comes before the first frame");
+    EXPECT_EQ(errorOf([&] {
+                  writer.write({movingPicture({64, 50}, 0), 0, 1});
+              }),
+              "frame: is 64 x 50 px of CV_8UC3, expected 64 x 48 px");
+    EXPECT_EQ(errorOf([&] {
+                  writer.write({cv::Mat(kSize, CV_8UC1), 0, 1});
+              }),
+              "frame: is 64 x 48 px of CV_8UC1, expected CV_8UC3");
+    EXPECT_EQ(errorOf([&] {
+                  writer.write({movingPicture(kSize, 0), -1, 1});
+              }),
+              "frame: has the time -1, expected 0 or more");
+    writer.write({movingPicture(kSize, 0), 5, 1});
+    EXPECT_EQ(errorOf([&] {
+                  writer.write({movingPicture(kSize, 0), 5, 1});
+              }),
+              "frame: has the time 5, expected more than the last one's, 5");
+    writer.finish();
+    EXPECT_EQ(errorOf([&] {
+                  writer.write({movingPicture(kSize, 0), 6, 1});
+              }),
+              "write: comes after finish()");
+}
+
+TEST(VideoWriter, SubMatricesAreTaken) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    for (const VideoCodec codec : {VideoCodec::Ffv1, VideoCodec::H264}) {
+        for (const bool compatible : {false, true}) {
+            if (compatible && codec == VideoCodec::Ffv1) continue;
+            VideoWriterOptions options = smallOptions();
+            options.codec = codec;
+            options.compatible = compatible;
+            const cv::Mat large = movingPicture({101, 83}, 3);
+            const cv::Mat part = large(cv::Rect(7, 5, 64, 48));
+            VideoWriter writer(directory / "clip.mkv", options);
+            writer.write({part, 0, 1});
+            writer.finish();
+            EXPECT_GE(cv::PSNR(ffmpegFrames(directory / "clip.mkv", kSize).at(0), part),
+                      compatible ? 30 : 40);
+        }
+    }
+}
+
+TEST(VideoWriter, ASourceThatHasBegunIsRefused) {
+    ALTIRO3D_REQUIRE_FFMPEG();
+    const TemporaryDirectory directory;
+    VideoReader reader(makeFilm(directory, "film.mkv"));
+    ASSERT_TRUE(reader.next());
+    EXPECT_EQ(errorOf([&] { VideoWriter(directory / "x.mkv", optionsFor(reader), &reader); }),
+              "source: has delivered a frame already, expected a writer before the first one");
+}
+
+TEST(VideoWriter, OptionsAreChecked) {
+    const auto problem = [](const std::function<void(VideoWriterOptions&)>& change) {
+        VideoWriterOptions options = smallOptions();
+        change(options);
+        return errorOf([&] { validate(options); });
+    };
+    EXPECT_EQ(problem([](auto&) {}), "(no error)");
+    EXPECT_EQ(problem([](auto& o) {
+                  o.size = {8, 48};
+              }),
+              "size: is 8 x 48 px, expected 16..16384 px a side");
+    EXPECT_EQ(problem([](auto& o) { o.crf = 52; }), "crf: is 52, expected 0..51");
+    for (const double rate : {-1.0, 0.5, 100001.0, std::numeric_limits<double>::quiet_NaN()}) {
+        EXPECT_EQ(problem([&](auto& o) { o.maxRate = rate; }).find("maxRate: is "), 0u) << rate;
+    }
+    const auto withRate = [&](VideoCodec codec, double crf) {
+        return problem([&](auto& o) {
+            o.codec = codec;
+            o.crf = crf;
+            o.maxRate = 50;
+        });
+    };
+    EXPECT_EQ(withRate(VideoCodec::H264Rgb, 1), "(no error)");
+    EXPECT_EQ(withRate(VideoCodec::Hevc, 16),
+              "maxRate: is set, expected the codec H264 or H264Rgb with it");
+    EXPECT_EQ(withRate(VideoCodec::H264, 0),
+              "maxRate: is set, expected a crf of 1 or more with it");
+    EXPECT_EQ(problem([](auto& o) { o.preset = static_cast<EncoderPreset>(9); }),
+              "preset: is 9, expected an EncoderPreset");
+    EXPECT_EQ(problem([](auto& o) {
+                  o.timeBase = {0, 1};
+              }),
+              "timeBase: is 0/1, expected more than 0");
+    const auto withColour = [&](int primaries, int transfer) {
+        return problem([&](auto& o) {
+            o.colour.emplace();
+            o.colour->primaries = primaries;
+            o.colour->transfer = transfer;
+        });
+    };
+    EXPECT_EQ(withColour(9, 16), "(no error)");
+    EXPECT_EQ(withColour(100000, 16).find("colour.primaries: is 100000, expected 1.."), 0u);
+    EXPECT_EQ(withColour(9, -1).find("colour.transfer: is -1, expected 1.."), 0u);
+    EXPECT_EQ(problem([](auto& o) { o.threads = -1; }), "threads: is -1, expected 0..64");
+    EXPECT_EQ(problem([](auto& o) {
+                  o.size = {65, 48};
+                  o.compatible = true;
+              }),
+              "size: is 65 x 48 px, expected even sides for 4:2:0 (4:4:4 takes any, or change the "
+              "size first)");
+    EXPECT_EQ(problem([](auto& o) {
+                  o.codec = VideoCodec::ProRes;
+                  o.compatible = true;
+              }),
+              "compatible: is set, expected the codec H264 or Hevc with it");
+    EXPECT_TRUE(canWriteVideo("a.MKV"));
+    EXPECT_TRUE(canWriteVideo("a.m4v"));
+    EXPECT_FALSE(canWriteVideo("a.webm"));
+}
+
+} // namespace
+} // namespace altiro3D::test

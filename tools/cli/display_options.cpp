@@ -1,0 +1,300 @@
+#include "cli/display_options.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "cli/quilt_options.hpp"
+
+#include <fstream>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kSampleName = "portrait-sample.json";
+
+// The one volume of a display that is mounted, or the one that --serial names.
+std::optional<MountedCalibration> mountedVolume(const std::string& serial,
+                                                const VolumeSearch& search, Messages& messages) {
+    const std::vector<MountedCalibration> volumes = search.find();
+    if (!serial.empty()) {
+        const auto named = [&](const MountedCalibration& volume) {
+            if (lowerCase(volume.volume) == lowerCase(serial)) return true;
+            try {
+                return lowerCase(readCalibration(volume.file).serial) == lowerCase(serial);
+            } catch (const Error&) {
+                return false;
+            }
+        };
+        std::string list;
+        for (const MountedCalibration& volume : volumes) {
+            if (named(volume)) return volume;
+            list += (list.empty() ? "" : ", ") + volume.volume;
+        }
+        throw Error(ErrorCode::NotFound, "--serial",
+                    "no mounted display is " + serial + ", expected " +
+                        (list.empty() ? "a display's volume to be mounted" : "one of " + list));
+    }
+    if (volumes.empty()) return std::nullopt;
+    if (volumes.size() == 1) return volumes.front();
+    if (search.firstWillDo) {
+        messages.warn("several displays are mounted: the calibration of " + volumes.front().volume +
+                      " is used");
+        return volumes.front();
+    }
+    std::string list;
+    for (const MountedCalibration& volume : volumes) {
+        list += (list.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
+    }
+    throw Error(ErrorCode::InvalidArgument, "calibration",
+                "several displays are mounted: " + list + "; expected --serial to choose one");
+}
+
+fs::path sampleCalibration() {
+    for (const fs::path& directory : dataDirectories()) {
+        std::error_code error;
+        fs::path sample = directory / "calibration" / kSampleName;
+        if (fs::exists(sample, error)) return sample;
+    }
+    throw Error(ErrorCode::NotFound, "calibration",
+                "not found, expected -c visual.json or -m FILE.map");
+}
+
+// Warns if a file that was found automatically belongs to a display that is not connected.
+void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& search,
+                          Messages& messages) {
+    std::string others;
+    for (const MountedCalibration& volume : search.find()) {
+        try {
+            const Calibration mounted = readCalibration(volume.file);
+            if (fingerprint(mounted) == fingerprint(display.calibration)) return;
+        } catch (const Error&) {
+            continue; // nothing to compare with
+        }
+        others += (others.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
+    }
+    if (others.empty()) return;
+    messages.warn(display.source +
+                  ": is used, but a display with another calibration is mounted: " + others +
+                  "; to use that one, give its file with -c");
+}
+
+// One calibration of a file.
+Calibration readChosenCalibration(const fs::path& file, const std::string& serial,
+                                  Messages& messages) {
+    const std::vector<Calibration> all = readCalibrations(file);
+    if (!serial.empty()) {
+        for (const Calibration& calibration : all) {
+            if (lowerCase(calibration.serial) == lowerCase(serial)) return calibration;
+        }
+        throw Error(ErrorCode::NotFound, file.string(),
+                    "holds no calibration of " + serial + ", expected the serial number of " +
+                        (all.front().serial.empty() ? "a display in it" : all.front().serial));
+    }
+    if (all.size() > 1) {
+        messages.warn(file.string() + " holds " + std::to_string(all.size()) +
+                      " calibrations; the first, " + all.front().serial +
+                      ", is used (--serial chooses another)");
+    }
+    return all.front();
+}
+
+// The calibration of -c, or the first one found.
+ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearch& volumes,
+                                Messages& messages) {
+    const auto displayIn = [&](Calibration calibration, const fs::path& file) {
+        ChosenDisplay display{displayOf(std::move(calibration), file.string()), {file}, {}};
+        display.invert = options.invert;
+        return display;
+    };
+    const auto chosen = [&](const fs::path& given) {
+        const fs::path file = calibrationFile(given);
+        return displayIn(readChosenCalibration(file, options.serial, messages), file);
+    };
+    std::error_code error;
+    if (!options.calibration.empty()) return chosen(options.calibration);
+    if (const auto named = environment("LKG_CALIBRATION")) {
+        try {
+            ChosenDisplay display = chosen(*named);
+            display.source = *named + " ($LKG_CALIBRATION)";
+            warnOfAnotherMounted(display, volumes, messages);
+            return display;
+        } catch (const Error& problem) {
+            throw Error(problem.code(), "$LKG_CALIBRATION", problem.what());
+        }
+    }
+    if (fs::exists("visual.json", error)) {
+        ChosenDisplay display = chosen("visual.json");
+        warnOfAnotherMounted(display, volumes, messages);
+        return display;
+    }
+    if (const auto volume = mountedVolume(options.serial, volumes, messages)) {
+        // the volume is chosen already: its file's serial may be cut short
+        return displayIn(readCalibration(volume->file), volume->file);
+    }
+    const fs::path sample = sampleCalibration();
+    ChosenDisplay display = displayIn(readCalibration(sample), sample);
+    display.source = "the sample calibration of a Portrait";
+    display.isSample = true;
+    return display;
+}
+
+// The warning about using the sample calibration in place of a display's own.
+std::string sampleWarning(DisplayUse use) {
+    const std::string none = "no calibration was given or found: ";
+    switch (use) {
+    case DisplayUse::Show:
+        return none + "the sample one of a Portrait is used, and a real display will show the "
+                      "picture doubled and blurred; give the display's own file with -c "
+                      "visual.json";
+    case DisplayUse::Simulate:
+        return none + "the sample one of a Portrait is simulated, in which a Native for a real "
+                      "display looks doubled and blurred; give the file of that display with -c "
+                      "visual.json";
+    case DisplayUse::Quilt:
+        return none + "the quilt has the shape and the layout of a Portrait's; give another "
+                      "display's file with -c visual.json";
+    case DisplayUse::Describe:
+        return none + "this is the sample one of a Portrait; give your display's visual.json";
+    case DisplayUse::None:
+        break;
+    }
+    return {};
+}
+
+void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages) {
+    if (use == DisplayUse::None) return;
+    if (display.isSample) {
+        messages.say("display: none was given or found; " + display.source + ", panel " +
+                     sizeText(display.panelSize()));
+        messages.warn(sampleWarning(use));
+        return;
+    }
+    const Calibration& known = display.calibration;
+    if (!display.isMapOnly) messages.warn(calibrationWarnings(known));
+    const DisplayModel* const model = findDisplayModel(known);
+    messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
+                 (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +
+                 sizeText(display.panelSize()) + ", " +
+                 (use == DisplayUse::Simulate ? "simulated from " : "from ") + display.source);
+}
+
+// Adds to the error of a damaged table how to repair it.
+NativeLut readMap(const fs::path& file) {
+    try {
+        return NativeLut::load(file);
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::BadFormat) throw;
+        const std::string subject = file.string();
+        throw Error(error.code(), subject,
+                    std::string(error.what()).substr(subject.size() + 2) +
+                        "; altiro3Dnative makes tables");
+    }
+}
+
+} // namespace
+
+void addInvertOption(CommandLine& commandLine) {
+    commandLine.addAdvanced(
+        {"invert"},
+        "Reverse the order of the views under a lens: on, off or auto (default: as the "
+        "calibration states; always on for panels with sub-pixel cells).",
+        "auto|on|off");
+}
+
+InvertViews invertOption(const CommandLine& commandLine) {
+    return commandLine
+        .oneOf<InvertViews>(
+            "invert",
+            {{"auto", InvertViews::Auto}, {"on", InvertViews::On}, {"off", InvertViews::Off}})
+        .value_or(InvertViews::Auto);
+}
+
+DisplayOptions displayOptions(const CommandLine& commandLine) {
+    const fs::path map = commandLine.value("m").value_or("");
+    if (map.extension() == ".json") {
+        throw UsageError(map.string() + ": is a calibration, expected a look-up table (.map); "
+                                        "calibrations are given with -c");
+    }
+    for (const char* other : {"invert", "view-filter", "sampling"})
+        commandLine.exclude("m", other);
+    return {map, commandLine.value("c").value_or(""), commandLine.value("serial").value_or(""),
+            invertOption(commandLine)};
+}
+
+void addDisplayOptions(CommandLine& commandLine) {
+    commandLine.addSection("Display");
+    commandLine.addAdvanced({"m", "map"}, "Look-up table of the display, made by altiro3Dnative.",
+                            "FILE.map");
+    commandLine.add({"c", "calibration"},
+                    "Calibration of the display. Without -m and -c: $LKG_CALIBRATION, "
+                    "./visual.json, a display's own volume if it is mounted, else a sample.",
+                    "visual.json");
+    commandLine.addAdvanced(
+        {"serial"}, "Choose among several displays by serial number or volume name.", "NAME");
+    addInvertOption(commandLine);
+    commandLine.addSection("Quilt");
+    addQuiltOptions(commandLine);
+    using Chapter = CommandLine::Chapter;
+    commandLine.addTerm(Chapter::Files, "visual.json",
+                        "Calibration of a display. Its USB volume holds it as "
+                        "LKG_calibration/visual.json.");
+    commandLine.addTerm(Chapter::Files,
+                        std::string("PREFIX/share/altiro3D/calibration/") + kSampleName,
+                        "The sample calibration, of a Portrait. PREFIX is where the tools are "
+                        "installed, such as /usr.");
+    commandLine.addTerm(Chapter::Files, "~/.cache/altiro3D/",
+                        "Look-up tables and measurements of earlier runs. It may be deleted.");
+    commandLine.addTerm(Chapter::Environment, "LKG_CALIBRATION",
+                        "Calibration that is used without -m and -c: a file, or a display's "
+                        "volume.");
+    commandLine.addTerm(Chapter::Environment, "XDG_CACHE_HOME",
+                        "Directory that is used instead of ~/.cache.");
+}
+
+fs::path calibrationFile(const fs::path& given) {
+    std::error_code error;
+    std::string beginning(8, '\0');
+    if (fs::is_regular_file(given, error)) // a pipe gives its bytes once
+        std::ifstream(given, std::ios::binary).read(beginning.data(), 8);
+    if (beginning == "ALTIRO3D") {
+        throw Error(ErrorCode::BadFormat, given.string(),
+                    "is a look-up table, expected a display's visual.json (tools that use tables "
+                    "take them with -m)");
+    }
+    for (const char* place : {"visual.json", "LKG_calibration/visual.json"}) {
+        if (fs::is_regular_file(given / place, error)) return given / place;
+    }
+    return given;
+}
+
+ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
+                          const VolumeSearch& volumes, DisplayUse use) {
+    ChosenDisplay display;
+    if (options.map.empty()) {
+        display = chooseCalibration(options, volumes, messages);
+        tellDisplay(display, use, messages);
+        return display;
+    }
+    display.invert = options.invert;
+    display.map = readMap(options.map);
+    display.files = {options.map};
+    display.source = options.map.string();
+    display.quilt = display.map->quilt();
+    if (!options.calibration.empty()) {
+        const fs::path file = calibrationFile(options.calibration);
+        display.calibration = readChosenCalibration(file, options.serial, messages);
+        display.files.push_back(file);
+        requireSameDisplay(*display.map, options.map, display.calibration, file);
+    } else {
+        display.isMapOnly = true;
+        display.calibration.serial = display.map->serial();
+        display.calibration.screenW = display.map->panelSize().width;
+        display.calibration.screenH = display.map->panelSize().height;
+    }
+    tellDisplay(display, use, messages);
+    return display;
+}
+
+} // namespace altiro3D::tools

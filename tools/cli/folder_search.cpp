@@ -1,0 +1,302 @@
+#include "cli/folder_search.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/quilt.hpp"
+#include "altiro3D/video_io.hpp"
+#include "cli/run_tool.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool isQuiltName(const fs::path& file) {
+    try {
+        const std::optional<QuiltName> name = parseQuiltName(file);
+        return name && name->grid.columns * name->grid.rows > 1;
+    } catch (const Error&) {
+        return false; // a name of its own
+    }
+}
+
+std::vector<fs::path> entriesOf(const fs::path& folder) {
+    std::vector<fs::path> entries;
+    std::error_code error;
+    fs::directory_iterator entry(folder, error);
+    while (!error && entry != fs::directory_iterator()) {
+        if (entry->path().filename().string().rfind('.', 0) != 0) entries.push_back(entry->path());
+        entry.increment(error);
+    }
+    std::sort(entries.begin(), entries.end(), [](const fs::path& a, const fs::path& b) {
+        return naturalLess(a.filename().string(), b.filename().string());
+    });
+    return entries;
+}
+
+// By stem: the files that cameras write as photos, whether or not their format can be read.
+using CameraPhotos = std::map<std::string, fs::path>;
+
+CameraPhotos cameraPhotos(const std::vector<fs::path>& entries) {
+    const std::set<std::string> endings = {".heic", ".heif", ".avif", ".jpg", ".jpeg", ".png"};
+    CameraPhotos photos;
+    for (const fs::path& entry : entries) {
+        if (endings.count(lowerCase(entry.extension().string())) > 0)
+            photos.emplace(lowerCase(entry.stem().string()), entry);
+    }
+    return photos;
+}
+
+// How a kind is counted, and why a file of it is left out.
+struct KindWords {
+    FileKind kind;
+    const char* name;
+    const char* why;
+};
+constexpr std::array<KindWords, 13> kWords = {{
+    {FileKind::Photo, "photo", "is a picture; photo2native makes Natives of photos"},
+    {FileKind::DepthImage, "depth image", "is a depth image by its name, but its photo is missing"},
+    {FileKind::Native, "Native", "is a Native, which is finished; it is left out"},
+    {FileKind::Quilt, "quilt", "is a quilt by its name; quilt2native makes Natives of quilts"},
+    {FileKind::Video, "video", "is a video; video2native makes Natives of videos"},
+    {FileKind::DepthVideo, "depth video",
+     "is the depth of a video by its name; video2native --depth takes it with its video"},
+    {FileKind::QuiltVideo, "quilt video",
+     "is a video of quilts by its name; quilt2native makes a Native of it if it is named itself"},
+    {FileKind::NativeVideo, "Native video", "is a Native video, which is finished"},
+    {FileKind::HalvesVideo, "3D video", "holds both eyes, or photo and depth"},
+    {FileKind::Vr, "VR file",
+     "is made for headsets (VR) by its name, which is not read; if it is flat, rename it"},
+    {FileKind::WithDepth, "photo saved with depth", "is a photo that was saved with its depth: "},
+    {FileKind::LiveClip, "Live Photo clip", "is the clip of the Live Photo "},
+    {FileKind::Folder, "folder", "is a folder; --recursive also converts what it holds"},
+}};
+
+bool isVrName(const fs::path& file) {
+    const std::optional<SceneName> name = parseSceneName(file);
+    return name && name->contents == SceneName::Contents::Vr;
+}
+
+// The photo that a_with_depth.jpg was made of; empty if it is not there.
+// @param pictures of the same folder
+fs::path originalOf(const fs::path& file, const std::vector<fs::path>& pictures) {
+    constexpr std::string_view kEnding = "_with_depth"; // as --save-photo-with-depth names it
+    const std::string stem = file.stem().string();
+    if (stem.size() <= kEnding.size() ||
+        stem.compare(stem.size() - kEnding.size(), kEnding.size(), kEnding) != 0)
+        return {};
+    const auto found = std::find_if(pictures.begin(), pictures.end(), [&](const fs::path& picture) {
+        return picture.stem().string() == stem.substr(0, stem.size() - kEnding.size());
+    });
+    return found == pictures.end() ? fs::path() : *found;
+}
+
+FileKind kindOfPicture(const fs::path& file, const std::vector<fs::path>& pictures,
+                       const FolderSearch& how) {
+    if (isMarkedNative(file)) return FileKind::Native;
+    if (isQuiltName(file)) return FileKind::Quilt;
+    if (how.pairDepth && !photoOfDepthName(file).empty()) return FileKind::DepthImage;
+    if (how.leavesOutVr && isVrName(file)) return FileKind::Vr;
+    if (how.pairDepth && !originalOf(file, pictures).empty()) return FileKind::WithDepth;
+    return FileKind::Photo;
+}
+
+// The clip of a Live Photo has some 3 s.
+bool isBrief(const fs::path& video) {
+    constexpr double kMaxSeconds = 5;
+    try {
+        return VideoReader(video).facts().duration.value_or(0) <= kMaxSeconds;
+    } catch (const Error&) {
+        return true; // it holds nothing else either
+    }
+}
+
+FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
+    if (isQuiltName(file)) return FileKind::QuiltVideo;
+    if (isVrName(file)) return FileKind::Vr;
+    if (photos.count(lowerCase(file.stem().string())) > 0 && isBrief(file))
+        return FileKind::LiveClip;
+    return photoOfDepthName(file).empty() ? FileKind::Video : FileKind::DepthVideo;
+}
+
+const KindWords* wordsOf(FileKind kind) {
+    const auto* const found =
+        std::find_if(kWords.begin(), kWords.end(),
+                     [kind](const KindWords& words) { return words.kind == kind; });
+    return found == kWords.end() ? nullptr : found;
+}
+
+bool isRawName(const fs::path& file) {
+    static const std::set<std::string> endings = {".dng", ".nef", ".nrw", ".arw", ".sr2", ".pef",
+                                                  ".srw", ".erf", ".3fr", ".iiq", ".cr2", ".cr3",
+                                                  ".crw", ".raf", ".orf", ".rw2", ".raw", ".x3f"};
+    return endings.count(lowerCase(file.extension().string())) > 0;
+}
+
+LeftOutFile leftOutFile(const fs::path& file, FileKind kind) {
+    const KindWords* const words = wordsOf(kind);
+    if (words == nullptr && isRawName(file))
+        return {file, kind,
+                "is a raw picture of a camera, which is not read; export it from a photo program"};
+    return {file, kind,
+            words != nullptr ? words->why : "is no picture or video of a format that can be read"};
+}
+
+// Without the number.
+std::string kindText(const LeftOutFile& file) {
+    if (const KindWords* const words = wordsOf(file.kind)) return words->name;
+    const std::string ending = lowerCase(file.file.extension().string());
+    if (isRawName(file.file)) return "raw picture";
+    return ending.empty() ? "other file" : ending + " file";
+}
+
+void search(const fs::path& folder, const fs::path& relative, const FolderSearch& how,
+            FolderContents& found) {
+    const std::vector<fs::path> pictures = listImages(folder);
+    const std::set<fs::path> readable(pictures.begin(), pictures.end());
+    const std::vector<fs::path> entries = entriesOf(folder);
+    const CameraPhotos photos = cameraPhotos(entries);
+    std::vector<FolderFile> files;
+    std::vector<fs::path> depths;
+    std::vector<fs::path> folders;
+    for (const fs::path& entry : entries) {
+        std::error_code error;
+        FileKind kind = FileKind::Other;
+        if (fs::is_directory(entry, error)) {
+            folders.push_back(entry);
+            continue;
+        }
+        if (readable.count(entry) > 0) {
+            kind = kindOfPicture(entry, pictures, how);
+        } else if (isVideoFileName(entry)) {
+            kind = kindOfVideo(entry, photos);
+        }
+        if (how.wanted.count(kind) > 0) {
+            files.push_back({entry, {}, relative});
+        } else if (kind == FileKind::DepthImage) {
+            depths.push_back(entry);
+        } else {
+            found.leftOut.push_back(leftOutFile(entry, kind));
+            if (kind == FileKind::LiveClip)
+                found.leftOut.back().why +=
+                    photos.at(lowerCase(entry.stem().string())).filename().string();
+            if (kind == FileKind::WithDepth)
+                found.leftOut.back().why +=
+                    originalOf(entry, pictures).filename().string() + " is taken";
+        }
+    }
+    for (const SpareDepth& depth : pairDepthImages(depths, files)) {
+        found.leftOut.push_back(leftOutFile(depth.file, FileKind::DepthImage));
+        if (!depth.taken.empty()) {
+            found.leftOut.back().why =
+                "is a depth image by its name, but " + depth.taken.filename().string() + " is used";
+        }
+    }
+    found.files.insert(found.files.end(), files.begin(), files.end());
+    for (const fs::path& subfolder : folders) {
+        const bool isOutput = std::any_of(how.outputs.begin(), how.outputs.end(),
+                                          [&subfolder](const fs::path& output) {
+                                              std::error_code error;
+                                              return fs::equivalent(subfolder, output, error);
+                                          });
+        if (isOutput) continue;
+        std::error_code error;
+        std::string why;
+        if (how.recursive && fs::is_symlink(subfolder, error)) {
+            why = "is a link to a folder";
+        } else if (how.recursive) {
+            try {
+                search(subfolder, relative / subfolder.filename(), how, found);
+                continue;
+            } catch (const Error& problem) {
+                why = std::string("cannot be searched: ") + problem.what();
+            }
+        }
+        found.leftOut.push_back(leftOutFile(subfolder, FileKind::Folder));
+        if (!why.empty()) found.leftOut.back().why = why;
+    }
+}
+
+} // namespace
+
+const std::vector<std::string>& videoEndings() {
+    static const std::vector<std::string> endings = {".mp4", ".m4v", ".mov",  ".mkv", ".webm",
+                                                     ".avi", ".mpg", ".mpeg", ".ts",  ".mts",
+                                                     ".3gp", ".ogv", ".wmv",  ".flv"};
+    return endings;
+}
+
+bool isVideoFileName(const fs::path& file) {
+    const std::vector<std::string>& endings = videoEndings();
+    return std::find(endings.begin(), endings.end(), lowerCase(file.extension().string())) !=
+           endings.end();
+}
+
+FolderContents searchFolder(const fs::path& folder, const FolderSearch& how) {
+    FolderContents found;
+    search(folder, {}, how, found);
+    return found;
+}
+
+std::vector<SpareDepth> pairDepthImages(const std::vector<fs::path>& depths,
+                                        std::vector<FolderFile>& photos) {
+    std::map<std::string, std::vector<FolderFile*>> byStem; // with the folder
+    for (FolderFile& photo : photos)
+        byStem[(photo.file.parent_path() / photo.file.stem()).string()].push_back(&photo);
+    std::vector<SpareDepth> spare;
+    for (const fs::path& depth : depths) {
+        const auto found = byStem.find(photoOfDepthName(depth).string());
+        if (found == byStem.end()) {
+            spare.push_back({depth, {}});
+        } else if (const fs::path& taken = found->second.front()->depth; !taken.empty()) {
+            spare.push_back({depth, taken});
+        } else {
+            for (FolderFile* photo : found->second)
+                photo->depth = depth;
+        }
+    }
+    return spare;
+}
+
+std::vector<std::string> outputStems(const std::vector<FolderFile>& files) {
+    std::map<std::string, int> uses;
+    std::set<std::string> names;
+    for (const FolderFile& file : files) {
+        ++uses[(file.folder / file.file.stem()).string()];
+        names.insert((file.folder / file.file.filename()).string());
+    }
+    std::vector<std::string> stems;
+    for (const FolderFile& file : files) {
+        const std::string stem = (file.folder / file.file.stem()).string();
+        const bool isFree = uses[stem] == 1 && names.count(stem) == 0;
+        stems.push_back(isFree ? stem : (file.folder / file.file.filename()).string());
+    }
+    return stems;
+}
+
+std::string kindsText(const std::vector<LeftOutFile>& files) {
+    std::vector<std::pair<std::string, int>> kinds; // in order of the first file
+    for (const LeftOutFile& file : files) {
+        const std::string kind = kindText(file);
+        auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [&kind](const auto& known) { return known.first == kind; });
+        if (found == kinds.end()) found = kinds.insert(found, {kind, 0});
+        ++found->second;
+    }
+    std::string text;
+    for (const auto& [kind, count] : kinds)
+        text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + kind +
+                (count == 1 ? "" : "s");
+    return text;
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,216 @@
+#include "cli/outputs.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/quilt.hpp"
+#include "altiro3D/video_io.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <initializer_list>
+#include <iostream>
+#include <optional>
+#include <set>
+#include <string>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Extensions = std::initializer_list<const char*>;
+
+constexpr Extensions kLossyFormats = {".jpg", ".jpeg", ".jpe", ".jp2"};
+constexpr Extensions kEightBitFormats = {".webp", ".bmp", ".dib"};
+
+bool hasExtension(const fs::path& file, Extensions extensions) {
+    const std::string extension = lowerCase(file.extension().string());
+    return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
+}
+
+// The path of a name with links resolved; it need not exist.
+fs::path place(const fs::path& file) {
+    std::error_code error;
+    fs::path resolved = fs::weakly_canonical(fs::absolute(file, error), error);
+    return error ? file : resolved;
+}
+
+// Device and number of a file that exists: hard links share them.
+std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
+    struct stat state {};
+    if (::stat(file.c_str(), &state) != 0) return std::nullopt;
+    return std::make_pair(state.st_dev, state.st_ino);
+}
+
+// @param problem says that files exist
+bool userAgrees(const std::string& problem) {
+    if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) return false;
+    std::cerr << oneLine(problem) << ". Replace? [y/N] " << std::flush;
+    std::string answer;
+    std::getline(std::cin, answer);
+    return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+} // namespace
+
+void Outputs::addNative(const fs::path& file) {
+    std::error_code error;
+    const bool mayBeMarked = file.extension() == ".png" && fs::is_regular_file(file, error);
+    if (mayBeMarked && !isMarkedNative(file))
+        explainExisting(file, "and is not marked as a Native (inputs come first, then outputs)");
+    addOutputs({file});
+}
+
+// "exists" or, with the reason why the name was chosen, "exists, and ..., and so do 47 others"
+std::string Outputs::existText(const std::vector<fs::path>& files) const {
+    std::string text = "exists";
+    const auto why = why_.find(files.front());
+    if (why != why_.end()) text += why->second;
+    if (files.size() == 2) text += ", and so does one other";
+    if (files.size() > 2) text += ", and so do " + std::to_string(files.size() - 1) + " others";
+    return text;
+}
+
+void Outputs::check() const {
+    std::set<fs::path> inputPlaces;
+    std::set<std::pair<dev_t, ino_t>> inputIdentities;
+    for (const fs::path& input : inputs_) {
+        inputPlaces.insert(place(input));
+        if (const auto number = identity(input)) inputIdentities.insert(*number);
+    }
+    std::set<fs::path> newDirectories;
+    for (const fs::path& directory : directories_)
+        newDirectories.insert(place(directory / "file").parent_path()); // whatever slash it ends in
+
+    std::set<fs::path> places;
+    std::vector<fs::path> existing;
+    for (const fs::path& output : outputs_) {
+        const fs::path outputPlace = place(output);
+        const auto number = identity(output);
+        if (inputPlaces.count(outputPlace) > 0 || (number && inputIdentities.count(*number) > 0)) {
+            throw UsageError(output.string() + ": is also an input, expected another output");
+        }
+        std::error_code error;
+        const fs::file_status status = fs::status(output, error);
+        if (fs::is_directory(status)) {
+            throw Error(ErrorCode::WriteFailed, output.string(),
+                        "is a directory, expected the name of a file to write");
+        }
+        const fs::path directory = outputPlace.parent_path();
+        if (newDirectories.count(directory) == 0 && !fs::is_directory(directory, error)) {
+            throw Error(ErrorCode::WriteFailed, output.string(),
+                        "cannot be written: there is no directory " + directory.string());
+        }
+        const bool special = fs::exists(status) && !fs::is_regular_file(status);
+        if (!special && !places.insert(outputPlace).second) {
+            throw UsageError(output.string() +
+                             ": is written twice, expected a name for each output");
+        }
+        if (fs::is_regular_file(status)) existing.push_back(output);
+    }
+    if (existing.empty() || replace_) return;
+    const std::string problem = existText(existing);
+    if (userAgrees(existing.front().string() + " " + problem)) return;
+    throw Error(ErrorCode::WriteFailed, existing.front().string(),
+                problem + (existing.size() == 1 ? ", expected a new name, or -y to replace it"
+                                                : ", expected new names, or -y to replace them"));
+}
+
+void Outputs::makeDirectories() const {
+    for (const fs::path& directory : directories_) {
+        std::error_code error;
+        fs::create_directories(directory, error);
+        if (!fs::is_directory(directory, error)) {
+            throw Error(ErrorCode::WriteFailed, directory.string(),
+                        "cannot be made a directory, expected a place for the outputs");
+        }
+    }
+}
+
+void requireFile(const fs::path& file) {
+    std::error_code error;
+    if (fs::status(file, error).type() == fs::file_type::not_found)
+        throw Error(ErrorCode::NotFound, file.string(), "does not exist, expected a file");
+}
+
+void requirePictureName(const fs::path& file, bool colours) {
+    const std::string extension = file.extension().string();
+    if (colours && (extension == ".pgm" || extension == ".PGM")) {
+        throw UsageError(file.string() + ": PGM holds no colours, expected .ppm or .png");
+    }
+    if (!canWriteImage(file)) {
+        throw UsageError(file.string() + ": unknown picture extension, expected .png" +
+                         (canWriteVideo(file) ? "; video2native makes videos" : ""));
+    }
+}
+
+void requireVideoName(const fs::path& file) {
+    if (!canWriteVideo(file)) {
+        throw UsageError(file.string() +
+                         ": no video format has this extension, expected .mp4, .mov or "
+                         ".mkv");
+    }
+}
+
+void warnAboutNativeFormat(const fs::path& file, Messages& messages) {
+    if (hasExtension(file, kLossyFormats)) {
+        messages.warn(file.string() +
+                      ": this format mixes neighbouring sub-pixels, which belong to different "
+                      "views, and weakens the depth; use PNG");
+    }
+}
+
+void warnAboutDepthFormat(const fs::path& file, Messages& messages) {
+    if (hasExtension(file, kLossyFormats)) {
+        messages.warn(file.string() + ": this format changes depth, most of all at its "
+                                      "edges; PNG keeps all 16 bits");
+    } else if (hasExtension(file, kEightBitFormats)) {
+        messages.warn(file.string() +
+                      ": this format keeps 8 of the depth's 16 bits; PNG keeps them all");
+    }
+}
+
+void warnIfQuilt(const fs::path& file, const std::string& instead, Messages& messages) {
+    try {
+        const std::optional<QuiltName> name = parseQuiltName(file);
+        if (!name || name->grid.columns * name->grid.rows < 2) return;
+    } catch (const Error&) {
+        return; // no quilt's name
+    }
+    messages.warn(file.string() +
+                  ": its name says that it is a quilt, but it is read as one "
+                  "picture of a scene; for a quilt use " +
+                  instead);
+}
+
+void refuseNative(const fs::path& file, const std::string& expected) {
+    if (!isMarkedNative(file)) return;
+    throw Error(ErrorCode::BadFormat, file.string(),
+                "is a Native already, expected " + expected +
+                    " (inputs come first, then outputs; "
+                    "native2view shows the views of a Native)");
+}
+
+cv::Mat readPhotoFile(const fs::path& file, Messages& messages) {
+    Notes notes;
+    cv::Mat photo;
+    {
+        const QuietStandardError quiet;
+        photo = readPhoto(file, &notes);
+    }
+    for (const Note& note : notes)
+        messages.warn(file.string() + ": " + note.text);
+    return photo;
+}
+
+std::string viewFileName(int view, int views) {
+    const std::size_t digits = std::to_string(views - 1).size();
+    const std::string number = std::to_string(view);
+    return "view_" + std::string(digits - number.size(), '0') + number + ".png";
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,112 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/native_maker.hpp"
+#include "altiro3D/placement.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "cli/quilt_options.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace altiro3D::tools {
+
+/// Whether --fit, --focus and --strength take "auto".
+enum class AutoUse {
+    None,
+    Named,
+    Default ///< Also without the options.
+};
+
+/// --strength --focus
+void addSceneOptions(CommandLine& commandLine, AutoUse use);
+/// --exact-depth
+void addRefineOption(CommandLine& commandLine);
+/// --method -g --strength --focus --exact-depth -k, and the options of the methods
+void addViewOptions(CommandLine& commandLine, AutoUse use);
+/// --continuous --best
+void addNativeOptions(CommandLine& commandLine);
+/// --quick
+void addQuickOption(CommandLine& commandLine);
+
+/// How scenes are shown.
+struct SceneOptions {
+    NativeOptions native;   ///< What is chosen automatically has its default value.
+    AutoChoices choices;    ///< What is chosen for each scene.
+    AutoChoices unasked;    ///< Those of them that no option asks for.
+    std::string continuous; ///< "--best" or "--continuous", if given: it must be possible.
+};
+/// Reads the options of views and sampling, --fit, --center, --zoom, -k, --best and --continuous.
+/// @param use of photos (Default): more is made of them, as by NativeOptions::showAs(), unless
+///        --quick or an option that asks for something else is given; framing and focus are chosen
+///        and the strength is limited, unless options state them
+/// @param standard without --method
+/// @throws UsageError, also for an option of another method that does not have its default value
+SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
+                          ViewMethod standard = ViewOptions().method);
+/// Makes the NativeMaker for a display. On the path over a quilt it uses lookUpTable().
+/// @param preferContinuous as --continuous, unless another option rules it out
+/// @throws UsageError, Error
+NativeMaker makeNativeMaker(const SceneOptions& options, const ChosenDisplay& display,
+                            const QuiltLayout& layout, Messages& messages,
+                            bool preferContinuous = false);
+/// The maker's path, for reports. @return "direct" or "quilt"
+std::string pathName(const NativeMaker& maker);
+/// What was chosen unasked, and the options that choose nothing; empty without it.
+std::string fixedWayText(const AutoChoices& unasked);
+/// "focus 0.72, strength 8.4 %": what was chosen
+std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views);
+/// "fast", "real" or "layered"
+std::string methodName(ViewMethod method);
+
+/// --camera: the camera of method Real.
+class CameraOptions {
+  public:
+    static void add(CommandLine& commandLine);
+    CameraOptions() = default;
+    /// @param method that is used @throws UsageError, Error (camera file)
+    CameraOptions(const CommandLine& commandLine, ViewMethod method);
+
+    /// The file of `--camera`; empty: none.
+    const std::filesystem::path& file() const { return file_; }
+    /// Options for one photo. With `--camera`, the strength follows from the camera.
+    ///
+    /// @param options options from the command line
+    /// @param photoFile the photo, whose EXIF may state the focal length
+    /// @param fit how the photo is fitted
+    ViewOptions apply(const ViewOptions& options, const std::filesystem::path& photoFile,
+                      cv::Size photoSize, const PhotoFit& fit, Messages& messages) const;
+    /// The strength that the camera file states.
+    std::optional<double> strength(const ViewOptions& options, const PhotoFit& fit) const;
+
+  private:
+    Camera fittedCamera(const PhotoFit& fit) const;
+
+    std::optional<Camera> camera_;
+    std::filesystem::path file_;
+};
+
+/// --fit
+void addFitOption(CommandLine& commandLine, const std::string& standard);
+/// @throws UsageError
+std::optional<FitMode> fitOption(const CommandLine& commandLine);
+/// --fit with auto, --center and --zoom
+void addPhotoFitOptions(CommandLine& commandLine, AutoUse use);
+/// "cover", "contain" or "stretch"
+std::string fitName(FitMode mode);
+
+/// A sentence such as "40 % of the width is cut off" if a picture fills a panel of a very different
+/// shape; empty if little is cut off.
+/// @param seenAspect width : height of the picture as shown @param panelAspect that of the panel
+std::string cutText(double seenAspect, double panelAspect, FitMode mode);
+/// Reports cutText(), unless it is empty, and how to see another part.
+void tellCut(double seenAspect, double panelAspect, const NativeOptions& options,
+             const Messages& messages);
+
+/// Warns if the parallax between adjacent views is so large that edges appear double.
+/// @param remedy what makes it less, besides --focus
+void warnAboutParallax(const AdjacentParallax& parallax, Messages& messages,
+                       const std::string& remedy = "--strength");
+
+} // namespace altiro3D::tools

@@ -1,0 +1,318 @@
+#include "cli/quilt_options.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "cli/outputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kSameAspect = 0.0025; // of a panel and its name
+
+// An error of the library about a quilt, with the option's name as its subject.
+Error inOptions(const Error& error) {
+    const std::string text = error.what();
+    for (const auto& [subject, option] : {std::pair("quilt grid", "-q"), {"view size", "-r"}}) {
+        const std::string beginning = std::string(subject) + ": ";
+        if (text.rfind(beginning, 0) == 0)
+            return {error.code(), option, text.substr(beginning.size())};
+    }
+    return error;
+}
+
+// "16:9", or "1.85:1" for what has no short name
+std::string aspectText(double aspect) {
+    constexpr int kMax = 21;
+    for (int height = 1; height <= kMax; ++height) {
+        const int width = static_cast<int>(std::lround(aspect * height));
+        if (width < 1 || width > kMax || std::min(width, height) > 10) continue;
+        if (std::abs(static_cast<double>(width) / height / aspect - 1) < kSameAspect)
+            return std::to_string(width) + ":" + std::to_string(height);
+    }
+    return fixed(aspect, 2) + ":1";
+}
+
+constexpr std::uintmax_t kMaxCacheBytes = std::uintmax_t{1} << 30;
+
+// Keeps the cache below its limit by removing the least recently used tables.
+void trimCache(const fs::path& directory) {
+    struct Entry {
+        fs::file_time_type used;
+        std::uintmax_t bytes;
+        fs::path file;
+    };
+    std::vector<Entry> entries;
+    std::uintmax_t total = 0;
+    std::error_code error;
+    for (fs::directory_iterator it(directory, error), end; !error && it != end;
+         it.increment(error)) {
+        std::error_code ignored;
+        if (it->path().extension() != ".map" || !it->is_regular_file(ignored)) continue;
+        entries.push_back({it->last_write_time(ignored), it->file_size(ignored), it->path()});
+        total += entries.back().bytes;
+    }
+    std::sort(entries.begin(), entries.end(),
+              [](const Entry& a, const Entry& b) { return a.used < b.used; });
+    for (const Entry& entry : entries) {
+        if (total <= kMaxCacheBytes) break;
+        fs::remove(entry.file, error);
+        total -= entry.bytes;
+    }
+}
+
+// The name of a table in the cache.
+std::string tableName(std::uint64_t calibration, const QuiltLayout& layout, bool inverted) {
+    return fingerprintText(calibration) + "-" + std::to_string(layout.columns) + "x" +
+           std::to_string(layout.rows) + "-" + std::to_string(layout.tileSize.width) + "x" +
+           std::to_string(layout.tileSize.height) + "-" + std::to_string(layout.viewCount) +
+           (inverted ? "-inverted" : "") + ".map";
+}
+
+// A table that an earlier run kept; nothing if it is missing, damaged or of another display.
+std::optional<NativeLut> keptLut(const fs::path& file, std::uint64_t calibration,
+                                 const QuiltLayout& layout, bool inverted, Messages& messages) {
+    std::error_code error;
+    if (!fs::exists(file, error)) return std::nullopt;
+    try {
+        NativeLut lut = NativeLut::load(file);
+        if (lut.quilt() != layout || lut.inverted() != inverted ||
+            lut.calibrationFingerprint() != calibration)
+            return std::nullopt;
+        fs::last_write_time(file, fs::file_time_type::clock::now(), error);
+        messages.detail("look-up table: from the cache, " + file.string());
+        return lut;
+    } catch (const Error& problem) {
+        messages.detail(std::string("look-up table in the cache is not used: ") + problem.what());
+        return std::nullopt;
+    }
+}
+
+void keepLut(const NativeLut& lut, const fs::path& file, Messages& messages) {
+    try {
+        std::error_code ignored;
+        fs::create_directories(file.parent_path(), ignored);
+        lut.save(file);
+        trimCache(file.parent_path());
+        messages.detail("look-up table: built and kept as " + file.string());
+    } catch (const Error& problem) {
+        messages.detail(std::string("look-up table: built, not kept: ") + problem.what());
+    }
+}
+
+// The table from the user's cache; a new one is kept there. If anything is wrong with the cache,
+// the table is built.
+NativeLut cachedLut(const Calibration& calibration, const QuiltLayout& layout, InvertViews invert,
+                    Messages& messages) {
+    const fs::path directory = cacheDirectory();
+    if (directory.empty()) return NativeLut(calibration, layout, invert);
+    const bool inverted = lensGeometry(calibration, invert).inverted;
+    const std::uint64_t display = fingerprint(calibration);
+    const fs::path file = directory / tableName(display, layout, inverted);
+    if (auto kept = keptLut(file, display, layout, inverted, messages)) return std::move(*kept);
+    NativeLut lut(calibration, layout, invert);
+    keepLut(lut, file, messages);
+    return lut;
+}
+
+} // namespace
+
+void addQuiltOptions(CommandLine& commandLine) {
+    commandLine.add({"q", "layout"},
+                    "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
+                    "Portrait: 6 rows of 8 columns).",
+                    "RxC");
+    commandLine.addOldName("layout", "quilt");
+    commandLine.addAdvanced(
+        {"r", "resolution"},
+        "Size of one view, height x width in px (default: the display model's; 560x420 "
+        "on a Portrait).",
+        "HxW");
+}
+
+void addSamplingOptions(CommandLine& commandLine, const std::string& standard) {
+    commandLine.addAdvanced(
+        {"view-filter"},
+        "Views that a sub-pixel shows: nearest (default) or linear, a blend of two; "
+        "not with -m.",
+        "nearest|linear");
+    commandLine.addAdvanced(
+        {"sampling"},
+        "Pixels inside a view: nearest, or linear, a blend of four (default " + standard +
+            (standard == "linear" ? ", but nearest in videos and with -m)." : "; not with -m)."),
+        "nearest|linear");
+}
+
+QuiltSampling samplingOption(const CommandLine& commandLine, TileSampling standard) {
+    QuiltSampling sampling;
+    sampling.views = viewFilterOption(commandLine);
+    sampling.inTile = commandLine
+                          .oneOf<TileSampling>("sampling", {{"nearest", TileSampling::Nearest},
+                                                            {"linear", TileSampling::Linear}})
+                          .value_or(standard);
+    return sampling;
+}
+
+QuiltSampling pictureSampling(const CommandLine& commandLine) {
+    return samplingOption(commandLine,
+                          commandLine.has("m") ? TileSampling::Nearest : TileSampling::Linear);
+}
+
+ViewFilter viewFilterOption(const CommandLine& commandLine) {
+    return commandLine
+        .oneOf<ViewFilter>("view-filter",
+                           {{"nearest", ViewFilter::Nearest}, {"linear", ViewFilter::Linear}})
+        .value_or(ViewFilter::Nearest);
+}
+
+bool blends(const QuiltSampling& sampling) {
+    return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
+}
+
+void tellShape(const QuiltShape& shape, Messages& messages) {
+    if (shape.stretchesUnasked())
+        messages.warnOfSubject(stretchText(shape) + "; --fit contain keeps the shape of the px");
+    if (!shape.fitsUnasked()) return;
+    messages.say("fit: by the file name the shape of the views differs from the panel's; black "
+                 "bars keep it (--fit cover or stretch fills the panel)");
+}
+
+std::string stretchText(const QuiltShape& shape) {
+    return "the views have the shape " + aspectText(shape.aspect()) +
+           " by their px and are stretched to the panel's, " + aspectText(shape.shownAspect()) +
+           ", as the file name does not state their shape";
+}
+
+std::string quiltText(const QuiltLayout& layout, double aspect) {
+    std::string text = layout.text();
+    const double ofTile = static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
+    if (!haveSameShape(ofTile, aspect)) text += ", shown " + aspectText(aspect);
+    return text;
+}
+
+ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& standard,
+                            double panelAspect) {
+    try {
+        ResolvedQuilt resolved = resolveQuilt(request, standard, panelAspect);
+        for (Note& note : resolved.notes)
+            note.text += request.tileSize ? " (-q takes rows x columns, -r height x width)"
+                                          : " (-q takes rows x columns)";
+        return resolved;
+    } catch (const Error& error) {
+        throw inOptions(error);
+    }
+}
+
+QuiltRequest quiltRequest(const CommandLine& commandLine) {
+    QuiltRequest request;
+    try {
+        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
+        if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
+    } catch (const Error& error) {
+        throw UsageError(inOptions(error).what());
+    }
+    return request;
+}
+
+bool isLayoutStated(const QuiltRequest& request, const fs::path& quiltFile) {
+    return request.grid || request.tileSize || parseQuiltName(quiltFile);
+}
+
+std::optional<QuiltGrid> certainLayout(const FoundQuilt& found, const fs::path& file, cv::Size size,
+                                       const QuiltLayout& usual) {
+    const QuiltGrid grid{found.layout.columns, found.layout.rows};
+    switch (found.verdict) {
+    case QuiltVerdict::Quilt:
+        return grid;
+    case QuiltVerdict::NoQuilt:
+        throw Error(ErrorCode::BadFormat, file.string(),
+                    "is a photo or another picture of one view, expected a quilt (photo2native "
+                    "makes a Native of a photo; -q ROWSxCOLUMNS reads any picture as a quilt)");
+    case QuiltVerdict::Unsure:
+        break;
+    }
+    if (found.isFromTop) {
+        throw UsageError(
+            file.string() + ": its rows of views seem to run from the top to the bottom (" +
+            std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
+            " rows), expected the first view at the bottom left; -q ROWSxCOLUMNS reads "
+            "it as it is");
+    }
+    // a few px more or less, where views have a fractional size
+    if (usual.tileSize == cv::Size(size.width / usual.columns, size.height / usual.rows))
+        return std::nullopt;
+    std::string problem = "its name does not state the layout, and the picture shows none clearly";
+    if (found.confidence > 0) {
+        problem += " (perhaps " + std::to_string(grid.columns) + " columns x " +
+                   std::to_string(grid.rows) + " rows)";
+    }
+    throw UsageError(file.string() + ": " + problem +
+                     ", expected -q ROWSxCOLUMNS, or a name that ends in "
+                     "_qs<columns>x<rows>a<aspect>");
+}
+
+bool isQuiltPicture(const FoundQuilt& found, cv::Size picture, const QuiltLayout& usual) {
+    if (found.verdict != QuiltVerdict::Unsure) return found.verdict == QuiltVerdict::Quilt;
+    return cv::Size(picture.width / usual.columns, picture.height / usual.rows) == usual.tileSize;
+}
+
+std::string foundText(const FoundQuilt& found) {
+    if (found.verdict != QuiltVerdict::Quilt) return "";
+    return "; found in the picture, " + fixed(100 * found.confidence, 0) + " % sure";
+}
+
+QuiltLayout chooseQuilt(QuiltRequest request, const ChosenDisplay& display, Messages& messages,
+                        const std::optional<fs::path>& quiltFile, std::optional<cv::Size> quiltSize,
+                        const std::optional<FoundQuilt>& found) {
+    if (quiltFile) request.name = parseQuiltName(*quiltFile);
+    request.quiltSize = quiltSize;
+    const bool stated = display.map && found && found->verdict != QuiltVerdict::Quilt; // by the map
+    if (found && !stated)
+        request.found = certainLayout(*found, *quiltFile, *quiltSize, display.quilt);
+    const ResolvedQuilt resolved = resolveLayout(request, display.quilt, display.aspect());
+    QuiltLayout layout = resolved.layout;
+    if (display.map) {
+        const QuiltLayout& mapped = display.map->quilt();
+        layout.viewCount = mapped.viewCount;
+        if (layout != mapped) {
+            throw Error(ErrorCode::Mismatch, display.source,
+                        "is made for a quilt of " + sizeText(mapped.size()) + " with " +
+                            mapped.text() + ", but this one has " + sizeText(layout.size()) +
+                            " with " + layout.text() + "; expected the map's");
+        }
+    }
+    // of a nameless quilt the map states what it is
+    if (!display.map || request.grid || request.tileSize || request.name)
+        messages.warn(resolved.notes);
+    return layout;
+}
+
+NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages) {
+    return display.map ? *display.map
+                       : cachedLut(display.calibration, layout, display.invert, messages);
+}
+
+Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
+                              const QuiltLayout& layout, Messages& messages) {
+    if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
+    return Quilt2Native(lookUpTable(display, layout, messages));
+}
+
+void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
+                    const std::filesystem::path& output, Messages& messages, StageTimes& times) {
+    cv::Mat native;
+    renderer.render(quilt, native);
+    times.end("render");
+    warnAboutNativeFormat(output, messages);
+    writeImage(output, native, ImageMark::Native);
+    times.end("write");
+    messages.say(output.string() + ": Native, " + sizeText(native.size()));
+}
+
+} // namespace altiro3D::tools

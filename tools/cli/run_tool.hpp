@@ -1,0 +1,175 @@
+#pragma once
+
+#include "altiro3D/error.hpp"
+#include "cli/command_line.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace altiro3D::tools {
+
+constexpr int kExitDone = 0;
+constexpr int kExitFailed = 1;
+constexpr int kExitUsage = 2;
+
+// All writing to standard output and standard error: whole lines in order and, on a terminal, one
+// status line, which is erased before each line.
+
+/// Writes a line and flushes it.
+/// @param stream stdout or stderr @param line without its end
+void writeLine(std::FILE* stream, const std::string& line);
+
+/// Whether a status line is visible, i.e. standard error is a terminal.
+bool hasStatusLine();
+/// Replaces the status line; the text is cut off at the terminal's edge. Does nothing if
+/// hasStatusLine() is false.
+void showStatus(const std::string& text);
+/// Erases the status line.
+void clearStatus();
+
+/// The messages of a tool.
+///
+/// Results go to standard output, warnings and errors to standard error, each on one line. Warnings
+/// are held back until their work is done, so that a run that fails shows its error only.
+class Messages {
+  public:
+    Messages(std::string tool, bool verbose) : tool_(std::move(tool)), verbose_(verbose) {}
+
+    bool verbose() const { return verbose_; }
+    /// Reserves standard output for programs: say() and detail() have no effect from now on.
+    void leaveStandardOutput() { silent_ = true; }
+    /// Writes a line about the result.
+    void say(const std::string& line) const;
+    /// Writes a text for programs, such as JSON, unchanged.
+    void print(const std::string& text) const;
+    /// Sets the item that the following messages of say() and detail() begin with, if a run has
+    /// several items; empty: none.
+    void setSubject(const std::string& subject) { subject_ = subject; }
+    bool hasSubject() const { return !subject_.empty(); }
+    /// Writes a line if `-v` was given.
+    void detail(const std::string& line) const;
+    /// Adds a warning; flushWarnings() shows it. The same text is shown only once.
+    void warn(const std::string& line);
+    void warn(const std::vector<std::string>& lines);
+    void warn(const Notes& notes);
+    /// Adds a warning that begins with the subject.
+    void warnOfSubject(const std::string& line) { warn(ofSubject(line)); }
+    /// Shows the pending warnings.
+    void flushWarnings();
+    /// Discards the pending warnings.
+    void dropWarnings();
+    /// All warnings so far, shown or pending.
+    const std::vector<std::string>& warnings() const { return all_; }
+    /// Writes an error line.
+    void fail(const std::string& line) const;
+
+  private:
+    std::string ofSubject(const std::string& line) const {
+        return subject_.empty() ? line : subject_ + ": " + line;
+    }
+
+    std::string tool_;
+    bool verbose_;
+    bool silent_ = false;
+    std::string subject_;
+    std::vector<std::string> waiting_;
+    std::vector<std::string> all_;
+};
+
+/// The stages of the work and their times.
+class StageTimes {
+  public:
+    /// Ends the stage that began with the last call or the construction.
+    void end(const std::string& stage);
+    /// Adds a stage that was timed elsewhere.
+    void add(const std::string& stage, double milliseconds) {
+        stages_.emplace_back(stage, milliseconds);
+    }
+    const std::vector<std::pair<std::string, double>>& milliseconds() const { return stages_; }
+    /// "read 12.3 ms, depth 40.1 ms, ..."
+    std::string text() const;
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    std::vector<std::pair<std::string, double>> stages_;
+};
+
+/// The time that some work takes, in ms: the fastest of three times, because the machine may be
+/// busy.
+/// @param enough ms, after which the work is not done again
+double fastestMilliseconds(const std::function<void()>& work,
+                           double enough = std::numeric_limits<double>::infinity());
+
+/// Peak memory of this process since its start or the last resetPeakMemory(), in MB of 2^20 bytes;
+/// 0 if the system does not report it.
+double peakMegabytes();
+void resetPeakMemory();
+
+/// "1536 x 2048 px"
+std::string sizeText(cv::Size size);
+/// The text as one line without terminal escape sequences, which file names may contain.
+std::string oneLine(std::string text);
+
+/// A progress line on a terminal, for work of several steps; no effect without a terminal.
+class Progress {
+  public:
+    explicit Progress(std::size_t steps);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    /// Shows that a step begins.
+    void step(const std::string& what);
+    /// Erases the line, so that other lines can be written.
+    void clear();
+
+  private:
+    std::size_t steps_;
+    std::size_t done_ = 0;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Discards standard error, to which decoders print by themselves, while an object of this class
+/// exists. Messages of other threads are lost as well.
+class QuietStandardError {
+  public:
+    QuietStandardError();
+    ~QuietStandardError();
+    QuietStandardError(const QuietStandardError&) = delete;
+    QuietStandardError& operator=(const QuietStandardError&) = delete;
+};
+
+/// Runs a tool: adds the options of all tools (--help, --version, -v, -j), reads the command line,
+/// calls the body and turns every failure into one line and an exit status.
+int runTool(int argc, char** argv, CommandLine& commandLine,
+            const std::function<int(const CommandLine&, Messages&)>& body);
+
+/// runTool() for a tool whose body makes its own Qt application: one with windows ends the process
+/// if there is no desktop, but --help must work there.
+int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
+                              const std::function<int(const CommandLine&, Messages&)>& body);
+
+/// A number with the given number of decimals.
+std::string fixed(double value, int decimals);
+
+/// ASCII letters in lower case, all else as it is.
+std::string lowerCase(std::string text);
+
+/// The value of an environment variable; nothing if it is not set or empty.
+std::optional<std::string> environment(const char* name);
+
+/// The user's directory for cached look-up tables and measured costs. It need not exist. Empty if
+/// the environment does not define one.
+std::filesystem::path cacheDirectory();
+
+/// The message of an exception on one line.
+std::string sentenceOf(const std::exception& error);
+
+} // namespace altiro3D::tools

@@ -1,0 +1,201 @@
+#include "cli/views_folder.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/quilt2native.hpp"
+#include "cli/outputs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kLookSide = 256; // px of the pictures that are compared
+
+// A file name: its text with '#' for each number, and the numbers.
+struct NumberedName {
+    std::string text;
+    std::vector<std::int64_t> numbers;
+};
+
+NumberedName numberedName(const fs::path& file) {
+    constexpr std::int64_t kLargest = 1'000'000'000'000'000; // longer numbers are cut
+    NumberedName name;
+    bool inNumber = false;
+    for (const char c : lowerCase(file.filename().string())) {
+        const bool isDigit = c >= '0' && c <= '9';
+        if (isDigit && !inNumber) {
+            name.text += '#';
+            name.numbers.push_back(0);
+        }
+        if (!isDigit) {
+            name.text += c;
+        } else if (std::int64_t& number = name.numbers.back(); number < kLargest) {
+            number = 10 * number + (c - '0');
+        }
+        inNumber = isDigit;
+    }
+    return name;
+}
+
+// Why the names do not count views.
+std::string reasonByNames(const std::vector<fs::path>& files) {
+    const NumberedName first = numberedName(files.front());
+    std::optional<std::size_t> place; // of the number that counts
+    std::int64_t step = 0;
+    NumberedName before = first;
+    for (std::size_t i = 1; i < files.size(); ++i) {
+        const NumberedName name = numberedName(files[i]);
+        const std::string file = files[i].filename().string();
+        if (name.text != first.text) {
+            return "holds " + files.front().filename().string() + " and " + file +
+                   ", which are not numbered as one sequence";
+        }
+        for (std::size_t j = 0; j < name.numbers.size(); ++j) {
+            const std::int64_t here = name.numbers[j] - before.numbers[j];
+            if (here == 0) continue;
+            if (place && *place != j)
+                return "holds names with two numbers that count, such as " + file +
+                       ", as of rows and columns of cameras";
+            if (place && here != step)
+                return "misses numbers between " + files[i - 1].filename().string() + " and " +
+                       file;
+            place = j;
+            step = here;
+        }
+        before = name;
+    }
+    return {};
+}
+
+struct Look {
+    cv::Size size;
+    cv::Mat colours; // kLookSide
+    cv::Mat grey;    // the same, CV_32F
+};
+
+Look lookAt(const fs::path& file) {
+    Look look;
+    const cv::Mat picture = readPhoto(file);
+    look.size = picture.size();
+    cv::resize(picture, look.colours, {kLookSide, kLookSide}, 0, 0, cv::INTER_AREA);
+    cv::cvtColor(look.colours, look.grey, cv::COLOR_BGR2GRAY);
+    look.grey.convertTo(look.grey, CV_32F);
+    return look;
+}
+
+// Movements of the whole picture between neighbours, as far as they can be told.
+class CameraPath {
+  public:
+    void add(const Look& from, const Look& to) {
+        constexpr double kClear = 0.2; // height of the correlation's peak
+        if (window_.empty()) cv::createHanningWindow(window_, from.grey.size(), CV_32F);
+        double peak = 0;
+        const cv::Point2d move = cv::phaseCorrelate(from.grey, to.grey, window_, &peak);
+        if (!(peak >= kClear) || !std::isfinite(move.x) || !std::isfinite(move.y)) return;
+        if (std::max(std::abs(move.x), std::abs(move.y)) > kLookSide / 8.0) return;
+        sum_ += move;
+        lengths_ += std::hypot(move.x, move.y);
+        ++count_;
+    }
+
+    std::string problem() const {
+        constexpr double kStill = 0.25; // px of a picture of kLookSide per step
+        constexpr double kSteady = 0.6; // of all movements in one direction
+        if (count_ < 2 || lengths_ < kStill * count_) return {};
+        if (std::hypot(sum_.x, sum_.y) < kSteady * lengths_)
+            return "holds pictures of a camera that moves to and fro";
+        if (std::abs(sum_.y) > std::abs(sum_.x))
+            return "holds pictures of a camera that moves up or down";
+        return {};
+    }
+
+  private:
+    cv::Mat window_;
+    cv::Point2d sum_;
+    double lengths_ = 0;
+    int count_ = 0;
+};
+
+std::string reasonByContents(const std::vector<fs::path>& files) {
+    constexpr std::size_t kMostPairs = 6;
+    const std::size_t pairs = std::min(kMostPairs, files.size() - 1);
+    CameraPath path;
+    cv::Size size;
+    for (std::size_t i = 0; i < pairs; ++i) {
+        const std::size_t at = i * (files.size() - 2) / std::max<std::size_t>(1, pairs - 1);
+        const Look from = lookAt(files[at]);
+        const Look to = lookAt(files[at + 1]);
+        if (i == 0) size = from.size;
+        if (from.size != size || to.size != size) return "holds pictures of different sizes";
+        if (likenessOfViews({from.colours, to.colours}) < kMinLikenessOfViews)
+            return "holds pictures that do not resemble each other";
+        path.add(from, to);
+    }
+    return path.problem();
+}
+
+// The picture nearest to a view's camera position among `pictures` evenly spaced ones.
+std::size_t pictureOfView(int view, int views, std::size_t pictures) {
+    const double place = (viewPosition(view, views) + 1) / 2 * static_cast<double>(pictures - 1);
+    return static_cast<std::size_t>(std::lround(place));
+}
+
+} // namespace
+
+std::string reasonAgainstViews(const std::vector<fs::path>& files, std::size_t fewest) {
+    if (files.size() < std::max<std::size_t>(2, fewest))
+        return "holds " + counted(files.size(), "picture");
+    if (std::string reason = reasonByNames(files); !reason.empty()) return reason;
+    const QuietStandardError quiet; // decoders print messages
+    try {
+        return reasonByContents(files);
+    } catch (const Error& error) {
+        return std::string("holds pictures that cannot be read: ") + error.what();
+    }
+}
+
+ViewsQuilt quiltOfViews(const std::vector<fs::path>& files, const QuiltLayout& layout,
+                        double aspect, FitMode mode, Messages& messages,
+                        const std::function<void(const fs::path&)>& atFile) {
+    if (files.size() != static_cast<std::size_t>(layout.viewCount)) {
+        messages.warn("there are " + counted(files.size(), "picture") + " for " +
+                      counted(layout.viewCount, "view") +
+                      ": each view takes the picture nearest to it");
+    }
+    ViewsQuilt result;
+    result.quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (const fs::path& file : files)
+        refuseNative(file, "views of one scene, a file for each");
+    cv::Size& viewSize = result.viewSize;
+    for (std::size_t picture = 0; picture < files.size(); ++picture) {
+        cv::Mat view; // read for its first tile; not read without any
+        cv::Mat fitted;
+        atFile(files[picture]);
+        for (int i = 0; i < layout.viewCount; ++i) {
+            if (pictureOfView(i, layout.viewCount, files.size()) != picture) continue;
+            if (view.empty()) {
+                view = readPhotoFile(files[picture], messages);
+                if (viewSize.area() == 0) viewSize = view.size();
+                if (view.size() != viewSize) {
+                    throw Error(ErrorCode::Mismatch, files[picture].string(),
+                                "has " + sizeText(view.size()) + ", expected " +
+                                    sizeText(viewSize) + " like the views before it");
+                }
+                applyFit(view, fitPhoto(viewSize, aspect, layout.tileSize, mode), fitted);
+            }
+            fitted.copyTo(result.quilt(layout.tile(i)));
+        }
+    }
+    return result;
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,48 @@
+#pragma once
+
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/quilt.hpp"
+#include "cli/run_tool.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+namespace altiro3D::tools {
+
+/// Pictures of a folder below this number are not taken for views: bursts have a few pictures.
+constexpr std::size_t kFewestViews = 8;
+
+/// Why the pictures of a folder are not views of one scene from a row of cameras. They are if there
+/// are enough, of one size, if one number in their names counts in equal steps, if
+/// neighbours resemble each other, and if the camera moves in one direction, not up or down.
+///
+/// @param files all pictures of the folder, in natural order of their names
+/// @param fewest number of views at least, 2 or more
+/// @return empty if they are views; else "holds 3 pictures". Some pictures are read; if one cannot
+///         be read, the reason says so.
+std::string reasonAgainstViews(const std::vector<std::filesystem::path>& files,
+                               std::size_t fewest = kFewestViews);
+
+/// A quilt and the size of its views in their files.
+struct ViewsQuilt {
+    cv::Mat quilt;     ///< [layout size, CV_8UC3, BGR]
+    cv::Size viewSize; ///< Px.
+};
+
+/// Reads sorted views into a quilt. If their number differs from the layout's, each tile takes the
+/// view of the nearest position.
+///
+/// @param files from the leftmost camera to the rightmost, at least one
+/// @param aspect width : height of the panel, to which `mode` fits each view
+/// @param atFile called once with each file, before it is read; its exceptions end the work. A file
+///        that no tile shows is not read.
+/// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives)
+ViewsQuilt quiltOfViews(const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
+                        double aspect, FitMode mode, Messages& messages,
+                        const std::function<void(const std::filesystem::path&)>& atFile);
+
+} // namespace altiro3D::tools

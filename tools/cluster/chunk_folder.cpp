@@ -1,0 +1,182 @@
+#include "cluster/chunk_folder.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <system_error>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kArguments = "arguments";
+constexpr const char* kCalibration = "visual.json";
+constexpr std::uintmax_t kMaxWords = std::uintmax_t{256} << 20;
+constexpr std::uintmax_t kMaxCalibration = std::uintmax_t{1} << 24;
+
+// An error of a task names the machine, because others make other chunks.
+Error onThisHost(const Error& error) {
+    const std::string text = error.what(); // "subject: problem"
+    const std::size_t end = text.find(": ");
+    if (end == std::string::npos) return error;
+    return {error.code(), text.substr(0, end), text.substr(end + 2) + " (on " + hostName() + ")"};
+}
+
+std::string timeText() {
+    const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    std::array<char, 32> text{};
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return text.data();
+}
+
+// Networks and encoders give other bits with another number of threads, so a machine with fewer
+// processors takes the plan's number as well. TBB's warning about that is not of use.
+void useThreads(int threads) {
+    cv::setNumThreads(threads);
+    if (threads <= cv::getNumberOfCPUs()) return;
+    const QuietStandardError quiet;
+    cv::parallel_for_(cv::Range(0, threads), [](const cv::Range&) {});
+}
+
+// Only the options of this call; all others are those of the plan.
+void requireNoOthers(const CommandLine& commandLine, const std::string& option) {
+    for (const auto& [given, value] : commandLine.given()) {
+        const bool isOurs = given == option || given == "v" || given == "progress" ||
+                            (given == "y" && option == "join");
+        if (isOurs) continue;
+        throw UsageError("--" + option + " takes its settings from the plan, expected no " +
+                         (given.size() > 1 ? "--" : "-") + given);
+    }
+}
+
+} // namespace
+
+void failDamaged(const fs::path& file) {
+    throw Error(ErrorCode::BadFormat, file.string(),
+                "is damaged, expected the file as it was written; make the plan again");
+}
+
+void writeWords(const fs::path& file, const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words)
+        text += word + '\0';
+    writeFile(file, text);
+}
+
+std::vector<std::string> readWords(const fs::path& file) {
+    const std::string text = readFile(file, kMaxWords);
+    std::vector<std::string> words;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = text.find('\0', at);
+        if (end == std::string::npos) failDamaged(file);
+        words.push_back(text.substr(at, end - at));
+        at = end + 1;
+    }
+    return words;
+}
+
+std::string ChunkCall::logName() const {
+    return task == Task::Chunk ? std::to_string(number) : task == Task::Join ? "join" : "plan";
+}
+
+void addChunkOptions(CommandLine& commandLine, const std::string& length,
+                     const std::string& lengthHelp, const std::string& lengthValue,
+                     const std::string& joinHelp) {
+    commandLine.addSection("Many machines");
+    commandLine.addAdvanced({"plan"},
+                            "Divide the run into chunks, and write the plan to this folder, which "
+                            "all machines must see.",
+                            "DIR");
+    commandLine.addAdvanced({length}, lengthHelp, lengthValue);
+    commandLine.addAdvanced({"chunk"}, "Make chunk K of the plan in the folder PLAN.", "K");
+    commandLine.addAdvanced({"join"}, joinHelp, "DIR");
+}
+
+std::optional<ChunkCall> chunkCall(const CommandLine& commandLine, const std::string& length) {
+    if (commandLine.has(length) && !commandLine.has("plan"))
+        throw UsageError("--" + length + " is a setting of --plan, expected --plan DIR");
+    commandLine.exclude("plan", "chunk");
+    commandLine.exclude("plan", "join");
+    commandLine.exclude("chunk", "join");
+    if (const auto folder = commandLine.value("plan"))
+        return ChunkCall{ChunkCall::Task::Plan, fs::absolute(*folder), 0};
+    const bool isChunk = commandLine.has("chunk");
+    if (!isChunk && !commandLine.has("join")) return std::nullopt;
+    requireNoOthers(commandLine, isChunk ? "chunk" : "join");
+    const std::size_t names = isChunk ? 1 : 0;
+    if (commandLine.files().size() != names) {
+        throw UsageError(isChunk ? "--chunk takes the folder of a plan, expected --chunk K PLAN"
+                                 : "--join takes all names from the plan, expected --join PLAN");
+    }
+    if (!isChunk)
+        return ChunkCall{ChunkCall::Task::Join, fs::absolute(*commandLine.value("join")), 0};
+    return ChunkCall{ChunkCall::Task::Chunk, fs::absolute(commandLine.files().front()),
+                     *commandLine.wholeNumber("chunk", 1, 1000000)};
+}
+
+void keepCommandLine(const fs::path& folder, std::vector<std::string> words,
+                     const DisplayOptions& options, const ChosenDisplay& display) {
+    const bool isNamed = !options.calibration.empty() || !options.map.empty();
+    if (!isNamed && !display.files.empty()) {
+        const fs::path copy = folder / kCalibration;
+        writeFile(copy, readFile(display.files.front(), kMaxCalibration));
+        words.insert(words.begin() + 1, {"-c", copy.string()});
+    }
+    words.insert(words.begin(), fs::current_path().string());
+    writeWords(folder / kArguments, words);
+}
+
+void openCommandLine(const fs::path& folder, const std::string& tool, int threads,
+                     const std::function<void(CommandLine&)>& addOptions,
+                     const std::function<void(const CommandLine&)>& open) {
+    std::vector<std::string> words = readWords(folder / kArguments);
+    if (words.size() < 2) failDamaged(folder / kArguments);
+    const std::string place = words.front();
+    std::error_code error;
+    fs::current_path(place, error);
+    if (error) {
+        throw Error(ErrorCode::NotFound, place,
+                    "cannot be entered: " + error.message() +
+                        ", expected the folder in which the plan was made, shared by all machines");
+    }
+    std::vector<char*> pointers;
+    for (std::size_t i = 1; i < words.size(); ++i)
+        pointers.push_back(words[i].data());
+    CommandLine commandLine(tool, "");
+    addOptions(commandLine);
+    commandLine.add({"v", "verbose"}, "");
+    commandLine.add({"j"}, "", "N");
+    try {
+        commandLine.parse(static_cast<int>(pointers.size()), pointers.data());
+        useThreads(threads);
+        open(commandLine);
+    } catch (const UsageError& problem) {
+        throw Error(ErrorCode::BadFormat, (folder / kArguments).string(),
+                    std::string("is of another version: ") + problem.what());
+    }
+}
+
+void logLine(const ChunkCall& call, const std::string& line) {
+    std::ofstream log(call.folder / "logs" / (call.logName() + ".log"), std::ios::app);
+    log << timeText() + " " + hostName() + " " + oneLine(line) + "\n";
+}
+
+int runLogged(const ChunkCall& call, const std::function<int()>& work) {
+    try {
+        return work();
+    } catch (const Error& error) {
+        logLine(call, std::string("failed: ") + onThisHost(error).what());
+        throw onThisHost(error);
+    }
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,272 @@
+#include "photo/photo_plan.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/video_io.hpp"
+#include "cli/folder_run.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// False for names that cannot be looked up; opening them reports the reason.
+bool isDirectory(const fs::path& name) {
+    std::error_code error;
+    return fs::is_directory(name, error);
+}
+
+// Explains the purpose of a file that cannot be a photo.
+void requirePhotoName(const fs::path& name) {
+    const std::string extension = name.extension().string();
+    const char* hint = nullptr;
+    if (extension == ".json") hint = "a calibration is given with -c";
+    if (extension == ".map") hint = "a look-up table is given with -m";
+    if (extension == ".onnx") hint = "a network is given with -n";
+    if (isVideoFileName(name)) hint = "video2native makes Natives of videos";
+    if (hint == nullptr || isDirectory(name)) return;
+    throw UsageError(name.string() + ": is not a picture, expected a photo; " + hint);
+}
+
+bool isJpegName(const fs::path& name) {
+    const std::string extension = lowerCase(name.extension().string());
+    return extension == ".jpg" || extension == ".jpeg";
+}
+
+// The outputs besides the Native, the options that name them, and the ends of the names that they
+// get in a folder.
+struct OutputKind {
+    const char* option;
+    fs::path PhotoOutputs::*file;
+    const char* ending;
+};
+constexpr OutputKind kOutputs[] = {
+    {"save-quilt", &PhotoOutputs::quilt, ".png"},
+    {"save-depth", &PhotoOutputs::savedDepth, "_depth.png"},
+    {"save-rgbd", &PhotoOutputs::rgbd, "_rgbd.png"},
+    {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
+    {"lg", &PhotoOutputs::video, ".mp4"},
+    {"save-views", &PhotoOutputs::views, "_views"}};
+
+std::string pairName(const DepthOptions& depth) {
+    return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
+}
+
+// Two folders: of photos, and of their depth images or right eyes' pictures.
+std::vector<FolderFile> pairsOf(const fs::path& photos, const fs::path& others,
+                                const FolderSearch& search, std::vector<LeftOutFile>& leftOut,
+                                Messages& messages) {
+    std::map<fs::path, fs::path> depths; // by name without extension
+    std::set<fs::path> listed;
+    std::vector<FolderFile> inputs = listFiles(photos, search, leftOut, messages);
+    for (FolderFile& input : inputs) {
+        const fs::path folder = input.folder.empty() ? others : others / input.folder;
+        if (listed.insert(folder).second && isDirectory(folder)) {
+            for (const fs::path& depth : listImages(folder))
+                depths[folder / depth.stem()] = depth;
+        }
+        auto found = depths.find(folder / input.file.stem());
+        for (auto named = depths.begin(); found == depths.end() && named != depths.end();
+             ++named) // a-depth.png
+            if (photoOfDepthName(named->second) == folder / input.file.stem()) found = named;
+        input.depth =
+            found != depths.end() ? found->second : folder / input.file.filename(); // fails by name
+    }
+    return inputs;
+}
+
+// The photos (and depths) among the names.
+std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& leftOut,
+                                 Messages& messages) {
+    const std::vector<fs::path>& names = job.inputs;
+    const bool pairs = job.depth.takesPairs();
+    FolderSearch search;
+    search.recursive = job.recursive;
+    search.pairDepth = job.depth.given.empty() && !job.depth.stereo;
+    search.leavesOutVr = job.depth.refusesVr;
+    search.outputs = {job.outputs.native};
+    if (!job.plan.empty()) search.outputs.push_back(job.plan);
+    for (const OutputKind& kind : kOutputs) {
+        if (const fs::path& directory = job.outputs.*kind.file; !directory.empty())
+            search.outputs.push_back(directory);
+    }
+    std::vector<FolderFile> inputs;
+    if (pairs && names.size() == 2 && isDirectory(names[0]) && isDirectory(names[1])) {
+        search.outputs.push_back(names[1]);
+        inputs = pairsOf(names[0], names[1], search, leftOut, messages);
+    } else if (pairs) {
+        for (std::size_t i = 0; i < names.size(); i += 2)
+            inputs.push_back({names[i], names[i + 1], {}});
+    } else {
+        for (const fs::path& name : names) {
+            if (!isDirectory(name)) {
+                inputs.push_back({name, {}, {}});
+                continue;
+            }
+            for (FolderFile& photo : listFiles(name, search, leftOut, messages)) {
+                if (!job.depth.photo.useDepth) photo.depth.clear();
+                inputs.push_back(photo);
+            }
+        }
+    }
+    if (inputs.empty()) {
+        throw Error(
+            ErrorCode::NotFound, names.front().string(),
+            "holds no pictures to convert, expected photos" +
+                (leftOut.empty() ? std::string() : " (left out: " + kindsText(leftOut) + ")"));
+    }
+    return inputs;
+}
+
+// The names on the command line: photos, and the output.
+void takeNames(const CommandLine& commandLine, PhotoJob& job) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pairs = job.depth.takesPairs();
+    const std::size_t least = pairs ? 3 : 2;
+    if (names.size() < least) {
+        commandLine.failNames(pairs ? pairName(job.depth) + " OUT" : "PHOTO and OUT", least);
+    }
+    job.inputs.assign(names.begin(), names.end() - 1);
+    job.outputs.native = names.back();
+    for (const fs::path& name : job.inputs)
+        requirePhotoName(name);
+    if (pairs && job.inputs.size() % 2 != 0) {
+        throw UsageError((job.depth.fromFiles ? "-d" : "--stereo files") +
+                         (" takes pairs " + pairName(job.depth)) + " and one output, got " +
+                         counted(names.size(), "name") + "; see photo2native --help");
+    }
+}
+
+} // namespace
+
+PhotoJob photoJob(const CommandLine& commandLine) {
+    PhotoJob job;
+    job.budget = Budget(commandLine);
+    job.scene = sceneOptions(commandLine, AutoUse::Default);
+    job.camera = CameraOptions(commandLine, job.scene.native.views.method);
+    job.sway = swayOptions(commandLine);
+    job.swaySize = swaySizeOption(commandLine).value_or(cv::Size());
+    requireSwayFile(commandLine);
+    job.display = displayOptions(commandLine);
+    job.quilt = quiltRequest(commandLine);
+    job.depth = depthOptions(commandLine);
+    commandLine.exclude("y", "skip-existing");
+    job.replace = commandLine.has("y");
+    job.skipExisting = commandLine.has("skip-existing");
+    job.recursive = commandLine.has("recursive");
+    takeNames(commandLine, job);
+    for (const OutputKind& kind : kOutputs)
+        job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
+    job.report = commandLine.value("report").value_or("");
+    job.plan = commandLine.value("plan").value_or("");
+    const auto given = commandLine.given();
+    job.given = {given.begin(), given.end()};
+    return job;
+}
+
+std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
+    std::vector<fs::path> files{item.native};
+    for (const OutputKind& kind : kOutputs) {
+        const fs::path& file = item.*kind.file;
+        if (!file.empty() && &file != &item.views) files.push_back(file);
+    }
+    for (int i = 0; i < views && !item.views.empty(); ++i)
+        files.push_back(item.views / viewFileName(i, views));
+    return files;
+}
+
+PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
+    const bool pairs = job.depth.takesPairs();
+    const fs::path& output = job.outputs.native;
+    PhotoInputs inputs;
+    inputs.files = inputsOf(job, inputs.leftOut, messages);
+    inputs.batch = job.inputs.size() > (pairs ? 2 : 1) || isDirectory(output) ||
+                   isDirectory(job.inputs.front());
+    if (inputs.batch) {
+        requireDirectoryName(output, "photos",
+                             job.inputs.size() == 2 && !pairs ? ", or -d with a photo and its depth"
+                                                              : "");
+    }
+    return inputs;
+}
+
+PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+                     const PhotoInputs& inputs) {
+    PhotoPlan plan;
+    plan.leftOut = inputs.leftOut;
+    plan.batch = inputs.batch;
+    plan.skipExisting = job.skipExisting;
+    plan.report = job.report;
+    for (const OutputKind& kind : kOutputs) {
+        const fs::path& name = job.outputs.*kind.file;
+        const bool namesFile = &name != &job.outputs.views && !name.empty() &&
+                               (canWriteImage(name) || canWriteVideo(name));
+        if (plan.batch && namesFile) {
+            throw UsageError("--" + std::string(kind.option) + " " + name.string() +
+                             ": names one file, expected a directory for the outputs of several "
+                             "photos");
+        }
+    }
+    const std::vector<std::string> stems = outputStems(inputs.files);
+    for (std::size_t i = 0; i < inputs.files.size(); ++i) {
+        PhotoItem item{job.outputs, inputs.files[i].file, inputs.files[i].depth};
+        item.isFromFolder =
+            std::find(job.inputs.begin(), job.inputs.end(), item.photo) == job.inputs.end();
+        if (plan.batch) {
+            item.native /= stems[i] + "_native.png";
+            for (const OutputKind& kind : kOutputs)
+                if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
+        } else { // of several, one that is bad does not stop the rest
+            requireFile(item.photo);
+            if (!item.depth.empty()) requireFile(item.depth);
+        }
+        if (!item.quilt.empty()) {
+            const auto named = parseQuiltName(item.quilt);
+            const double aspect = named && named->aspect ? *named->aspect : display.aspect();
+            item.quilt = quiltFileName(item.quilt, layout, aspect);
+        }
+        plan.items.push_back(item);
+    }
+    return plan;
+}
+
+Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,
+                       int views) {
+    // incomplete sets of outputs and the report are made again
+    Outputs outputs(job.replace || plan.skipExisting);
+    outputs.addInputs(display.files);
+    outputs.addInputs({job.depth.network, job.depth.profile, job.camera.file()});
+    for (PhotoItem& item : plan.items) {
+        outputs.addInputs({item.photo, item.depth});
+        for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
+            if (!file.empty()) requirePictureName(file, file != item.savedDepth);
+        }
+        if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth)) {
+            throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +
+                             ": is not the name of a JPEG, expected FILE.jpg");
+        }
+        if (!item.video.empty()) requireVideoName(item.video);
+        if (!item.views.empty()) outputs.addDirectory(item.views);
+        const std::vector<fs::path> files = outputsOf(item, views);
+        for (const fs::path& file : files) {
+            if (plan.batch) outputs.addDirectory(file.parent_path());
+            if (file == item.native && !plan.batch) {
+                outputs.addNative(file);
+            } else {
+                outputs.addOutputs({file});
+            }
+        }
+        item.isMade =
+            plan.skipExisting && std::all_of(files.begin(), files.end(), isFileWithContents);
+    }
+    outputs.addOutputs({plan.report});
+    outputs.check();
+    return outputs;
+}
+
+} // namespace altiro3D::tools

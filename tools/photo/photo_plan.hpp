@@ -1,0 +1,96 @@
+#pragma once
+
+#include "cli/budget.hpp"
+#include "cli/depth_options.hpp"
+#include "cli/display_options.hpp"
+#include "cli/folder_search.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "photo/sway_options.hpp"
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+/// The command line, the inputs and the outputs of a run of photo2native.
+namespace altiro3D::tools {
+
+/// Files that are made of a photo. An empty path: not requested.
+struct PhotoOutputs {
+    std::filesystem::path native;
+    std::filesystem::path quilt;
+    std::filesystem::path savedDepth;
+    std::filesystem::path rgbd;
+    std::filesystem::path photoWithDepth; ///< JPEG with depth inside
+    std::filesystem::path video;          ///< the swaying video
+    std::filesystem::path views;          ///< a directory
+};
+
+/// The command line of a run.
+struct PhotoJob {
+    std::vector<std::filesystem::path> inputs; ///< Names of photos and folders.
+    PhotoOutputs outputs; ///< As they are named: of several photos, folders for them.
+    std::filesystem::path report;
+    std::filesystem::path plan; ///< Folder of `--plan`.
+    bool replace = false;       ///< `-y`
+    bool skipExisting = false;
+    bool recursive = false;
+    DisplayOptions display;
+    QuiltRequest quilt;
+    DepthOptions depth;
+    SceneOptions scene;
+    CameraOptions camera;
+    Budget budget;
+    SwayOptions sway;
+    cv::Size swaySize;                        ///< Of the swaying video; empty: the photo's.
+    std::map<std::string, std::string> given; ///< The options as they were given, for the report.
+};
+/// Turns a command line into a job. @throws UsageError, Error (camera file)
+PhotoJob photoJob(const CommandLine& commandLine);
+
+/// One photo and its outputs.
+struct PhotoItem : PhotoOutputs {
+    std::filesystem::path photo;
+    std::filesystem::path depth; ///< its depth image; with `--stereo files` the right eye's picture
+    bool isFromFolder = false; ///< Not named itself: it is left out if it turns out to be a quilt.
+    bool isMade = false;       ///< All outputs exist already: `--skip-existing`.
+};
+
+/// All photos of a run.
+struct PhotoPlan {
+    std::vector<PhotoItem> items;
+    bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
+    bool skipExisting = false; ///< photos whose outputs all exist are not made again
+    std::filesystem::path report;
+    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
+};
+
+/// The photos that the names of a job stand for.
+struct PhotoInputs {
+    std::vector<FolderFile> files;    ///< With their depth images or right eye's pictures.
+    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
+    bool batch = false;               ///< See PhotoPlan.
+};
+
+/// Searches the folders among the names of a job. Says what is left out.
+/// @throws UsageError, Error (a directory that cannot be listed or holds no pictures)
+PhotoInputs listPhotos(const PhotoJob& job, Messages& messages);
+
+/// Derives the plan from a job. The names of the outputs depend on all inputs.
+/// @param layout layout of the quilts, which is part of their names
+/// @throws UsageError, Error
+PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+                     const PhotoInputs& inputs);
+
+/// Checks every name before any work, see Outputs::check(). The result creates the directories.
+/// With PhotoPlan::skipExisting, marks the photos whose outputs all exist.
+/// @param views number of views that `--save-views` writes
+/// @throws UsageError, Error
+Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,
+                       int views);
+
+/// All files that are made of a photo. @param views as for checkedOutputs()
+std::vector<std::filesystem::path> outputsOf(const PhotoItem& item, int views);
+
+} // namespace altiro3D::tools

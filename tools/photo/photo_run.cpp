@@ -1,0 +1,373 @@
+#include "photo/photo_run.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "cli/folder_run.hpp"
+#include "cli/network_trust.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+Json parallaxJson(const AdjacentParallax& parallax) {
+    return {{"viewPixels", parallax.viewPixels}, {"panelPixels", parallax.panelPixels}};
+}
+
+// Reports a parallax close to the limit; above the limit there is a warning.
+// @param hasCamera the strength follows from --camera
+AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv::Mat& depth,
+                              Messages& messages) {
+    constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
+    double nearest = 0;
+    double farthest = 0;
+    cv::minMaxLoc(depth, &farthest, &nearest);
+    const ViewOptions& views = maker.options().views;
+    const AdjacentParallax parallax =
+        adjacentParallax(views, maker.layout(), maker.panelSize(), {farthest, nearest});
+    const std::string line =
+        "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
+        fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
+        fixed(parallax.panelPixels, 2) + " panel px) between adjacent views; above " +
+        fixed(kParallaxBudgetPixels, 0) + " view px hard edges show double";
+    const bool isNear =
+        parallax.viewPixels > kNearTheLimit && parallax.viewPixels <= kParallaxBudgetPixels;
+    if (isNear) {
+        messages.say(line);
+    } else {
+        messages.detail(line);
+    }
+    if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
+        messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
+    warnAboutParallax(parallax, messages, hasCamera ? "the baseline in --camera" : "--strength");
+    return parallax;
+}
+
+// Writes the video that swings through the views; returns its size. It shows the whole photo, or
+// the part that was asked for.
+// @param shown the part of the photo on the panel
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+                   const Scene& scene, const cv::Rect& shown, Messages& messages) {
+    const cv::Size photoSize = scene.photo.size();
+    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
+    const PhotoFit fit =
+        withMargins(isFramed ? photoSwayFit(shown, options.fit, run.job.swaySize)
+                             : photoSwayFit(photoSize, options.fit, run.job.swaySize),
+                    photoSize, options.views);
+    Scene fitted;
+    fitScene(scene, fit, options.views.focus, fitted, options.refine);
+    const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
+    writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));
+    return fit.size;
+}
+
+// Writes the outputs other than the Native; false if there are none. May release the scene's
+// memory.
+bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
+    if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
+    const bool needsWholeDepth =
+        !item.savedDepth.empty() || !item.rgbd.empty() || !item.photoWithDepth.empty();
+    if (needsWholeDepth) {
+        cv::Mat wholeDepth;
+        fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
+                 scene.photo, wholeDepth);
+        scene.depth.release();
+        if (!item.savedDepth.empty()) {
+            warnAboutDepthFormat(item.savedDepth, messages);
+            writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
+        }
+        if (!item.photoWithDepth.empty())
+            writePhotoWithDepth(item.photoWithDepth, scene.photo, wholeDepth);
+        if (!item.rgbd.empty()) {
+            cv::Mat rgbd;
+            joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
+            scene.photo.release();
+            wholeDepth.release();
+            writeImage(item.rgbd, rgbd);
+        }
+    }
+    if (!item.views.empty()) {
+        const QuiltLayout& layout = run.maker.layout();
+        const int count = layout.viewCount;
+        cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
+            for (int i = range.start; i < range.end; ++i) {
+                writeImage(item.views / viewFileName(i, count), run.quilt(layout.tile(i)));
+            }
+        });
+    }
+    return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
+}
+
+// "4 px left, 3 px top": where a scan's border was cut.
+std::string borderText(cv::Size photo, const cv::Rect& inside) {
+    const std::pair<const char*, int> sides[] = {{"left", inside.x},
+                                                 {"right", photo.width - inside.br().x},
+                                                 {"top", inside.y},
+                                                 {"bottom", photo.height - inside.br().y}};
+    std::string text;
+    for (const auto& [side, pixels] : sides) {
+        if (pixels == 0) continue;
+        text += (text.empty() ? "" : ", ") + std::to_string(pixels) + " px " + side;
+    }
+    return text;
+}
+
+// Places a photo.
+// @param options the framing, focus and strength of this photo @param chosen tells them
+Placement place(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
+                NativeOptions& options, std::string& chosen, Messages& messages) {
+    options = run.maker.options();
+    PlacementOptions& placement = options;
+    const cv::Size size = scene.photo.size();
+    AutoChoices choices = run.choices;
+    const cv::Size result = run.maker.workSize();
+    const auto strength =
+        run.camera.strength(options.views, fitPhoto(size, aspect, result, placement));
+    if (strength) {
+        options.views.strengthPercent = *strength;
+        choices.strength = choices.limit = false;
+    }
+    const ChosenOptions choice =
+        chooseFromScene(scene, aspect, run.maker.layout(), placement, choices);
+    placement = choice.options;
+    chosen = autoText(choices, options.framing, options.views);
+    const std::string border = borderText(size, choice.inside);
+    if (!border.empty()) chosen += "; border of the scan cut: " + border;
+    options.views = run.camera.apply(options.views, item.photo, size,
+                                     fitPhoto(size, aspect, result, placement), messages);
+    return placeScene(scene, aspect, result, placement);
+}
+
+// The maker for one photo; with --camera or auto each photo has its own strength and focus.
+NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
+    const ViewOptions& usual = run.maker.options().views;
+    const bool isUsual =
+        views.strengthPercent == usual.strengthPercent && views.focus == usual.focus;
+    return isUsual ? run.maker : run.maker.withViews(views);
+}
+
+// @param options the framing of this photo @param fitted the scene for the Native
+// @param aspect of the quilt's views @param nativeAspect of `fitted`
+void makeQuilt(const NativeMaker& maker, const NativeOptions& options, const Scene& scene,
+               double aspect, double nativeAspect, const Scene& fitted, cv::Mat& quilt) {
+    const bool isSame = maker.quiltSize() == maker.workSize() && aspect == nativeAspect;
+    if (isSame || maker.path() == NativePath::OverQuilt) return maker.makeQuilt(fitted, quilt);
+    maker.makeQuilt(placeScene(scene, aspect, maker.quiltSize(), options).scene, quilt);
+}
+
+// Pictures that were not named are converted only if they are photos.
+void requirePhoto(const PhotoItem& item, const ReadPhoto& photo, Messages& messages) {
+    if (!item.isFromFolder || !item.depth.empty()) return;
+    const FoundQuilt found = findQuiltLayout(photo.photo);
+    if (found.verdict == QuiltVerdict::Quilt) {
+        throw NotTaken{{item.photo, FileKind::Quilt,
+                        "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                            std::to_string(found.layout.rows) +
+                            " rows; quilt2native makes Natives of quilts"}};
+    }
+    if (found.verdict == QuiltVerdict::Unsure && found.confidence > 0) {
+        messages.warn(item.photo.string() + ": may be a quilt of " +
+                      std::to_string(found.layout.columns) + " columns x " +
+                      std::to_string(found.layout.rows) +
+                      " rows; if it is one, quilt2native -q makes its Native");
+    }
+    if (photo.origin != DepthOrigin::Estimated || hasColours(photo.photo)) return;
+    const QuietStandardError quiet;
+    if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
+        throw NotTaken{{item.photo, FileKind::DepthImage,
+                        "looks like a depth image, as it is grey and smooth; a photo is converted "
+                        "if it is named itself"}};
+    }
+}
+
+std::string sizeKey(cv::Size size) {
+    return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+// What the time of a Native depends on besides the picture; usable in a file name.
+// @param photo size of the fitted photo
+std::string costKey(const NativeMaker& maker, cv::Size photo) {
+    const QuiltLayout& layout = maker.layout();
+    std::string key = pathName(maker) + "-" + sizeKey(photo) + "-" + sizeKey(maker.panelSize());
+    if (maker.options().positions == ViewPositions::Continuous) key += "-continuous";
+    if (maker.options().lensFilter) key += "-filtered";
+    if (maker.options().refine.keepsDepth()) key += "-exact";
+    if (blends(maker.options().sampling)) key += "-blended";
+    if (maker.path() == NativePath::OverQuilt)
+        key += "-" + sizeKey(layout.tileSize) + "-" + std::to_string(layout.viewCount);
+    return key;
+}
+
+// Chooses depth and method by the first photo, for all of them.
+// @return true if the depth must be estimated anew
+bool chooseByBudget(PhotoRun& run, const ReadPhoto& scene, const Scene& fitted,
+                    Messages& messages) {
+    std::vector<NamedDepthSource> sources;
+    std::vector<std::unique_ptr<DepthSource>> loaded;
+    std::vector<BudgetDepth> depths;
+    Scene estimated;
+    const double focus = run.maker.options().views.focus;
+    if (scene.origin == DepthOrigin::Estimated) {
+        if (run.job.depth.isDefault) {
+            sources = depthSources(messages);
+        } else {
+            depths.push_back({run.depth.description(), [] {},
+                              [&] { run.depth.estimateScene(scene.photo, focus, estimated); }});
+        }
+    }
+    loaded.resize(sources.size());
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+        depths.push_back({sources[i].name, [&, i] { loaded[i] = sources[i].load(); },
+                          [&, i] { loaded[i]->readScene(scene.photo, focus, estimated); }});
+    }
+    const auto makeNative = [&](const ViewOptions& views) {
+        const NativeMaker maker = run.maker.withViews(views);
+        cv::Mat refined; // only for its time: the depth is refined already
+        refineDepth(fitted.photo, fitted.depth, refined, maker.options().refine);
+        cv::Mat quilt; // in new memory, as for a single photo
+        cv::Mat native;
+        if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(fitted, quilt);
+        maker.makeNative(fitted, quilt, native);
+    };
+    const BudgetSetting chosen =
+        run.budget.choose(run.maker.options().views, costKey(run.maker, fitted.photo.size()),
+                          depths, makeNative, messages);
+    run.maker = run.maker.withViews(chosen.views);
+    if (chosen.depth == 0 || sources.empty()) return false;
+    run.depth.use(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
+                                       : sources[chosen.depth].load());
+    return true;
+}
+
+} // namespace
+
+PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+                      StageTimes& times, Messages& messages) {
+    ChosenDepth depth(job.depth, messages);
+    if (depth.network() != nullptr) times.end("network");
+    PhotoRun run{job,
+                 display,
+                 job.camera,
+                 makeNativeMaker(job.scene, display, layout, messages),
+                 job.scene.choices,
+                 job.budget,
+                 std::move(depth),
+                 {},
+                 {}};
+    times.end("display");
+    return run;
+}
+
+Json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages) {
+    StageTimes times;
+    const double focus = run.maker.options().views.focus;
+    ReadPhoto scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    requirePhoto(item, scene, messages);
+    double aspect = run.display.aspect(); // of the Native
+    double quiltAspect = aspect;
+    if (!item.quilt.empty()) quiltAspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
+    if (run.maker.path() == NativePath::OverQuilt) aspect = quiltAspect;
+    const cv::Size photoSize = scene.photo.size();
+    NativeOptions options;
+    std::string chosen;
+    Placement placed = place(item, run, scene, aspect, options, chosen, messages);
+    times.end("fit");
+    if (run.budget.mustChoose()) {
+        if (chooseByBudget(run, scene, placed.scene, messages)) {
+            scene.source = run.depth.estimateScene(scene.photo, focus, scene);
+        }
+        // the views are others now
+        placed = place(item, run, scene, aspect, options, chosen, messages);
+        times.end("budget");
+    }
+    const NativeMaker maker = makerOf(run, options.views);
+    const ViewOptions& views = maker.options().views;
+    if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
+        makeQuilt(maker, options, scene, quiltAspect, aspect, placed.scene, run.quilt);
+        times.end("views");
+    }
+    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
+        item.video.empty())
+        static_cast<Scene&>(scene) = {}; // large, and no longer needed
+    maker.makeNative(placed.scene, run.quilt, run.native);
+    times.end("native");
+    const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
+    const FitMode fitMode = maker.options().fit;
+    if (!messages.hasSubject()) tellCut(photoAspect, aspect, run.maker.options(), messages);
+    if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
+    const bool hasCamera = !run.job.camera.file().empty();
+    const AdjacentParallax parallax =
+        tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
+
+    warnAboutNativeFormat(item.native, messages);
+    cv::Size videoSize;
+    if (!item.video.empty()) {
+        videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
+        times.end("video");
+    }
+    if (saveOthers(item, run, scene, messages)) times.end("save");
+    writeImage(item.native, run.native,
+               ImageMark::Native); // last, so that an existing Native means that all outputs exist
+    times.end("write");
+
+    Json report = {{"photo", item.photo.string()},
+                   {"photoWidth", photoSize.width},
+                   {"photoHeight", photoSize.height},
+                   {"native", item.native.string()}};
+    const bool isPair = run.job.depth.isPair;
+    // a depth image beside the photo may not fit it
+    const bool isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
+    if (isImageUsed) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
+    report["depthSource"] = scene.source;
+    if (run.job.depth.photo.unblurred) report["unblurred"] = scene.isUnblurred;
+    const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
+                                                       {"depth", item.savedDepth},
+                                                       {"rgbd", item.rgbd},
+                                                       {"photoWithDepth", item.photoWithDepth},
+                                                       {"views", item.views}};
+    for (const auto& [key, file] : others) {
+        if (!file.empty()) report[key] = file.string();
+    }
+    if (!item.video.empty()) {
+        report["video"] = {{"file", item.video.string()},
+                           {"width", videoSize.width},
+                           {"height", videoSize.height},
+                           {"frames", framesPerTurn(run.job.sway) * run.job.sway.turns}};
+    }
+    report["aspect"] = aspect;
+    if (!item.quilt.empty()) report["quiltAspect"] = quiltAspect;
+    report["crop"] = {placed.fit.source.x, placed.fit.source.y, placed.fit.source.width,
+                      placed.fit.source.height};
+    report["center"] = {options.framing.centre.x, options.framing.centre.y};
+    report["strengthPercent"] = views.strengthPercent;
+    report["focus"] = views.focus;
+    report["adjacentParallax"] = parallaxJson(parallax);
+    for (const auto& [stage, milliseconds] : times.milliseconds()) {
+        report["milliseconds"][stage] = milliseconds;
+    }
+    std::string line = item.native.string() + ": Native, " + sizeText(run.native.size());
+    if (messages.hasSubject()) { // one line for each of many photos
+        for (const auto& [key, file] : others)
+            line += file.empty() ? "" : std::string(", ") + key;
+        line += item.video.empty() ? "" : ", video";
+        if (isImageUsed && !isPair) line += "; depth of " + item.depth.filename().string();
+        const std::string cut = cutText(photoAspect, aspect, fitMode);
+        line += cut.empty() ? "" : "; " + cut;
+        line += chosen.empty() ? "" : "; " + chosen;
+        messages.say(line);
+    } else {
+        messages.say(line);
+        for (const auto& [key, file] : others) {
+            if (!file.empty()) messages.say(file.string() + ": " + key);
+        }
+        if (!item.video.empty())
+            messages.say(item.video.string() + ": video, " + swayText(run.job.sway, videoSize));
+    }
+    messages.detail(times.text());
+    return report;
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "altiro3D/native_maker.hpp"
+#include "photo/photo_plan.hpp"
+
+#include <nlohmann/json.hpp>
+#include <opencv2/core/mat.hpp>
+
+/// The work of photo2native.
+namespace altiro3D::tools {
+
+/// Everything that all photos of a run share.
+struct PhotoRun {
+    const PhotoJob& job;
+    ChosenDisplay display;
+    CameraOptions camera;
+    NativeMaker maker;
+    AutoChoices choices;
+    Budget budget;
+    ChosenDepth depth;
+    cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
+    cv::Mat native; ///< reused
+};
+
+/// Chooses the source of depth and makes the tables.
+/// @param job must outlive the run
+/// @param times receives the stages "network" and "display"
+/// @throws UsageError, Error
+PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+                      StageTimes& times, Messages& messages);
+
+/// Makes all outputs of one photo. The Native is written last, so an existing Native means that all
+/// outputs exist.
+/// @return its entry in the report
+/// @throws NotTaken, UsageError, Error
+nlohmann::ordered_json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages);
+
+/// The report of a run without its times and pictures.
+nlohmann::ordered_json photoReport(const PhotoRun& run, const Messages& messages);
+
+/// The text of a report's file.
+std::string reportText(const nlohmann::ordered_json& report);
+
+} // namespace altiro3D::tools

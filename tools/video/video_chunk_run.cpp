@@ -1,0 +1,192 @@
+#include "video/video_run.hpp"
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "altiro3D/video_conversion.hpp"
+#include "cli/folder_run.hpp"
+#include "cli/outputs.hpp"
+#include "cluster/chunk_folder.hpp"
+#include "video/video_progress.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kLength = "chunk-seconds";
+constexpr const char* kJoined = "joined"; // size and time of the output that was written
+
+// The part of a run that its plan states.
+struct PlannedRun {
+    std::optional<VideoRun> run;
+    VideoConversion conversion;
+};
+
+// Opens the run of a plan as the plan's command line did, in its working directory.
+void openPlanned(const fs::path& folder, const std::string& tool,
+                 const std::function<void(CommandLine&)>& addOptions, PlannedRun& planned,
+                 Messages& messages) {
+    const int threads = readVideoChunks(folder).threads;
+    openCommandLine(folder, tool, threads, addOptions, [&](const CommandLine& commandLine) {
+        VideoJob job = videoJob(commandLine);
+        job.plan.isChecked = true; // the plan has checked the names
+        planned.run.emplace(job, messages);
+        planned.conversion = openVideo(*planned.run, messages);
+    });
+}
+
+std::string shareText(std::int64_t part, std::int64_t whole) {
+    return fixed(100 * static_cast<double>(part) / static_cast<double>(whole), 1) + " %";
+}
+
+// Does work that shows its progress and that Ctrl-C stops.
+// @param work takes the receiver of progress and returns a result with `cancelled`
+template <typename Work>
+auto withProgress(bool json, const Work& work) {
+    catchStop();
+    VideoProgressLine progress(json, {});
+    auto result = work([&](const VideoProgress& now) {
+        progress.update(now);
+        return !isStopWanted();
+    });
+    progress.end(result.cancelled ? "stopped" : "done");
+    return result;
+}
+
+int plan(const VideoJob& job, const VideoChunkOptions& options,
+         const std::vector<std::string>& arguments, const fs::path& folder, Messages& messages) {
+    if (!job.plan.isFile) requireFile(job.plan.input);
+    VideoRun run(job, messages);
+    VideoConversion conversion = openVideo(run, messages);
+    const VideoChunkPlan made = withProgress(job.jsonProgress, [&](const auto& progress) {
+        return planVideoChunks(std::move(conversion), folder, options, progress);
+    });
+    if (made.cancelled) {
+        messages.warn("stopped; no plan was made");
+        return kExitStopped;
+    }
+    messages.warn(made.notes);
+    keepCommandLine(folder, arguments, job.display, run.display);
+    const auto depthOnly = std::count_if(made.chunks.begin(), made.chunks.end(),
+                                         [](const VideoChunk& chunk) { return chunk.frames == 0; });
+    messages.say(folder.string() + ": " + counted(made.chunks.size(), "chunk") +
+                 (depthOnly > 0 ? ", the first " + std::to_string(depthOnly) + " of depth alone"
+                                : std::string()) +
+                 ", " + counted(made.frames, "frame") + ", " + clockText(made.end) +
+                 "; depth that is made twice: " + shareText(made.repeatedFrames, made.frames) +
+                 "; planned in " + fixed(made.seconds, 1) + " s");
+    const double most = run.encoding.maxRate;
+    if (most > 0) {
+        messages.say("the pictures take at most about " + bytesText(1e6 / 8 * most * made.end) +
+                     " (--max-rate " + fixed(most, 0) + ")");
+        tellDecoding(run, most, messages);
+    }
+    return kExitDone;
+}
+
+int makeChunk(const ChunkCall& call, PlannedRun& run, bool json, Messages& messages) {
+    repeatEncoder(run.run->encoding);
+    const std::string task = std::to_string(call.number);
+    const std::string name = call.folder.string() + ": chunk " + task;
+    logLine(call, "begins chunk " + task);
+    const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
+        return makeVideoChunk(std::move(run.conversion), call.folder, call.number, progress);
+    });
+    messages.warn(result.notes);
+    if (result.cancelled) {
+        logLine(call, "was stopped");
+        messages.warn("chunk " + task + " was stopped; the same command makes it");
+        return kExitStopped;
+    }
+    if (result.keptFrames > 0 || (result.frames == 0 && result.pipeline.stages.empty())) {
+        logLine(call, "chunk " + task + " is made already");
+        messages.say(name + " is made already");
+        return kExitDone;
+    }
+    const double seconds = result.seconds();
+    const bool isDepthAlone = result.frames == 0;
+    const std::int64_t made = isDepthAlone ? result.pipeline.stages.front().frames : result.frames;
+    const std::string line = std::string("made ") + (isDepthAlone ? "the depth of " : "") +
+                             counted(made, "frame") + " in " + fixed(seconds, 1) + " s, " +
+                             fixed(seconds > 0 ? static_cast<double>(made) / seconds : 0, 1) +
+                             " fps on " + hostName();
+    logLine(call, line);
+    messages.say(name + ": " + line);
+    return kExitDone;
+}
+
+int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messages& messages) {
+    const fs::path output = run.conversion.output;
+    std::error_code error;
+    const fs::path mark = call.folder / kJoined;
+    const std::string there = fileStamp(output);
+    if (!there.empty() && fs::exists(mark, error) && readFile(mark, 1000) == there) {
+        messages.say(output.string() + " is made already");
+        return kExitDone;
+    }
+    Outputs outputs(replace || run.run->job.replace);
+    outputs.addInputs({run.run->plan.input});
+    outputs.addOutputs({output});
+    outputs.check();
+    const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
+        return joinVideoChunks(std::move(run.conversion), call.folder, progress);
+    });
+    if (result.cancelled) {
+        messages.warn("stopped; " + output.string() + " was not made");
+        return kExitStopped;
+    }
+    messages.warn(result.notes);
+    writeFile(mark, fileStamp(output));
+    const std::string line =
+        output.string() + ": " + counted(result.frames, "frame") + ", " + clockText(result.end) +
+        ", " + bytesAndRateText(static_cast<double>(fs::file_size(output)), result.end) +
+        "; joined in " + fixed(result.finishSeconds, 1) + " s";
+    logLine(call, line);
+    messages.say(line);
+    return kExitDone;
+}
+
+} // namespace
+
+void addVideoChunkOptions(CommandLine& commandLine) {
+    addChunkOptions(commandLine, kLength, "Length of a chunk of --plan in seconds (default 60).",
+                    "SECONDS", "Check the chunks of the plan in this folder, and write OUT.");
+}
+
+std::optional<int> runVideoChunks(const CommandLine& commandLine,
+                                  const std::vector<std::string>& arguments,
+                                  const std::function<void(CommandLine&)>& addOptions,
+                                  Messages& messages) {
+    const std::optional<ChunkCall> called = chunkCall(commandLine, kLength);
+    if (!called) return std::nullopt;
+    const ChunkCall& call = *called;
+    const bool json = VideoProgressLine::json(commandLine);
+    if (json) messages.leaveStandardOutput();
+    if (call.task == ChunkCall::Task::Plan) {
+        for (const char* option : {"show", "resume", "report", "recursive"})
+            commandLine.exclude("plan", option);
+        const VideoJob job = videoJob(commandLine);
+        if (job.isFolder) {
+            throw UsageError(
+                "--plan applies to one video, expected a single video instead of a folder");
+        }
+        VideoChunkOptions options;
+        options.seconds = commandLine.number(kLength, 1, 86400).value_or(options.seconds);
+        return plan(job, options, arguments, call.folder, messages);
+    }
+    return runLogged(call, [&] {
+        PlannedRun run;
+        openPlanned(call.folder, commandLine.name(), addOptions, run, messages);
+        return call.task == ChunkCall::Task::Chunk
+                   ? makeChunk(call, run, json, messages)
+                   : join(call, run, commandLine.has("y"), json, messages);
+    });
+}
+
+} // namespace altiro3D::tools

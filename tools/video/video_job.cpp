@@ -1,0 +1,291 @@
+#include "video/video_run.hpp"
+
+#include "altiro3D/video_conversion.hpp"
+#include "cli/folder_run.hpp"
+#include "cli/picture_options.hpp"
+#include "cli/quilt_options.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <opencv2/core.hpp>
+
+namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string factsText(const VideoFacts& facts) {
+    std::string text = sizeText(facts.size);
+    if (facts.averageRate.isKnown()) text += ", " + fixed(facts.averageRate.value(), 2) + " fps";
+    if (facts.duration) text += ", " + clockText(*facts.duration);
+    text += ", " + facts.codec;
+    for (const VideoStreamFacts& stream : facts.streams) {
+        if (stream.kind == StreamKind::Audio) text += ", sound " + stream.codec;
+        if (stream.kind == StreamKind::Subtitle) text += ", subtitles " + stream.codec;
+    }
+    return text;
+}
+
+// A picture opens as a video of one frame; only --input-... makes this intentional.
+// @param facts null: of a file that is not opened yet
+void refusePicture(const VideoPlan& plan, const VideoFacts* facts) {
+    std::error_code error;
+    if (!fs::is_regular_file(plan.input, error) || !plan.part.format.empty() ||
+        !plan.part.formatOptions.empty() ||
+        !(facts != nullptr ? isPicture(plan.input, *facts) : isHeifPicture(plan.input))) {
+        return;
+    }
+    throw UsageError(plan.inputName() + ": is a picture, expected a video; " +
+                     (plan.fromQuilt
+                          ? "quilt2native makes a Native picture of it if OUT is named as one"
+                          : "photo2native makes a Native of a photo"));
+}
+
+// Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
+void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const ChosenDisplay& display,
+                       Messages& messages) {
+    const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
+                            facts.pixelFormat.find("gbr") != std::string::npos;
+    if (facts.size != display.panelSize() || !fullColour) return;
+    const std::string like = "has the panel's size and 4:4:4 colour, like a Native video";
+    if (plan.isFromFolder) {
+        throw NotTaken{
+            {plan.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
+    }
+    messages.warn("the video " + like + "; do not convert a Native again");
+}
+
+DisplayUse useOf(VideoProduct product) {
+    switch (product) {
+    case VideoProduct::Native:
+        break;
+    case VideoProduct::Quilt:
+        return DisplayUse::Quilt;
+    case VideoProduct::Rgbd:
+        return DisplayUse::None;
+    }
+    return DisplayUse::Show;
+}
+
+// Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
+// title. None if the frames cannot be read twice.
+// @param look false: it has seen enough
+void forEarlyFrames(const VideoPlan& plan, int lastFrame,
+                    const std::function<bool(const cv::Mat&)>& look) {
+    std::error_code error;
+    if (!fs::is_regular_file(plan.input, error)) return;
+    VideoReader reader(plan.input, plan.part);
+    int wanted = 0;
+    for (int number = 0; number <= lastFrame; ++number) {
+        const auto frame = reader.next();
+        if (!frame) break;
+        if (number != wanted) continue;
+        wanted = std::max(1, 2 * wanted);
+        if (!look(frame->picture)) break;
+    }
+}
+
+// What is found in the first frames of a video of quilts.
+std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
+    std::optional<FoundQuilt> best;
+    forEarlyFrames(plan, lastFrame, [&best](const cv::Mat& frame) {
+        const FoundQuilt found = findQuiltLayout(frame);
+        const bool saysMore =
+            found.verdict == QuiltVerdict::Unsure && best &&
+            (best->verdict == QuiltVerdict::NoQuilt || best->confidence < found.confidence);
+        const bool isQuilt = found.verdict == QuiltVerdict::Quilt;
+        if (isQuilt || !best || saysMore) best = found;
+        return !isQuilt;
+    });
+    return best;
+}
+
+// Whether the halves of a frame are what the name says.
+bool areNamedHalves(const fs::path& video, const SceneName& name, const cv::Mat& frame) {
+    if (name.contents == SceneName::Contents::Eyes)
+        return readNamedHalves(video, frame).has_value();
+    return findDepthHalf(frame, name.isStacked).has_value();
+}
+
+// Videos whose names say that frames hold both eyes or photo and depth, and which do.
+void refuseHalves(const VideoPlan& plan, Messages& messages) {
+    constexpr int kLastFrame = 64;
+    const std::optional<SceneName> name = parseSceneName(plan.input);
+    std::error_code error;
+    if (!name || !fs::is_regular_file(plan.input, error)) return;
+    refuseVrName(plan.input);
+    bool areHalves = false;
+    forEarlyFrames(plan, kLastFrame, [&](const cv::Mat& frame) {
+        areHalves = areNamedHalves(plan.input, *name, frame);
+        return !areHalves;
+    });
+    const std::string tag = "by its name (" + name->tag + ")";
+    const bool isRgbd = name->contents == SceneName::Contents::Rgbd;
+    const std::string what = isRgbd ? "holds photo and depth " : "holds the pictures of both eyes ";
+    if (!areHalves) {
+        messages.warn(plan.inputName() + ": " + what + tag +
+                      ", but its frames do not: " + "they are taken as ordinary ones");
+        return;
+    }
+    const std::string remedy = isRgbd ? "video2native --rgbd right makes a Native of it"
+                                      : "they would become one flat scene";
+    if (plan.isFromFolder)
+        throw NotTaken{{plan.input, FileKind::HalvesVideo, what + tag + "; " + remedy}};
+    if (isRgbd)
+        throw UsageError(plan.inputName() + ": " + what + tag +
+                         ", expected --rgbd with the side of the depth, as --rgbd right");
+    messages.warn(plan.inputName() + ": " + what + tag + "; " + remedy +
+                  ", expected those of one eye");
+}
+
+// Videos of a folder that are not named as videos of quilts are searched for one.
+void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
+    constexpr int kLastFrame = 4;
+    const std::optional<FoundQuilt> found = searchFrames(plan, kLastFrame);
+    if (!found || found->confidence <= 0) return;
+    const std::string text = "a video of quilts of " + std::to_string(found->layout.columns) +
+                             " columns x " + std::to_string(found->layout.rows) + " rows";
+    if (found->verdict == QuiltVerdict::Quilt) {
+        throw NotTaken{
+            {plan.input, FileKind::QuiltVideo,
+             "is " + text + "; quilt2native makes a Native of it if it is named itself"}};
+    }
+    if (found->verdict == QuiltVerdict::Unsure)
+        messages.warnOfSubject("may be " + text +
+                               "; if it is one, quilt2native -q makes its Native");
+}
+
+// The path from frames with depth to Natives.
+// @param seenAspect width : height of the scene as it is shown
+void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
+    run.path = "quilt";
+    if (run.plan.product == VideoProduct::Rgbd) return;
+    tellCut(seenAspect, run.display.aspect(), run.scene.native, messages);
+    if (run.plan.product == VideoProduct::Quilt) return;
+    const NativeMaker maker =
+        makeNativeMaker(run.scene, run.display, run.layout, messages, run.job.profile.keep);
+    run.path = pathName(maker);
+    run.scene.native.positions = maker.options().positions;
+}
+
+double aspectOf(cv::Size size) {
+    return static_cast<double>(size.width) / size.height;
+}
+
+void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {
+    if (!run.depth) return;
+    const DepthOptions& options = run.job.depth;
+    if (options.given.empty()) {
+        conversion.depth = storedDepthOr(run.depth->source(), {false, false}); // has a share in it
+        return;
+    }
+    GivenVideoDepth& given = conversion.given.emplace();
+    if (options.fromFiles) given.source = run.plan.depth;
+    given.rgbd = rgbd;
+    given.kind = run.depth->kind();
+    given.range = run.job.depthRange;
+    given.read = [](const fs::path& file, Notes* notes) {
+        const QuietStandardError quiet;
+        return readDepthSamples(file, notes);
+    };
+}
+
+} // namespace
+
+VideoRun::VideoRun(const VideoJob& options, Messages& messages)
+    : job(options), plan(options.plan),
+      display(findDisplay(options.display, messages, {}, useOf(options.plan.product))),
+      scene(options.scene), encoding(options.encoding) {}
+
+void openDepth(VideoRun& run, Messages& messages) {
+    if (!run.depth && !run.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);
+}
+
+QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
+    QuiltLayout layout = chooseQuilt(run.job.quilt, run.display, messages);
+    if (run.plan.product == VideoProduct::Quilt && !run.job.quilt.tileSize && !run.display.map) {
+        cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
+        tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
+    }
+    return layout;
+}
+
+VideoConversion openVideo(VideoRun& run, Messages& messages) {
+    const VideoJob& job = run.job;
+    VideoPlan& plan = run.plan;
+    NativeOptions& native = run.scene.native;
+    VideoConversion conversion;
+    plan.part.threads = std::min(cv::getNumThreads(), 16);
+    refusePicture(plan, nullptr); // FFmpeg's error would not say so
+    conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
+    const VideoFacts& facts = conversion.reader->facts();
+    run.inputFacts = facts;
+    refusePicture(plan, &facts);
+    messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
+    if (!plan.fromQuilt) {
+        warnIfQuilt(plan.input, "--from-quilt", messages);
+        if (job.depth.given.empty()) refuseHalves(plan, messages);
+    }
+    if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, run.display, messages);
+    std::optional<RgbdLayout> rgbd;
+    std::optional<FoundQuilt> found;
+    if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) found = searchFrames(plan, 64);
+    if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd) refuseQuiltVideo(plan, messages);
+    run.layout = plan.fromQuilt
+                     ? chooseQuilt(job.quilt, run.display, messages, plan.input, facts.size, found)
+                     : layoutOfViews(run, messages);
+    if (plan.product == VideoProduct::Quilt)
+        plan.output = quiltFileName(plan.output, run.layout, run.display.aspect());
+    checkOutputs(job, plan, run.display);
+    if (plan.fromQuilt) {
+        const QuiltShape shape(plan.input, run.layout, run.display, job.fit);
+        messages.say("quilt: " + quiltText(run.layout, shape.shownAspect()) +
+                     (found ? foundText(*found) : ""));
+        tellShape(shape, messages);
+        native.fit = shape.fit();
+        conversion.viewAspect = shape.aspect();
+    } else {
+        if (plan.product == VideoProduct::Native)
+            messages.say("quilt: " + quiltText(run.layout, run.display.aspect()));
+        openDepth(run, messages);
+        if (job.depth.rgbd) {
+            rgbd = rgbdOf(plan.input, *job.depth.rgbd,
+                          facts.sampleAspect.value() * aspectOf(facts.size), messages);
+        }
+        const cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
+        choosePath(run, facts.sampleAspect.value() * aspectOf(photo), messages);
+    }
+    if (plan.product == VideoProduct::Native && run.encoding.compatible) {
+        messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
+                      "sub-pixels belong to different views, so views are mixed and depth blurs; "
+                      "use it only for players that refuse the usual file");
+    }
+    if (plan.product == VideoProduct::Native && run.encoding.codec == VideoCodec::H264 &&
+        run.encoding.crf >= 1 && !job.isMaxRateGiven)
+        run.encoding.maxRate = defaultMaxRate(job.profile, run.display.panelSize());
+    run.encoding.threads = cv::getNumThreads();
+
+    conversion.input = plan.input;
+    conversion.part = plan.part;
+    conversion.output = plan.output;
+    conversion.product = plan.product;
+    conversion.display = run.display;
+    conversion.map = run.display.map;
+    conversion.layout = run.layout;
+    conversion.native = native;
+    conversion.choices = job.scene.choices;
+    conversion.fromQuilt = plan.fromQuilt;
+    takeDepth(run, rgbd, conversion);
+    conversion.depthOptions = job.depthOptions;
+    conversion.encoding = run.encoding;
+    conversion.settings = job.settings;
+    if (job.resume) {
+        conversion.unfinished = UnfinishedRun::Resume;
+    } else if (job.replace) {
+        conversion.unfinished = UnfinishedRun::Discard;
+    }
+    return conversion;
+}
+
+} // namespace altiro3D::tools

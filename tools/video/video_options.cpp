@@ -1,0 +1,208 @@
+#include "video/video_options.hpp"
+
+#include "altiro3D/error.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+namespace altiro3D::tools {
+
+namespace {
+
+// Measured: docs/tradeoff.md, docs/performance.md.
+const std::array<VideoProfile, 3> kProfiles = {{
+    {"live", ViewMethod::Fast, false, 0, EncoderPreset::UltraFast, 20, 0},
+    {"balanced", ViewMethod::Layered, false, 0, EncoderPreset::SuperFast, 16, 50},
+    {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12, 50},
+}};
+
+// Seconds as "90", "1:30" or "0:01:30.5".
+std::optional<double> secondsOption(const CommandLine& commandLine, const std::string& option) {
+    const auto given = commandLine.value(option);
+    if (!given) return std::nullopt;
+    const std::string& text = *given;
+    double seconds = 0;
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    for (int part = 0; part < 3; ++part) {
+        double value = 0;
+        const auto parsed = std::from_chars(at, end, value, std::chars_format::fixed);
+        const bool later = part > 0 && value >= 60;
+        if (parsed.ec != std::errc() || !(value >= 0) || value > 1e8 || later) break;
+        seconds = seconds * 60 + value;
+        if (parsed.ptr == end) return seconds;
+        if (*parsed.ptr != ':' || value != std::floor(value)) break;
+        at = parsed.ptr + 1;
+    }
+    throw UsageError("--" + option + " is \"" + text +
+                     "\", expected seconds, as 12.5, or [h:]mm:ss");
+}
+
+double maxRateOption(const CommandLine& commandLine, const VideoWriterOptions& options) {
+    const double rate = commandLine.number("max-rate", 0, 100000).value_or(0);
+    if (rate == 0) return 0;
+    if (rate < 1) {
+        throw UsageError("--max-rate is " + *commandLine.value("max-rate") +
+                         ", expected 0 or 1..100000");
+    }
+    if (options.codec == VideoCodec::Hevc)
+        throw UsageError("--max-rate goes with --codec h264 or h264rgb, not with hevc");
+    if (options.crf < 1)
+        throw UsageError("--max-rate goes with --crf 1 or more, which need not be lossless");
+    return rate;
+}
+
+} // namespace
+
+void addProfileOption(CommandLine& commandLine) {
+    commandLine.add(
+        {"profile"},
+        "balanced (default): method layered, depth as often as the picture needs it, --preset "
+        "superfast --crf 16; live: method fast, --preset ultrafast --crf 20; best: layered with "
+        "-k --continuous, --depth-every 1, --preset medium --crf 12. Other options override it.",
+        "live|balanced|best");
+}
+
+VideoProfile videoProfile(const CommandLine& commandLine, bool show) {
+    return kProfiles[commandLine.choice("profile", {"live", "balanced", "best"})
+                         .value_or(show ? 0 : 1)];
+}
+
+void addVideoInputOptions(CommandLine& commandLine) {
+    commandLine.add({"from"}, "Begin at this time: seconds, or [h:]mm:ss.", "TIME");
+    commandLine.add({"to"}, "End at this time.", "TIME");
+    commandLine.add({"preview"}, "Make only the first SECONDS seconds.", "SECONDS");
+    commandLine.addAdvanced({"input-format"},
+                            "FFmpeg's name of the format or device of IN, if it is not detected "
+                            "(v4l2, x11grab, lavfi).",
+                            "NAME");
+    commandLine.addAdvanced({"input-options"},
+                            "Settings of that format, such as video_size=1280x720,framerate=30.",
+                            "LIST");
+    commandLine.addAdvanced({"no-deinterlace"}, "Leave interlaced frames as they are.");
+}
+
+VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
+    VideoReaderOptions options;
+    options.from = secondsOption(commandLine, "from").value_or(options.from);
+    commandLine.exclude("to", "preview");
+    if (const auto to = secondsOption(commandLine, "to")) {
+        options.to = *to;
+        if (*to <= options.from)
+            throw UsageError("--to is " + *commandLine.value("to") +
+                             ", expected a time after --from");
+    }
+    if (const auto preview = secondsOption(commandLine, "preview")) {
+        if (*preview <= 0)
+            throw UsageError("--preview is \"" + *commandLine.value("preview") +
+                             "\", expected more than 0");
+        options.to = options.from + *preview;
+    }
+    options.format = commandLine.value("input-format").value_or("");
+    options.deinterlace = !commandLine.has("no-deinterlace");
+    if (const auto list = commandLine.value("input-options")) {
+        for (std::size_t at = 0; at <= list->size();) {
+            const std::size_t comma = std::min(list->find(',', at), list->size());
+            const std::string entry = list->substr(at, comma - at);
+            const std::size_t equals = entry.find('=');
+            if (equals == 0 || equals == std::string::npos) {
+                throw UsageError("--input-options has \"" + entry + "\", expected name=value");
+            }
+            options.formatOptions.emplace_back(entry.substr(0, equals), entry.substr(equals + 1));
+            at = comma + 1;
+        }
+    }
+    return options;
+}
+
+void addEncoderOptions(CommandLine& commandLine) {
+    commandLine.addAdvanced(
+        {"codec"}, "h264 (default), hevc, h264rgb, ffv1 (lossless, .mkv) or prores (.mov, .mkv).",
+        "h264|hevc|h264rgb|ffv1|prores");
+    commandLine.addAdvanced({"crf"}, "Quality of h264, hevc, h264rgb, 0..51; less is better.",
+                            "NUMBER");
+    commandLine.addAdvanced({"preset"},
+                            "Effort of h264, hevc, h264rgb: a slower preset makes smaller files.",
+                            "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
+    commandLine.addAdvanced(
+        {"max-rate"},
+        "Most megabits per second of h264, h264rgb, as a mean of some seconds; 0: any. Default: 50 "
+        "per megapixel of the panel for Natives of profile balanced and best, else any.",
+        "MBITS");
+    commandLine.addAdvanced({"compat"},
+                            "4:2:0 for players that refuse 4:4:4 (h264, hevc). It mixes the "
+                            "colours of neighbouring pixels and so the views of a Native.");
+    commandLine.addAdvanced({"no-audio"}, "Leave the sound out.");
+    commandLine.addAdvanced({"no-subtitles"}, "Leave the subtitles out.");
+}
+
+VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile) {
+    VideoWriterOptions options;
+    options.codec = commandLine
+                        .oneOf<VideoCodec>("codec", {{"h264", VideoCodec::H264},
+                                                     {"hevc", VideoCodec::Hevc},
+                                                     {"h264rgb", VideoCodec::H264Rgb},
+                                                     {"ffv1", VideoCodec::Ffv1},
+                                                     {"prores", VideoCodec::ProRes}})
+                        .value_or(VideoCodec::H264);
+    if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
+        for (const char* option : {"crf", "preset", "max-rate"}) {
+            if (commandLine.has(option)) {
+                throw UsageError("--" + std::string(option) + " does not apply to --codec " +
+                                 *commandLine.value("codec") + "; leave it out");
+            }
+        }
+    }
+    options.compatible = commandLine.has("compat");
+    if (options.compatible && options.codec != VideoCodec::H264 &&
+        options.codec != VideoCodec::Hevc) {
+        throw UsageError("--compat goes with --codec h264 or hevc, not with " +
+                         *commandLine.value("codec"));
+    }
+    options.crf = commandLine.number("crf", 0, 51).value_or(profile.crf);
+    options.maxRate = maxRateOption(commandLine, options);
+    std::vector<std::string> presets;
+    for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
+        presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
+    const auto preset = commandLine.choice("preset", presets);
+    options.preset = preset ? static_cast<EncoderPreset>(*preset) : profile.preset;
+    options.audio = !commandLine.has("no-audio");
+    options.subtitles = !commandLine.has("no-subtitles");
+    return options;
+}
+
+double defaultMaxRate(const VideoProfile& profile, cv::Size panel) {
+    if (profile.bitsPerPixel == 0) return 0;
+    return std::max(1.0, std::round(1e-6 * profile.bitsPerPixel * panel.area()));
+}
+
+bool isHeifPicture(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string start(12, '\0');
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    if (!stream || start.compare(4, 4, "ftyp") != 0) return false;
+    const std::set<std::string> brands = {"heic", "heix", "heim", "heis", "mif1", "mif2", "avif"};
+    return brands.count(start.substr(8)) > 0;
+}
+
+bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
+    if (isHeifPicture(file)) return true;
+    const std::string& format = facts.format;
+    const std::string ending = "_pipe";
+    const bool mayBe = format == "image2" ||
+                       (format.size() > ending.size() &&
+                        format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
+    if (!mayBe) return false;
+    try {
+        VideoReader reader(file);
+        return !reader.next() || !reader.next(); // pictures may also stand one after the other
+    } catch (const Error&) {
+        return true; // a broken one
+    }
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "altiro3D/video_conversion.hpp"
+#include "cli/run_tool.hpp"
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace altiro3D::tools {
+
+/// Shows the progress of a video: a bar on a terminal, JSON lines for programs, else nothing.
+class VideoProgressLine {
+  public:
+    /// --progress
+    static void add(CommandLine& commandLine);
+    /// True for `--progress json`. @throws UsageError
+    static bool json(const CommandLine& commandLine);
+
+    /// @param json write JSON objects, one per line, to standard output instead of a bar
+    /// @param start progress before the first frame
+    /// @param input name of the video for JSON; empty: not written
+    /// @param place what a bar begins with
+    VideoProgressLine(bool json, const VideoProgress& start, std::string input = {},
+                      std::string place = {});
+    ~VideoProgressLine();
+    VideoProgressLine(const VideoProgressLine&) = delete;
+    VideoProgressLine& operator=(const VideoProgressLine&) = delete;
+
+    /// Shows new progress: a frame was made, or the file is being closed.
+    void update(const VideoProgress& now);
+    /// Writes the last JSON line and erases the bar.
+    /// @param state "done", "stopped" or "truncated"
+    void end(const std::string& state);
+    /// Erases the bar.
+    void clear();
+
+  private:
+    double rate() const; // frames per second of this run
+    void show();
+    void putState(const std::string& state) const;
+    void putLine(nlohmann::ordered_json line) const;
+
+    bool json_;
+    std::string input_;
+    std::string place_;
+    VideoProgress now_;
+    double firstTime_ = -1;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point shown_{};
+};
+
+} // namespace altiro3D::tools

@@ -1,0 +1,93 @@
+#pragma once
+
+#include "video/video_plan.hpp"
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D::tools {
+
+/// Everything that is determined about a run. It may make several videos, one after the other.
+struct VideoRun {
+    /// Finds the display. @throws UsageError, Error
+    VideoRun(const VideoJob& options, Messages& messages);
+
+    VideoJob job;
+    VideoPlan plan; ///< Of the present video.
+    ChosenDisplay display;
+    QuiltLayout layout;               ///< Layout of quilts.
+    SceneOptions scene;               ///< How Natives are made.
+    std::string path;                 ///< "direct" or "quilt", for reports.
+    std::optional<ChosenDepth> depth; ///< Absent if frames are quilts.
+    VideoWriterOptions encoding;      ///< How frames are encoded.
+    VideoFacts inputFacts;            ///< Of the input that was opened last.
+};
+
+/// Chooses the source of depth, unless the run has one already or the frames are quilts.
+/// @throws UsageError, Error
+void openDepth(VideoRun& run, Messages& messages);
+
+/// The layout of the quilts that a run makes, and of the views of its Natives.
+/// @param run its frames are no quilts
+/// @throws UsageError, Error
+QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages);
+
+/// Opens the input and determines everything about a run except the output. Reports all errors of
+/// the input.
+/// @param run `plan` is that of this video; the conversion uses `depth`, so keep the run alive
+/// @return the conversion
+/// @throws UsageError, Error, NotTaken
+VideoConversion openVideo(VideoRun& run, Messages& messages);
+
+/// Makes or shows a video: decode, depth, render and encode in parallel, with progress, a report,
+/// and a clean end on Ctrl-C.
+/// @return the exit status
+/// @throws UsageError, Error
+int runVideo(const VideoJob& job, Messages& messages);
+
+/// The part of runVideo() that depends on the input.
+/// @param run with the plan of this video
+/// @param report receives the report, if it is not null
+/// @return the exit status
+/// @throws UsageError, Error, NotTaken
+int makeVideo(VideoRun& run, std::string* report, Messages& messages);
+
+/// "45.1 MB"
+std::string bytesText(double bytes);
+/// Size and rate of a file: "45.1 MB, 120.3 Mbit/s". @param seconds its length
+std::string bytesAndRateText(double bytes, double seconds);
+/// Says what decodes H.264 4:4:4 that one thread can hardly play. @param rate Mbit/s
+void tellDecoding(const VideoRun& run, double rate, Messages& messages);
+
+/// Lets the first Ctrl-C set isStopWanted(), and a second one end the process.
+void catchStop();
+
+/// Makes the encoder give the same bytes in every run: x264's slower presets read uninitialized
+/// memory.
+void repeatEncoder(const VideoWriterOptions& encoding);
+
+/// Whether Ctrl-C was pressed.
+bool isStopWanted();
+
+/// Makes Natives of the videos of a folder; one that fails does not stop the rest, Ctrl-C does.
+/// @return the exit status
+/// @throws UsageError, Error
+int runVideoFolder(const VideoJob& job, Messages& messages);
+
+/// Adds the options of many machines, see chunk_folder.hpp and altiro3D/video_conversion.hpp.
+void addVideoChunkOptions(CommandLine& commandLine);
+/// Plans a run, makes a chunk or joins the chunks, if the command line says so. The folder of a
+/// plan also holds `joined`, the size and time of the output that the join wrote.
+/// @param arguments the command line's words, the program's name first
+/// @param addOptions adds all options of the tool to another command line, which reads the words of
+///        the plan
+/// @return the exit status; nothing for other command lines
+/// @throws UsageError, Error
+std::optional<int> runVideoChunks(const CommandLine& commandLine,
+                                  const std::vector<std::string>& arguments,
+                                  const std::function<void(CommandLine&)>& addOptions,
+                                  Messages& messages);
+
+} // namespace altiro3D::tools

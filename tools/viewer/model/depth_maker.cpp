@@ -1,0 +1,112 @@
+#include "viewer/model/depth_maker.hpp"
+
+#include "altiro3D/error.hpp"
+#include "cli/depth_options.hpp"
+#include "cli/network_trust.hpp"
+#include "cli/run_tool.hpp"
+
+#include <QCoreApplication>
+#include <QProcess>
+#include <algorithm>
+#include <cstdio>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+const InstalledNetwork* findIn(const std::vector<InstalledNetwork>& networks,
+                               const std::string& name) {
+    const auto found =
+        std::find_if(networks.begin(), networks.end(),
+                     [&name](const InstalledNetwork& n) { return n.profile.name == name; });
+    return found != networks.end() ? &*found : nullptr;
+}
+
+// Tests a network in a new process. The test forks, which needs a process with a single thread: in
+// a fork of this one, locks that other threads hold would never be released.
+void requireHarmless(const std::string& name) {
+    QProcess process;
+    process.start(QCoreApplication::applicationFilePath(),
+                  {QString(kTryNetwork), QString::fromStdString(name)});
+    const bool ended = process.waitForStarted() && process.waitForFinished(-1) &&
+                       process.exitStatus() == QProcess::NormalExit;
+    const std::string said = process.readAllStandardError().trimmed().toStdString();
+    if (ended && process.exitCode() == 0) {
+        if (!said.empty()) std::fprintf(stderr, "%s\n", said.c_str());
+        return;
+    }
+    throw Error(
+        ErrorCode::NetworkFailed, name,
+        said.empty()
+            ? "cannot be tested: the separate process did not end normally, expected exit status 0"
+            : said);
+}
+
+} // namespace
+
+DepthMaker::DepthMaker() {
+    try {
+        networks_ = installedNetworks();
+    } catch (const Error&) {
+        // the list of networks in the window reports a damaged catalogue
+    }
+}
+
+const InstalledNetwork* DepthMaker::find(const std::string& name) const {
+    return findIn(networks_, name);
+}
+
+std::string DepthMaker::choose(const std::string& wish, bool given) const {
+    if (find(wish) != nullptr) return wish;
+    if (given) return kGivenDepth;
+    const auto standard =
+        std::find_if(networks_.begin(), networks_.end(), [](const InstalledNetwork& network) {
+            return !network.profile.large && canRun(network.profile);
+        });
+    return standard != networks_.end() ? standard->profile.name : kBestDepth;
+}
+
+void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
+    const InstalledNetwork* const network = find(chosen);
+    if (network == nullptr) {
+        use(*estimatedDepth()); // its error says what to do
+        return;
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (loaded_ != chosen) {
+        network_.reset();
+        loaded_.clear();
+        if (harmless_.count(chosen) == 0) requireHarmless(chosen);
+        harmless_.insert(chosen);
+        {
+            const tools::QuietStandardError
+                quiet; // some builds of ONNX Runtime print when they start
+            network_ = depthFromNetwork(DepthNetwork(network->file, network->profile));
+        }
+        loaded_ = chosen;
+    }
+    use(*network_);
+}
+
+int tryNetwork(const std::string& name) {
+    tools::Messages messages("altiro3Dview", false);
+    try {
+        const std::vector<InstalledNetwork> networks = installedNetworks();
+        const InstalledNetwork* const network = findIn(networks, name);
+        if (network == nullptr)
+            throw Error(ErrorCode::NotFound, name,
+                        "was not found, expected the name of a network of the catalogue");
+        std::vector<NetworkProfile> catalog;
+        for (const InstalledNetwork& ready : networks)
+            catalog.push_back(ready.profile);
+        tools::requireHarmless(network->file, network->profile, catalog, {}, InferenceEngine::Best,
+                               messages);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s\n", tools::sentenceOf(error).c_str());
+        return tools::kExitFailed;
+    }
+    messages.flushWarnings();
+    return 0;
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,51 @@
+#pragma once
+
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/depth_source.hpp"
+#include "viewer/model/knobs.hpp"
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// Estimates depth with the installed network that Knobs::depth names. Thread-safe.
+class DepthMaker {
+  public:
+    /// Finds the installed networks.
+    DepthMaker();
+
+    /// Resolves a choice of depth to a network's name, kGivenDepth, or kBestDepth without a
+    /// network.
+    /// @param wish Knobs::depth @param given true if the picture has its own depth
+    std::string choose(const std::string& wish, bool given) const;
+
+    /// Calls a function with the source of depth. Only one call at a time uses the network.
+    ///
+    /// An untested network is first run in a separate process.
+    /// @param chosen from choose(), not kGivenDepth
+    /// @throws Error and the exceptions of the function
+    void use(const std::string& chosen, const std::function<void(DepthSource&)>& use);
+
+  private:
+    const InstalledNetwork* find(const std::string& name) const;
+
+    std::vector<InstalledNetwork> networks_;
+    std::mutex mutex_; // guards the following members
+    std::set<std::string> harmless_;
+    std::unique_ptr<DepthSource> network_;
+    std::string loaded_; // name of network_
+};
+
+/// Main function of the process that tests a network, see requireHarmless().
+/// @return exit status; an error is a line on stderr
+int tryNetwork(const std::string& name);
+/// A program that uses DepthMaker must call tryNetwork() if this is its first argument; the second
+/// one is the network's name.
+constexpr const char* kTryNetwork = "--try-network";
+
+} // namespace altiro3D::viewer

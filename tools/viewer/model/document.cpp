@@ -1,0 +1,361 @@
+#include "viewer/model/document.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "cli/depth_options.hpp"
+#include "cli/folder_search.hpp"
+#include "cli/network_trust.hpp"
+#include "cli/quilt_options.hpp"
+#include "cli/run_tool.hpp"
+#include "cli/views_folder.hpp"
+
+#include <algorithm>
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <set>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+bool isOneOf(const std::string& word, std::initializer_list<const char*> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+cv::Mat eightBit(const cv::Mat& picture) {
+    if (picture.depth() == CV_8U) return picture;
+    cv::Mat result;
+    picture.convertTo(result, CV_8U, picture.depth() == CV_16U ? 1 / 257.0 : 255.0);
+    return result;
+}
+
+// What a picture, its name and its size suggest.
+// @param found what was found in it; is set if the picture was searched
+Reading guess(const fs::path& file, const cv::Mat& picture, const Display& display,
+              std::optional<FoundQuilt>& found) {
+    const cv::Size size = picture.size();
+    const std::string stem = tools::lowerCase(file.stem().string());
+    if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
+    if (parseQuiltName(file)) return Reading::Quilt;
+    if (const auto name = parseSceneName(file)) {
+        const bool isRgbd = name->contents == SceneName::Contents::Rgbd;
+        if (isRgbd && isVideoName(file)) // single frames may be dark
+            return name->isStacked ? Reading::RgbdBottom : Reading::RgbdRight;
+        return Reading::Photo; // addPhotoDepth() examines its halves
+    }
+    const bool lossy =
+        isOneOf(tools::lowerCase(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
+    if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
+    found = findQuiltLayout(eightBit(picture));
+    return tools::isQuiltPicture(*found, size, display.quilt) ? Reading::Quilt : Reading::Photo;
+}
+
+std::optional<DepthSide> sideOf(Reading reading) {
+    switch (reading) {
+    case Reading::RgbdRight:
+        return DepthSide::Right;
+    case Reading::RgbdLeft:
+        return DepthSide::Left;
+    case Reading::RgbdTop:
+        return DepthSide::Top;
+    case Reading::RgbdBottom:
+        return DepthSide::Bottom;
+    default:
+        return std::nullopt;
+    }
+}
+
+std::optional<StereoLayout> eyesOf(Reading reading) {
+    switch (reading) {
+    case Reading::EyesLeftRight:
+        return StereoLayout::LeftRight;
+    case Reading::EyesRightLeft:
+        return StereoLayout::RightLeft;
+    case Reading::EyesTopBottom:
+        return StereoLayout::TopBottom;
+    default:
+        return std::nullopt;
+    }
+}
+
+Document documentOfViews(const Source& source, const Display& display) {
+    const std::vector<fs::path> files = listImages(source.file);
+    if (files.empty()) {
+        throw Error(ErrorCode::NotFound, source.file.string(),
+                    "holds no pictures, expected one file for each view");
+    }
+    Document document;
+    document.source = source;
+    document.kind = Kind::Quilt;
+    document.layout = display.quilt;
+    tools::Messages messages("altiro3Dview", false);
+    document.picture = tools::quiltOfViews(files, document.layout, display.aspect(), FitMode::Cover,
+                                           messages, [](const fs::path&) {})
+                           .quilt;
+    for (const std::string& warning : messages.warnings())
+        document.notes.push_back({NoteCode::Doubtful, warning});
+    return document;
+}
+
+// The left picture is shown; pairs that do not match have no depth.
+void addPair(Document& document, const StereoPair& pair, Notes& notes) {
+    document.picture = pair.left;
+    document.origin = DepthOrigin::Matched;
+    const StereoMatch match =
+        matchStereo(pair.left, pair.right, document.rawDepth, &document.hidden);
+    const Notes remarks = match.remarks(pair.origin);
+    notes.insert(notes.end(), remarks.begin(), remarks.end());
+    if (match.isReliable) {
+        document.depthOrigin = "of a stereo pair (" + pair.origin + "; " + match.text() + ")";
+    } else {
+        document.rawDepth.release();
+    }
+}
+
+// Says so if near and far of given depth look exchanged.
+void checkDirection(const Document& document, Notes& notes) {
+    if (document.kind != Kind::Scene || document.rawDepth.empty() ||
+        document.origin != DepthOrigin::Given)
+        return;
+    cv::Mat depth;
+    normalizeDepth(document.rawDepth, depth);
+    if (!looksInverted(depth, [&] { return tools::trustedEstimate(document.picture); })) return;
+    const Source& source = document.source;
+    const fs::path& file = source.depth.empty() ? source.file : source.depth;
+    const bool isHalf = source.depth.empty() && document.depthOrigin.empty(); // takes --rgbd
+    notes.push_back({NoteCode::Inverted, tools::invertedText(file, DepthKind::NearWhite, isHalf)});
+}
+
+bool takeDepthBeside(Document& document, Notes& notes) {
+    const fs::path beside = findDepthBeside(document.source.file);
+    if (beside.empty()) return false;
+    std::string problem;
+    try {
+        document.rawDepth = readDepthSamples(beside, &notes);
+        problem = reasonAgainstDepth(document.rawDepth, document.picture.size());
+        if (!problem.empty()) problem = beside.string() + ": is not used as depth: " + problem;
+    } catch (const Error& error) {
+        if (error.code() == ErrorCode::OutOfMemory) throw;
+        problem = std::string(error.what()) + "; it is not used";
+    }
+    if (problem.empty()) {
+        document.depthOrigin = "beside it (" + beside.filename().string() + ")";
+        return true;
+    }
+    document.rawDepth.release();
+    notes.push_back({NoteCode::LeftOut, problem});
+    return false;
+}
+
+// Depth that comes with the photo.
+void addPhotoDepth(Document& document, Notes& notes) {
+    if (takeDepthBeside(document, notes)) return;
+    if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
+        document.rawDepth = depth->depth;
+        document.depthOrigin = "in the file (" + depth->text() + ")";
+    } else if (const auto pair = readStereoPair(document.source.file, &notes)) {
+        notes.erase(std::remove_if(notes.begin(), notes.end(), // the second picture is used
+                                   [](const Note& note) { return note.code == NoteCode::LeftOut; }),
+                    notes.end());
+        addPair(document, *pair, notes);
+    } else if (document.source.reading != Reading::Automatic) {
+        return;
+    } else if (auto halves = readNamedHalves(document.source.file, document.picture, &notes)) {
+        document.picture = halves->photo;
+        document.rawDepth = halves->rawDepth;
+        document.hidden = std::move(halves->hidden);
+        document.origin = halves->origin;
+        document.depthOrigin = "(" + halves->text + ")";
+    }
+}
+
+// Whether the files of a folder are views of one scene.
+bool areViews(const std::vector<Source>& files) {
+    std::vector<fs::path> pictures;
+    for (const Source& source : files) {
+        const fs::path& file = source.file;
+        if (!source.depth.empty() || isVideoName(file) || parseQuiltName(file) ||
+            isMarkedNative(file))
+            return false;
+        pictures.push_back(file);
+    }
+    return tools::reasonAgainstViews(pictures).empty();
+}
+
+} // namespace
+
+std::string Document::facts() const {
+    switch (kind) {
+    case Kind::Quilt:
+        return (video ? "Video of quilts, " : "Quilt, ") + layout.text() +
+               (certainty ? ", " + tools::fixed(100 * *certainty, 0) + " % sure" : "");
+    case Kind::Native:
+        return (video ? "Native video, " : "Native, ") + tools::sizeText(picture.size());
+    case Kind::Scene:
+        break;
+    }
+    return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
+           (rawDepth.empty() ? "" : ", with depth") +
+           (depthOrigin.empty() ? "" : " " + depthOrigin);
+}
+
+const std::vector<std::string>& pictureEndings() {
+    static const std::vector<std::string> endings = {
+        "jpg",  "jpeg", "jpe", "mpo",  "jps",  "pns", "png", "tif", "tiff",
+        "webp", "bmp",  "dib", "pnm",  "ppm",  "pgm", "pbm", "pfm", "exr",
+        "hdr",  "jp2",  "j2k", "heic", "heif", "hif", "avif"};
+    return endings;
+}
+
+bool isVideoName(const fs::path& file) {
+    std::error_code error;
+    if (fs::is_character_file(file, error)) return true;
+    return tools::isVideoFileName(file);
+}
+
+FolderFiles filesOfFolder(const fs::path& folder) {
+    using tools::FileKind;
+    tools::FolderSearch search;
+    search.wanted = {FileKind::Photo, FileKind::Quilt,      FileKind::Native,
+                     FileKind::Video, FileKind::QuiltVideo, FileKind::DepthVideo};
+    const tools::FolderContents found = tools::searchFolder(folder, search);
+    FolderFiles result;
+    for (const tools::FolderFile& file : found.files)
+        result.files.push_back({file.file, file.depth, Reading::Automatic});
+    if (result.files.empty()) {
+        throw Error(ErrorCode::NotFound, folder.string(),
+                    "holds no pictures and no videos, expected some");
+    }
+    if (areViews(result.files)) {
+        result.files = {{folder, {}, Reading::Automatic}};
+    } else if (!found.leftOut.empty()) {
+        result.notes.push_back({NoteCode::LeftOut, folder.string() + ": not opened: " +
+                                                       tools::kindsText(found.leftOut)});
+    }
+    return result;
+}
+
+Document documentOf(const Source& source, const cv::Mat& picture, const Display& display) {
+    Document document;
+    document.source = source;
+    std::optional<FoundQuilt> found;
+    const Reading reading = source.reading == Reading::Automatic
+                                ? guess(source.file, picture, display, found)
+                                : source.reading;
+    if (const auto side = sideOf(reading)) {
+        splitRgbd(picture, {*side, halvesOf(source.file)}, document.picture, document.rawDepth,
+                  &document.notes);
+        return document;
+    }
+    document.picture = eightBit(picture);
+    if (const auto eyes = eyesOf(reading)) {
+        addPair(document, splitStereoPair(document.picture, *eyes, halvesOf(source.file)),
+                document.notes);
+    } else if (reading == Reading::Quilt) {
+        QuiltRequest request;
+        request.name = parseQuiltName(source.file);
+        request.quiltSize = picture.size();
+        if (!request.name) {
+            if (!found) found = findQuiltLayout(document.picture);
+            if (found->verdict == QuiltVerdict::Quilt)
+                request.found = QuiltGrid{found->layout.columns, found->layout.rows};
+        }
+        const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
+        document.kind = Kind::Quilt;
+        document.layout = resolved.layout;
+        if (request.found) document.certainty = found->confidence;
+        document.notes = resolved.notes;
+        document.picture = fitQuilt(document.picture, document.layout);
+        const QuiltShape shape(source.file, document.layout, display);
+        if (shape.stretchesUnasked())
+            document.notes.push_back({NoteCode::Doubtful, tools::stretchText(shape)});
+        if (shape.fitsUnasked())
+            document.notes.push_back({NoteCode::AsItIs,
+                                      "the file name states another shape than the panel's: black "
+                                      "bars keep it on the display"});
+    } else if (reading == Reading::Native) {
+        document.kind = Kind::Native;
+    } else if (picture.size() != display.panelSize() && isMarkedNative(source.file)) {
+        document.notes.push_back(
+            {NoteCode::Doubtful, "the file says that it is a Native, but not of this display's " +
+                                     tools::sizeText(display.panelSize()) +
+                                     "; it is taken as a photo"});
+    }
+    return document;
+}
+
+Document readDocument(const Source& source, const Display& display) {
+    std::error_code error;
+    if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
+    if (isVideoName(source.file)) {
+        if (source.reading == Reading::Automatic) refuseVrName(source.file);
+        VideoReader reader(source.file);
+        const auto first = reader.next();
+        if (!first)
+            throw Error(ErrorCode::BadFormat, source.file.string(),
+                        "holds no pictures, "
+                        "expected a video");
+        Document document = documentOf(source, first->picture, display);
+        document.video = true;
+        if (!source.depth.empty()) {
+            document.notes.push_back(
+                {NoteCode::LeftOut,
+                 source.depth.string() +
+                     ": is not used, as depth images are for photos; video2native "
+                     "takes the depth of videos"});
+        }
+        return document;
+    }
+    Notes notes;
+    Document document;
+    {
+        const tools::QuietStandardError quiet; // decoders print messages
+        const auto side = sideOf(source.reading);
+        document = documentOf(source,
+                              side ? readRgbdImage(source.file, *side, &notes)
+                                   : readImage(source.file, &notes),
+                              display);
+        if (!source.depth.empty()) {
+            document.rawDepth = readDepthSamples(source.depth, &notes);
+        } else if (document.kind == Kind::Scene && document.rawDepth.empty() &&
+                   !eyesOf(source.reading)) {
+            addPhotoDepth(document, notes);
+        }
+        checkDirection(document, notes);
+    }
+    document.notes.insert(document.notes.begin(), notes.begin(), notes.end());
+    return document;
+}
+
+std::vector<Source> pairUp(const std::vector<fs::path>& files) {
+    std::vector<tools::FolderFile> photos;
+    std::vector<fs::path> depths;
+    for (const fs::path& file : files) {
+        if (isVideoName(file)) continue;
+        if (photoOfDepthName(file).empty()) {
+            photos.push_back({file, {}, {}});
+        } else {
+            depths.push_back(file);
+        }
+    }
+    tools::pairDepthImages(depths, photos);
+    std::map<fs::path, fs::path> depthOf;
+    std::set<fs::path> used;
+    for (const tools::FolderFile& photo : photos) {
+        depthOf[photo.file] = photo.depth;
+        used.insert(photo.depth);
+    }
+    std::vector<Source> sources;
+    for (const fs::path& file : files) {
+        if (used.count(file) == 0) sources.push_back({file, depthOf[file], Reading::Automatic});
+    }
+    return sources;
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,99 @@
+#pragma once
+
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/quilt.hpp"
+#include "cli/display_options.hpp"
+
+#include <filesystem>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// How a file is interpreted.
+enum class Reading {
+    Automatic, ///< Decided from its name, size and contents.
+    Photo,
+    RgbdRight, ///< Photo and depth in one picture, depth on the right; the next three likewise.
+    RgbdLeft,
+    RgbdTop,
+    RgbdBottom,
+    EyesLeftRight, ///< The pictures of both eyes in one, see StereoLayout; the next two likewise.
+    EyesRightLeft,
+    EyesTopBottom,
+    Quilt,
+    Native
+};
+
+/// A file to open.
+struct Source {
+    std::filesystem::path file;  ///< Picture, directory of views, or video.
+    std::filesystem::path depth; ///< Its depth image; empty: none.
+    Reading reading = Reading::Automatic;
+};
+
+/// Contents of an opened file.
+enum class Kind {
+    Scene, ///< A photo, with or without depth.
+    Quilt,
+    Native
+};
+
+/// An opened file; immutable.
+struct Document {
+    Source source;
+    Kind kind = Kind::Scene;
+    cv::Mat picture;    ///< [CV_8UC3, BGR]: photo, quilt or Native.
+    cv::Mat rawDepth;   ///< The photo's depth as in its file; empty if there is none.
+    HiddenLayer hidden; ///< What only the right eye of a pair sees, with disparities as depth.
+    DepthOrigin origin = DepthOrigin::Given; ///< How rawDepth came to be.
+    std::string depthOrigin;         ///< Where the depth that came with the photo was; else empty.
+    cv::Mat depth;                   ///< Depth map of a video's picture; else empty.
+    QuiltLayout layout;              ///< Layout of a quilt.
+    std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
+    bool video = false;              ///< The picture belongs to a video.
+    /// Of a video that is played: pictures with one number share settings that are chosen by the
+    /// scene, and the flaws of its depth (PlayedDepth).
+    int scene = 0;
+    Notes notes; ///< Remarks about the files.
+
+    /// "Photo, 900 x 1200 px, with depth in the file (GDepth, 768 x 1024 px)"
+    std::string facts() const;
+};
+
+/// File name extensions of pictures, without the dot. The open dialog and the desktop entry list
+/// them and tools::videoEndings(). Pictures with other extensions can be opened as well: their
+/// contents decide.
+const std::vector<std::string>& pictureEndings();
+
+/// True for files that are read as videos, judged by their names, and for capture devices
+/// (/dev/video0) and links to them.
+bool isVideoName(const std::filesystem::path& file);
+
+/// What a folder holds.
+struct FolderFiles {
+    std::vector<Source> files; ///< The folder itself if it holds views of one scene.
+    Notes notes;               ///< Says what is left out.
+};
+
+/// Finds the pictures and videos of a folder, without its subfolders. Pictures of equal size that
+/// resemble each other are views of one scene.
+/// @throws Error NotFound (holds none), and as listImages()
+FolderFiles filesOfFolder(const std::filesystem::path& folder);
+
+/// Opens a picture, a directory of views, or the first picture of a video.
+/// @param display its panel size identifies Natives; its quilt is the default layout of views
+/// @throws Error and the exceptions of reading it
+Document readDocument(const Source& source, const Display& display);
+
+/// Makes a document from a picture in memory.
+/// @param picture [CV_8UC3 or CV_16UC3, BGR]
+Document documentOf(const Source& source, const cv::Mat& picture, const Display& display);
+
+/// Pairs photos with their depth images, see photoOfDepthName(): "a.jpg" and "a-depth.png" become
+/// one source.
+std::vector<Source> pairUp(const std::vector<std::filesystem::path>& files);
+
+} // namespace altiro3D::viewer

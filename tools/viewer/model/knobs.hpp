@@ -1,0 +1,57 @@
+#pragma once
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/placement.hpp"
+#include "cli/display_options.hpp"
+
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// The picture's own depth, else depth from standardNetwork().
+constexpr const char* kBestDepth = "best";
+/// The picture's own depth.
+constexpr const char* kGivenDepth = "given";
+
+/// All settings that the user can change while viewing; they apply to all pictures.
+struct Knobs {
+    ViewOptions views;            ///< Method, strength, focus and the method's options.
+    FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel's shape.
+    Framing framing;              ///< The part of a photo that is shown, if it allows that.
+    /// The framing was chosen by the photo, before strokes of a brush fixed it: the sway video
+    /// shows the whole photo.
+    bool isFramingChosen = false;
+    /// What is chosen by the photo instead, see chooseAutomatic(). A video has nothing of it unless
+    /// the user asks for it, see ofVideo().
+    AutoChoices automatic{true, true, false, true};
+    std::string depth = kBestDepth; ///< One of the two names above, or a network's name.
+    bool best = false;              ///< See makesBestNative().
+    int columns = 0;                ///< Columns of the quilt; 0: the display's default.
+    int rows = 0;                   ///< Rows of the quilt; 0: the display's default.
+};
+
+/// A new number for changes that are undone together.
+int nextGesture();
+
+/// Settings for a video that has none of its own: those of video2native.
+inline Knobs ofVideo(Knobs knobs) {
+    knobs.automatic = {};
+    return knobs;
+}
+
+bool operator==(const Knobs& a, const Knobs& b);
+inline bool operator!=(const Knobs& a, const Knobs& b) {
+    return !(a == b);
+}
+
+/// True if the Native is made as by photo2native --best. Never with method Real, which makes whole
+/// views only.
+inline bool makesBestNative(const Knobs& knobs) {
+    return knobs.best && knobs.views.method != ViewMethod::Real;
+}
+
+/// The quilt layout for a display: its default, with the columns and rows of the settings.
+QuiltLayout layoutOf(const Knobs& knobs, const Display& display);
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,305 @@
+#include "viewer/model/making.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
+#include "viewer/model/framing.hpp"
+
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+PlacementOptions placementOptions(const Setup& setup) {
+    return {setup.knobs.views, setup.knobs.fit, framingOf(setup), {setup.flaws}};
+}
+
+Scene sceneOf(const Setup& setup) {
+    return {setup.document->picture, setup.depth, setup.hidden, {}, setup.edges};
+}
+
+// Options for the Native of a photo: as in photo2native, with --best if the settings say best.
+// Those of video frames are as in video2native.
+NativeOptions nativeOptions(const Setup& setup) {
+    const Knobs& knobs = setup.knobs;
+    NativeOptions options;
+    options.views = knobs.views;
+    options.fit = knobs.fit;
+    if (setup.isDraft) return options;
+    if (makesBestNative(knobs)) {
+        options.showAs(Detail::Panel);
+    } else if (!setup.document->video && knobs.views.method == ViewMethod::Layered) {
+        options.showAs(Detail::Lens);
+    }
+    return options;
+}
+
+NativeMaker nativeMaker(const Setup& setup) {
+    return {*setup.display, quiltLayout(setup), nativeOptions(setup)};
+}
+
+Scene fittedTiles(const Setup& setup) {
+    return placed(setup, quiltLayout(setup).tileSize).scene;
+}
+
+// Views of two pictures in one directory would be taken for one picture.
+void requireNoViews(const fs::path& directory) {
+    std::error_code error;
+    if (!fs::is_directory(directory, error)) return;
+    for (const fs::path& picture : listImages(directory)) {
+        if (picture.filename().string().rfind("view_", 0) != 0) continue;
+        throw Error(ErrorCode::WriteFailed, directory.string(),
+                    "holds " + picture.filename().string() +
+                        " already, expected a folder without views");
+    }
+}
+
+bool writeViews(const Setup& setup, const fs::path& directory, const Progress& progress) {
+    requireNoViews(directory);
+    const QuiltLayout layout = quiltLayout(setup);
+    const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
+    std::error_code error;
+    const bool isNew = !fs::exists(directory, error);
+    tools::Outputs outputs(true);
+    outputs.addDirectory(directory);
+    outputs.makeDirectories();
+    std::vector<fs::path> written;
+    const auto removeAll = [&] {
+        for (const fs::path& file : written)
+            fs::remove(file, error);
+        if (isNew) fs::remove(directory, error);
+    };
+    try {
+        for (int i = 0; i < layout.viewCount; ++i) {
+            if (!progress(static_cast<double>(i) / layout.viewCount)) {
+                removeAll();
+                return false;
+            }
+            const fs::path file = directory / tools::viewFileName(i, layout.viewCount);
+            writeImage(file, quilt(layout.tile(i)));
+            written.push_back(file);
+        }
+    } catch (...) {
+        removeAll();
+        throw;
+    }
+    return true;
+}
+
+// Fits a photo to its sway video: all of it, or the part that was framed, as in photo2native.
+PhotoFit swayFitOf(const Setup& setup) {
+    const cv::Size photo = setup.document->picture.size();
+    const FitMode mode = setup.knobs.fit;
+    const Framing framing = framingOf(setup);
+    const bool isFramed = !setup.knobs.automatic.framing && !setup.knobs.isFramingChosen &&
+                          framing != Framing(); // by the user
+    if (!isFramed) return withMargins(photoSwayFit(photo, mode), photo, setup.knobs.views);
+    const PhotoFit panel =
+        fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);
+    return withMargins(photoSwayFit(panel.source, mode), photo, setup.knobs.views);
+}
+
+// As photo2native and quilt2video make it: a photo in its own shape.
+bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& progress) {
+    const auto tell = [&progress](const VideoProgress& video) {
+        return progress(static_cast<double>(video.frames) /
+                        static_cast<double>(*video.framesInAll));
+    };
+    if (setup.document->kind == Kind::Scene) {
+        const PhotoFit fit = swayFitOf(setup);
+        Scene scene;
+        fitScene(sceneOf(setup), fit, setup.knobs.views.focus, scene);
+        return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
+    }
+    const QuiltLayout layout = quiltLayout(setup);
+    const auto name = parseQuiltName(setup.document->source.file);
+    const double aspect =
+        name ? name->aspect.value_or(setup.display->aspect()) : setup.display->aspect();
+    const cv::Size size = swaySize(layout.tileSize, aspect);
+    return writeSway(
+        file, size, {},
+        quiltViews(makeQuilt(setup, {}), layout, swayFit(layout.tileSize, aspect, size)), tell);
+}
+
+void writeDepth(const Setup& setup, const fs::path& file) {
+    const cv::Mat& photo = setup.document->picture;
+    cv::Mat depth;
+    fitDepth(setup.depth, {0, 0, double(setup.depth.cols), double(setup.depth.rows)}, photo, depth);
+    writeImage(file, depthTo16Bit(depth));
+}
+
+} // namespace
+
+void layFlatDepth(Setup& setup) {
+    if (setup.flat)
+        setup.depth = cv::Mat(setup.depth.size(), CV_32FC1, cv::Scalar(setup.knobs.views.focus));
+}
+
+QuiltLayout quiltLayout(const Setup& setup) {
+    return setup.document->kind == Kind::Quilt ? setup.document->layout
+                                               : layoutOf(setup.knobs, *setup.display);
+}
+
+Framing framingOf(const Setup& setup) {
+    return allowed(setup.knobs.framing,
+                   {setup.document->picture.size(), setup.display->aspect(), setup.knobs.fit});
+}
+
+PhotoFit fitOf(const Setup& setup, cv::Size size) {
+    return fitPhoto(setup.document->picture.size(), setup.display->aspect(), size,
+                    placementOptions(setup));
+}
+
+Placement placed(const Setup& setup, cv::Size size) {
+    if (setup.document->kind != Kind::Scene) return {}; // quilts and Natives need none
+    return placeScene(sceneOf(setup), setup.display->aspect(), size, placementOptions(setup));
+}
+
+cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
+    cv::Mat photo;
+    applyFit(setup.document->picture, fitOf(setup, size), photo);
+    return photo;
+}
+
+Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
+    const PhotoFit fit = fitOf(setup, size);
+    Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.edges};
+    applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
+                    setup.knobs.views.focus, scene.depth);
+    refineScene(scene, {}, fit.filled());
+    return scene;
+}
+
+cv::Mat makeQuilt(const Setup& setup, const Scene& fitted) {
+    if (setup.document->kind == Kind::Quilt) return setup.document->picture;
+    cv::Mat quilt;
+    nativeMaker(setup).makeQuilt(fitted, quilt);
+    return quilt;
+}
+
+cv::Size nativeFitSize(const Setup& setup) {
+    return nativeMaker(setup).workSize();
+}
+
+cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
+    if (setup.document->kind == Kind::Native) return setup.document->picture;
+    if (setup.document->kind == Kind::Quilt) {
+        return quiltConverter(setup.document->source.file, quiltLayout(setup), *setup.display,
+                              static_cast<bool>(setup.document->video))(setup.document->picture);
+    }
+    cv::Mat native;
+    nativeMaker(setup).makeNative(Placement{fitted, {}, {}}, native);
+    return native;
+}
+
+// The views get the panel's shape as in quilt2native. Those of a directory have it.
+std::function<cv::Mat(const cv::Mat&)> quiltConverter(const fs::path& file,
+                                                      const QuiltLayout& layout,
+                                                      const Display& display, bool isVideo) {
+    std::error_code error;
+    std::optional<QuiltShape> shape;
+    if (!fs::is_directory(file, error)) shape.emplace(file, layout, display);
+    QuiltSampling sampling; // as in quilt2native
+    if (!isVideo) sampling.inTile = TileSampling::Linear;
+    const auto converter =
+        std::make_shared<const Quilt2Native>(display.calibration, layout, sampling, display.invert);
+    return [shape, converter, layout](const cv::Mat& picture) {
+        const cv::Mat quilt = fitQuilt(picture, layout);
+        cv::Mat native;
+        converter->render(shape ? shape->apply(quilt) : quilt, native);
+        return native;
+    };
+}
+
+void chooseAutomatic(Setup& setup) {
+    Knobs& knobs = setup.knobs;
+    if (setup.isChosen || setup.document->kind != Kind::Scene || !knobs.automatic.any()) return;
+    setup.isChosen = true;
+    AutoChoices choices = knobs.automatic;
+    choices.framing = choices.framing && knobs.fit == FitMode::Cover;
+    choices.isVideo = setup.document->video;
+    if (choices.focus) knobs.views.focus = ViewOptions().focus; // of depth without a range
+    if (choices.strength) knobs.views.strengthPercent = ViewOptions().strengthPercent;
+    layFlatDepth(setup);
+    const PlacementOptions chosen =
+        chooseFromScene(sceneOf(setup), setup.display->aspect(), quiltLayout(setup),
+                        placementOptions(setup), choices)
+            .options;
+    knobs.views = chosen.views;
+    knobs.framing = chosen.framing;
+}
+
+std::vector<Product> productsOf(Kind kind) {
+    switch (kind) {
+    case Kind::Native:
+        return {Product::Native};
+    case Kind::Quilt:
+        return {Product::Native, Product::Quilt, Product::Views, Product::SwayVideo};
+    case Kind::Scene:
+        break;
+    }
+    return {Product::Native, Product::Quilt, Product::Views, Product::Depth, Product::SwayVideo};
+}
+
+fs::path productFile(const Setup& setup, Product product, const fs::path& target) {
+    if (product != Product::Quilt) return target;
+    double aspect = setup.display->aspect();
+    if (setup.document->kind == Kind::Quilt) {
+        const auto name = parseQuiltName(setup.document->source.file);
+        if (name) aspect = name->aspect.value_or(aspect);
+    }
+    return quiltFileName(target, quiltLayout(setup), aspect);
+}
+
+std::vector<std::string> lossesOf(Product product, const fs::path& file) {
+    tools::Messages messages("altiro3Dview", false);
+    if (product == Product::Native) tools::warnAboutNativeFormat(file, messages);
+    if (product == Product::Depth) tools::warnAboutDepthFormat(file, messages);
+    return messages.warnings();
+}
+
+std::string writeProduct(const Setup& setup, Product product, const fs::path& target,
+                         const Progress& progress) {
+    if (!progress(0)) return {};
+    if (setup.knobs.automatic.any() && !setup.isChosen) {
+        Setup chosen = setup;
+        chooseAutomatic(chosen);
+        chosen.isChosen = true; // also of quilts and Natives, which leave nothing to choose
+        return writeProduct(chosen, product, target, progress);
+    }
+    const fs::path file = productFile(setup, product, target);
+    switch (product) {
+    case Product::Native: {
+        const cv::Mat native = makeNative(setup, placed(setup, nativeFitSize(setup)).scene);
+        if (!progress(0.5)) return {};
+        // a picture that was opened as a Native may be a photo of that size
+        const bool made =
+            setup.document->kind != Kind::Native || isMarkedNative(setup.document->source.file);
+        writeImage(file, native, made ? ImageMark::Native : ImageMark::None);
+        break;
+    }
+    case Product::Quilt: {
+        const cv::Mat quilt = makeQuilt(setup, fittedTiles(setup));
+        if (!progress(0.5)) return {};
+        writeImage(file, quilt);
+        break;
+    }
+    case Product::Views:
+        if (!writeViews(setup, file, progress)) return {};
+        break;
+    case Product::Depth:
+        writeDepth(setup, file);
+        break;
+    case Product::SwayVideo:
+        if (!writeSwayVideo(setup, file, progress)) return {};
+        break;
+    }
+    return file.string();
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,95 @@
+#pragma once
+
+#include "altiro3D/placement.hpp"
+#include "viewer/model/document.hpp"
+#include "viewer/model/knobs.hpp"
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+namespace altiro3D::viewer {
+
+/// Receives the progress, 0..1; returns false to cancel.
+using Progress = std::function<bool(double)>;
+
+/// A document with everything needed to make its pictures.
+struct Setup {
+    std::shared_ptr<const Document> document;
+    cv::Mat depth;      ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
+    HiddenLayer hidden; ///< Of a stereo pair, as long as its depth is used.
+    bool flat = false;  ///< The depth has no range, see layFlatDepth().
+    Knobs knobs;
+    std::shared_ptr<const Display> display;
+    DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
+    std::optional<DepthFlaws> flaws{};      ///< Of the depth, if an earlier picture gave them.
+    bool isDraft = false;  ///< Natives of views' px without the lens filter, to be quick.
+    bool isChosen = false; ///< `knobs` holds what chooseAutomatic() has chosen.
+};
+
+/// Sets depth without a range to the focus, as the tools do, so that all views are equal.
+void layFlatDepth(Setup& setup);
+
+/// The layout of the quilt: the document's own if it is a quilt, else layoutOf().
+QuiltLayout quiltLayout(const Setup& setup);
+
+/// The part of a photo that the panel shows.
+Framing framingOf(const Setup& setup);
+
+/// How a photo is fitted, with the margins that its views show. @param size of the views
+PhotoFit fitOf(const Setup& setup, cv::Size size);
+
+/// Photo and depth on the panel; empty for quilts and Natives. @param size of the views
+Placement placed(const Setup& setup, cv::Size size);
+
+/// The photo alone, fitted in this way.
+cv::Mat fittedPhoto(const Setup& setup, cv::Size size);
+
+/// The scene of placed(), faster, with a photo from fittedPhoto() of the same size.
+Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto);
+
+/// Makes the quilt of a photo, or returns the document's quilt.
+/// @param fitted of a photo, from placed() at the layout's tile size
+cv::Mat makeQuilt(const Setup& setup, const Scene& fitted);
+
+/// The size that a photo is fitted to for a Native, see NativeMaker::workSize().
+cv::Size nativeFitSize(const Setup& setup);
+
+/// Makes the Native exactly as photo2native and quilt2native do, or returns the document's Native.
+/// @param fitted of a photo, at nativeFitSize()
+cv::Mat makeNative(const Setup& setup, const Scene& fitted);
+
+/// Makes Natives of quilts that have one layout, such as the pictures of a video: each as
+/// makeNative() makes it of a quilt of that file.
+/// @param isVideo px of views are then not blended, as in quilt2native
+/// @return a function of a quilt [CV_8UC3, BGR]; it may be called by one thread at a time
+std::function<cv::Mat(const cv::Mat&)> quiltConverter(const std::filesystem::path& file,
+                                                      const QuiltLayout& layout,
+                                                      const Display& display, bool isVideo);
+
+/// A result that can be exported.
+enum class Product { Native, Quilt, Views, Depth, SwayVideo };
+
+/// The products of a kind of document.
+std::vector<Product> productsOf(Kind kind);
+
+/// The file that writeProduct() writes for a name: a quilt's layout is appended to its name.
+/// @throws Error Mismatch if a quilt's name states another layout
+std::filesystem::path productFile(const Setup& setup, Product product,
+                                  const std::filesystem::path& target);
+
+/// Warnings about what the file's format loses of a product, one sentence each.
+std::vector<std::string> lossesOf(Product product, const std::filesystem::path& file);
+
+/// Sets the framing, focus and strength that Knobs::automatic leaves to the photo, as photo2native
+/// does. No effect on quilts and Natives, and the second time.
+void chooseAutomatic(Setup& setup);
+
+/// Makes a product and writes it.
+/// @param target a file, which is replaced if it exists; for views a directory without views
+/// @return what was written, for people; empty if the work was cancelled
+/// @throws Error; no incomplete file is left
+std::string writeProduct(const Setup& setup, Product product, const std::filesystem::path& target,
+                         const Progress& progress);
+
+} // namespace altiro3D::viewer

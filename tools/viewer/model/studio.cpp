@@ -1,0 +1,366 @@
+#include "viewer/model/studio.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "viewer/model/depth_maker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <tuple>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+// A view of this many px is made within 50 ms on two cores; larger windows show it enlarged.
+constexpr double kMaxPreviewPixels = 7e5;
+// The same with other depth, which is fitted first.
+constexpr double kMaxDraftPixels = 2.5e5;
+
+// The last result and its inputs. Documents and displays are immutable, so equal pointers mean
+// equal contents; the key keeps them alive.
+template <class Key, class Value>
+class Kept {
+  public:
+    template <class Make>
+    const Value& get(const Key& key, const Make& make) {
+        if (!key_ || *key_ != key) {
+            key_.reset(); // if making fails
+            value_ = make();
+            key_ = key;
+        }
+        return value_;
+    }
+
+  private:
+    std::optional<Key> key_;
+    Value value_;
+};
+
+using DocumentPointer = std::shared_ptr<const Document>;
+using DisplayPointer = std::shared_ptr<const Display>;
+
+struct DepthMap {
+    cv::Mat depth;
+    HiddenLayer hidden;
+    bool flat = false; // without a range
+    std::string source;
+};
+
+cv::Mat sized(const cv::Mat& picture, cv::Size size) {
+    if (picture.size() == size) return picture;
+    cv::Mat result;
+    const bool smaller = size.width <= picture.cols && size.height <= picture.rows;
+    cv::resize(picture, result, size, 0, 0, smaller ? cv::INTER_AREA : cv::INTER_LINEAR);
+    return result;
+}
+
+bool isFlat(const cv::Mat& depth) {
+    double low = 0;
+    double high = 0;
+    cv::minMaxLoc(depth, &low, &high);
+    return low == high;
+}
+
+// The part of a picture that is seen px by px, moved from the middle; `pan` is kept inside.
+cv::Mat window(const cv::Mat& picture, cv::Size area, cv::Point& pan) {
+    const cv::Size size(std::min(area.width, picture.cols), std::min(area.height, picture.rows));
+    const cv::Point most((picture.cols - size.width) / 2, (picture.rows - size.height) / 2);
+    pan.x = std::clamp(pan.x, -most.x, most.x);
+    pan.y = std::clamp(pan.y, -most.y, most.y);
+    return picture(cv::Rect(most - pan, size));
+}
+
+} // namespace
+
+struct Studio::State {
+    std::shared_ptr<DepthMaker> depthMaker;
+
+    Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
+    std::string how; // depth of the picture that is being made
+    using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
+                              int, int, double>;
+    // A fitted scene, and the flaws of its depth, which a video keeps for a scene.
+    struct Fitted {
+        Kept<FitKey, Scene> scene;
+        std::tuple<std::string, int, std::string, int, int> flawsOf;
+        std::optional<DepthFlaws> flaws;
+    };
+    Fitted preview;
+    Kept<FitKey, cv::Mat> photo; // of the preview
+    Fitted tiles;
+    Fitted panel; // for the best Native
+    struct NativeKey {
+        DocumentPointer document;
+        std::string how;
+        DisplayPointer display;
+        Knobs knobs;
+        bool isDraft = false;
+        bool operator==(const NativeKey& o) const { return !(*this != o); }
+        bool operator!=(const NativeKey& o) const {
+            return document != o.document || how != o.how || display != o.display ||
+                   knobs != o.knobs || isDraft != o.isDraft;
+        }
+    };
+    Kept<std::pair<std::string, NativeKey>, Knobs> chosen; // with the file of a video
+    Kept<std::pair<NativeKey, cv::Point>, SwayView> views; // the point: their size
+    Kept<NativeKey, cv::Mat> quilt;
+    Kept<NativeKey, cv::Mat> native;
+
+    DepthMap makeDepth(const Document& document, const std::string& from) {
+        DepthMap map;
+        if (!document.depth.empty()) {
+            map.depth = document.depth;
+            map.source = from + ", as often as the video needs it";
+        } else if (from == kGivenDepth) {
+            normalizeDepth(document.rawDepth, map.depth);
+            map.hidden = document.hidden;
+            scaleHiddenDepth(document.rawDepth, map.depth, map.hidden);
+            map.flat = isFlat(map.depth);
+            map.source = document.source.depth.empty() ? "in the picture"
+                                                       : document.source.depth.filename().string();
+        } else {
+            Scene scene;
+            depthMaker->use(from, [&](DepthSource& source) {
+                source.readScene(document.picture, DepthNormalization().flatDepth, scene);
+            });
+            map.depth = scene.depth;
+            map.flat = isFlat(map.depth);
+            map.source = from;
+        }
+        return map;
+    }
+
+    FitKey fitKey(const std::string& from, const Setup& setup, cv::Size size) const {
+        // the bars of Contain lie at the focus, and so does flat depth
+        const bool atFocus = setup.knobs.fit == FitMode::Contain || setup.flat;
+        return {from,
+                setup.document,
+                setup.display,
+                setup.knobs.fit,
+                framingOf(setup),
+                size.width,
+                size.height,
+                fitOf(setup, size).fittedSize().width, // with margins, which depend on the strength
+                atFocus ? setup.knobs.views.focus : 0};
+    }
+
+    const Scene& fit(Fitted& kept, const Setup& setup, cv::Size size) {
+        return kept.scene.get(fitKey(how, setup, size), [&] {
+            const Document& document = *setup.document;
+            if (!document.video) return placed(setup, size).scene;
+            const std::tuple now(document.source.file.string(), document.scene, how, size.width,
+                                 size.height);
+            if (now != kept.flawsOf) kept.flaws.reset();
+            Setup known = setup;
+            known.flaws = kept.flaws;
+            const Placement placement = placed(known, size);
+            kept.flaws = placement.flaws;
+            kept.flawsOf = now;
+            return placement.scene;
+        });
+    }
+
+    // For the window, with painted depth: only the depth changes from stroke to stroke.
+    const Scene& fitPainted(const Setup& setup, cv::Size size) {
+        return preview.scene.get(fitKey(how, setup, size), [&] {
+            return fitted(setup, size, photo.get(fitKey({}, setup, size), [&] {
+                return fittedPhoto(setup, size);
+            }));
+        });
+    }
+
+    // Of a photo at the tiles' size; else nothing, which quilts and Natives need.
+    Scene fittedTiles(const Setup& setup) {
+        if (setup.document->kind != Kind::Scene) return {};
+        return fit(tiles, setup, quiltLayout(setup).tileSize);
+    }
+
+    // Of a photo for its Native; else nothing.
+    Scene fittedNative(const Setup& setup) {
+        if (setup.document->kind != Kind::Scene) return {};
+        const cv::Size size = nativeFitSize(setup);
+        return fit(size == quiltLayout(setup).tileSize ? tiles : panel, setup, size);
+    }
+
+    NativeKey keyOf(const Setup& setup) const {
+        Knobs knobs = setup.document->kind == Kind::Scene ? setup.knobs : Knobs();
+        return {setup.document, how, setup.display, knobs, setup.isDraft};
+    }
+
+    // What is automatic. A video keeps the choice of the picture of a scene that came first with
+    // these settings, so that it stays steady.
+    void choose(Setup& setup) {
+        if (!setup.knobs.automatic.any()) return;
+        NativeKey key{setup.document, how, setup.display, setup.knobs, false};
+        std::string video;
+        if (setup.document->video) {
+            video =
+                setup.document->source.file.string() + ' ' + std::to_string(setup.document->scene);
+            key.document.reset();
+        }
+        setup.knobs = chosen.get({video, key}, [&] {
+            Setup now = setup;
+            chooseAutomatic(now);
+            return now.knobs;
+        });
+        setup.isChosen = true;
+        layFlatDepth(setup);
+    }
+
+    std::pair<NativeKey, cv::Point> viewsKeyOf(const Setup& setup, cv::Size size) const {
+        return {keyOf(setup), {size.width, size.height}};
+    }
+
+    const cv::Mat& quiltOf(const Setup& setup) {
+        return quilt.get(keyOf(setup), [&] { return makeQuilt(setup, fittedTiles(setup)); });
+    }
+
+    const cv::Mat& nativeOf(const Setup& setup) {
+        return native.get(keyOf(setup), [&] { return makeNative(setup, fittedNative(setup)); });
+    }
+};
+
+Studio::Studio(std::shared_ptr<DepthMaker> depthMaker) : state_(std::make_unique<State>()) {
+    state_->depthMaker = std::move(depthMaker);
+}
+
+Studio::~Studio() = default;
+
+std::vector<Mode> modesOf(Kind kind) {
+    switch (kind) {
+    case Kind::Native:
+        return {Mode::Lens, Mode::Native};
+    case Kind::Quilt:
+        return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens};
+    case Kind::Scene:
+        break;
+    }
+    return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens};
+}
+
+cv::Size inside(cv::Size area, double aspect) {
+    const double width = std::min<double>(area.width, area.height * aspect);
+    return {std::max(1, static_cast<int>(std::lround(width))),
+            std::max(1, static_cast<int>(std::lround(width / aspect)))};
+}
+
+double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double position, cv::Point at) {
+    const double shift = position * views.strengthPercent / 100 * depth.cols / 2;
+    const int y = std::clamp(at.y, 0, depth.rows - 1);
+    // x shows the nearest of the contents whose own depth moves them there
+    double best = -1;
+    for (int x = 0; x < depth.cols; ++x) {
+        const double d = static_cast<double>(depth.at<float>(y, x));
+        if (std::abs(x - shift * (d - views.focus) - at.x) <= 1) best = std::max(best, d);
+    }
+    return best >= 0 ? best
+                     : static_cast<double>(depth.at<float>(y, std::clamp(at.x, 0, depth.cols - 1)));
+}
+
+Frame Studio::render(const Request& request) {
+    Frame frame;
+    frame.request = request;
+    state_->how.clear();
+    Setup& setup = frame.setup;
+    setup.document = request.document;
+    setup.knobs = request.knobs;
+    setup.display = request.display;
+    setup.isDraft = request.isDraft && (request.mode == Mode::Native || request.mode == Mode::Lens);
+    const Kind kind = request.document->kind;
+    const double aspect = request.display->aspect();
+    if (kind == Kind::Scene) {
+        state_->how =
+            state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
+        if (state_->how != kGivenDepth) {
+            setup.edges = DepthEdges::Decided;
+        } else if (request.document->origin == DepthOrigin::Matched) {
+            setup.edges = DepthEdges::Matched;
+        } else {
+            setup.edges = DepthEdges::Unknown;
+        }
+        if (request.painted.depth.empty()) {
+            const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
+                return state_->makeDepth(*request.document, state_->how);
+            });
+            setup.depth = map.depth;
+            setup.hidden = map.hidden;
+            setup.flat = map.flat;
+            frame.depthSource = map.source;
+        } else {
+            setup.depth = request.painted.depth;
+            frame.depthSource = "painted by hand";
+            state_->how += " painted " + std::to_string(request.painted.revision);
+        }
+        layFlatDepth(setup);
+        state_->choose(setup);
+        const QuiltLayout layout = quiltLayout(setup);
+        double low = 0;
+        double high = 1;
+        cv::minMaxLoc(setup.depth, &low, &high);
+        frame.parallaxPixels =
+            adjacentParallax(setup.knobs.views, layout, request.display->panelSize(), {low, high})
+                .viewPixels;
+    }
+    frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
+    cv::Size size = frame.target;
+    const double most = request.isDraft ? kMaxDraftPixels : kMaxPreviewPixels;
+    if (size.area() > most) {
+        const double smaller = std::sqrt(most / size.area());
+        size = {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
+    }
+    switch (request.mode) {
+    case Mode::Sway:
+    case Mode::Depth: {
+        if (kind == Kind::Quilt) {
+            const QuiltLayout layout = quiltLayout(setup);
+            const double place = (request.position + 1) / 2 * (layout.viewCount - 1);
+            const int view =
+                std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
+            frame.picture = sized(request.document->picture(layout.tile(view)), size);
+            break;
+        }
+        const Scene& fitted = request.painted.depth.empty()
+                                  ? state_->fit(state_->preview, setup, size)
+                                  : state_->fitPainted(setup, size);
+        frame.depth = shownDepth(fitted);
+        if (request.mode == Mode::Depth) {
+            cv::Mat grey;
+            frame.depth.convertTo(grey, CV_8U, 255);
+            cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
+        } else {
+            state_->views.get(state_->viewsKeyOf(setup, size), [&] {
+                return photoViews(fitted, setup.knobs.views);
+            })(request.position, frame.picture);
+        }
+        break;
+    }
+    case Mode::Quilt: {
+        const cv::Mat& quilt = state_->quiltOf(setup);
+        frame.target = inside(request.area, static_cast<double>(quilt.cols) / quilt.rows);
+        frame.picture = sized(quilt, frame.target);
+        break;
+    }
+    case Mode::Native:
+        frame.picture = window(state_->nativeOf(setup), request.area, frame.request.pan);
+        frame.target = frame.picture.size();
+        break;
+    case Mode::Lens: {
+        const Calibration& calibration = request.display->calibration;
+        const double angle = request.position * viewConeDegrees(calibration) / 2;
+        LensEye eye = eyeAtAngle(calibration, angle);
+        const double panelPixels = static_cast<double>(calibration.screenW) / size.width;
+        if (panelPixels > 1) // the eye averages light; scaling averages codes
+            eye.blur = std::min(std::max(eyeBlur(calibration), panelPixels / 2), 64.0);
+        cv::Mat seen;
+        simulateView(state_->nativeOf(setup), calibration, eye, seen, request.display->invert);
+        frame.picture = sized(seen, size);
+        break;
+    }
+    }
+    return frame;
+}
+
+} // namespace altiro3D::viewer

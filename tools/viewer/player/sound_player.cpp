@@ -1,0 +1,168 @@
+#include "viewer/player/sound_player.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr std::size_t kChunk = 2048;         // samples that are read at a time
+constexpr std::size_t kRing = 16 * kChunk;   // 0.7 s
+constexpr double kRate = SoundDevice::kRate; // samples per second
+constexpr double kUnheard = 1;               // s before the start, until the first sample is taken
+constexpr std::chrono::milliseconds kStuck(2000); // without a call of the device
+
+} // namespace
+
+std::unique_ptr<SoundPlayer> SoundPlayer::open(const std::filesystem::path& file,
+                                               std::string& problem) {
+    std::unique_ptr<SoundPlayer> player(new SoundPlayer(file));
+    player->ring_.resize(2 * kRing);
+    player->device_ = SoundDevice::open(
+        [self = player.get()](float* samples, int count) { self->fill(samples, count); }, problem);
+    if (!player->device_) return nullptr;
+    {
+        const std::lock_guard<std::mutex> lock(player->mutex_);
+        player->delay_ = player->device_->delay();
+    }
+    player->thread_ = std::thread([self = player.get()] { self->feed(); });
+    return player;
+}
+
+SoundPlayer::~SoundPlayer() {
+    device_.reset();
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        ending_ = true;
+    }
+    wake_.notify_one();
+    if (thread_.joinable()) thread_.join();
+}
+
+void SoundPlayer::start(double from, int stream, double speed) {
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        wish_ = playing_ = {from, stream, speed};
+        started_ = true;
+        first_ = waiting_ = 0;
+        taken_ = blockBegin_ = blockLength_ = 0;
+        end_.reset();
+        pausedAt_ = from;
+    }
+    wake_.notify_one();
+}
+
+void SoundPlayer::setPaused(bool paused) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (paused && !paused_) pausedAt_ = timeLocked();
+    paused_ = paused;
+    lastCall_ = Clock::now();
+}
+
+void SoundPlayer::setVolume(double volume) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    volume_ = volume;
+}
+
+double SoundPlayer::time() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return timeLocked();
+}
+
+// The device takes a block while the one before is heard, unless it has no buffer.
+double SoundPlayer::timeLocked() const {
+    if (paused_) return pausedAt_;
+    if (blockLength_ == 0) return playing_.from - kUnheard;
+    const double since = std::chrono::duration<double>(Clock::now() - blockTime_).count();
+    const double samples = static_cast<double>(blockBegin_) - delay_ +
+                           std::min(since * kRate, static_cast<double>(blockLength_));
+    return playing_.from + samples / kRate * playing_.speed;
+}
+
+bool SoundPlayer::isOver() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return end_ && timeLocked() >= *end_;
+}
+
+bool SoundPlayer::isStuck() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return !paused_ && Clock::now() - lastCall_ > kStuck;
+}
+
+void SoundPlayer::fill(float* samples, int count) {
+    std::size_t done = 0;
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        lastCall_ = Clock::now();
+        if (!paused_ && waiting_ > 0) {
+            done = std::min(waiting_, static_cast<std::size_t>(count));
+            for (std::size_t i = 0; i < 2 * done; ++i) {
+                samples[i] = static_cast<float>(volume_) * ring_[(2 * first_ + i) % ring_.size()];
+            }
+            blockBegin_ = taken_;
+            blockLength_ = static_cast<std::int64_t>(done);
+            blockTime_ = lastCall_;
+            taken_ += blockLength_;
+            first_ = (first_ + done) % kRing;
+            waiting_ -= done;
+        }
+    }
+    std::fill(samples + 2 * done, samples + 2 * static_cast<std::size_t>(count), 0.F);
+    wake_.notify_one();
+}
+
+// Opens the file where the reader at hand does not fit, else seeks in it.
+void SoundPlayer::prepare(const Wish& wish) {
+    if (reader_ && wish.stream == reading_.stream && wish.speed == reading_.speed) {
+        reader_->seek(wish.from);
+        return;
+    }
+    reader_.reset();
+    AudioReaderOptions options;
+    options.stream = wish.stream;
+    options.sampleRate = static_cast<int>(std::lround(kRate / wish.speed));
+    options.from = wish.from;
+    reader_ = std::make_unique<AudioReader>(file_, options);
+    reading_ = wish;
+}
+
+void SoundPlayer::feed() {
+    std::vector<float> chunk(2 * kChunk);
+    std::int64_t made = 0; // since the start
+    for (;;) {
+        std::optional<Wish> wish;
+        {
+            std::unique_lock<std::mutex> lock(mutex_);
+            wake_.wait(lock, [this] {
+                return ending_ || wish_ || (started_ && waiting_ + kChunk <= kRing);
+            });
+            if (ending_) return;
+            wish.swap(wish_);
+        }
+        std::size_t count = 0;
+        try {
+            if (wish) {
+                made = 0;
+                prepare(*wish);
+            }
+            if (reader_) count = reader_->read(chunk.data(), kChunk);
+        } catch (const std::exception&) { // what cannot be read is silent
+            reader_.reset();
+        }
+        std::fill(chunk.begin() + static_cast<std::ptrdiff_t>(2 * count), chunk.end(), 0.F);
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (wish_) continue;
+        if (count < kChunk && !end_) {
+            end_ = playing_.from + static_cast<double>(made + static_cast<std::int64_t>(count)) /
+                                       kRate * playing_.speed;
+        }
+        made += kChunk;
+        const std::size_t at = 2 * ((first_ + waiting_) % kRing);
+        for (std::size_t i = 0; i < chunk.size(); ++i)
+            ring_[(at + i) % ring_.size()] = chunk[i];
+        waiting_ += kChunk;
+    }
+}
+
+} // namespace altiro3D::viewer

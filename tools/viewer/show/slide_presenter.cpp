@@ -1,0 +1,223 @@
+#include "viewer/show/slide_presenter.hpp"
+
+#include <QFile>
+#include <QGuiApplication>
+#include <QKeyEvent>
+#include <QScreen>
+#include <algorithm>
+#include <utility>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr int kFadeTick = 15;  // ms
+constexpr int kUsualTick = 50; // ms
+constexpr int kSoon = 1000;    // ms after a change of a folder
+constexpr int kRescan = 10000; // ms otherwise: folders on other machines do not tell of changes
+
+bool isSameScreen(const qt::ScreenFacts& a, const qt::ScreenFacts& b) {
+    if (a.size != b.size) return false;
+    if (!a.serialNumber.empty() && !b.serialNumber.empty())
+        return a.serialNumber == b.serialNumber && a.model == b.model;
+    return a.name == b.name && a.model == b.model;
+}
+
+} // namespace
+
+SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
+                               std::shared_ptr<const Display> display, cv::Size screen,
+                               std::function<void(const std::string&)> report)
+    : files_(std::move(files)), report_(std::move(report)),
+      show_(settings, {[this](const Source& source) { make(source); }, report_}),
+      maker_(std::make_shared<SlideMaker>(std::move(display), screen)),
+      worker_(std::make_unique<Worker>()) {
+    playSettings_.atEnd = AtEnd::Finish;
+    show_.setFiles(files_.files());
+    widget_.installEventFilter(this);
+    connect(&widget_, &qt::NativeWidget::left, this, &SlidePresenter::ended);
+    connect(&ticks_, &QTimer::timeout, this, &SlidePresenter::tick);
+    rescan_.setSingleShot(true);
+    connect(&rescan_, &QTimer::timeout, this, &SlidePresenter::refresh);
+    for (const std::filesystem::path& folder : files_.folders())
+        watcher_.addPath(QFile::decodeName(folder.c_str()));
+    connect(&watcher_, &QFileSystemWatcher::directoryChanged, &rescan_,
+            [this] { rescan_.start(kSoon); });
+    if (!files_.folders().empty()) rescan_.start(kRescan);
+    connect(
+        &arrivals_, &Arrivals::arrived, this,
+        [this] {
+            const qint64 delivered = deliveredAt_; // the next one may come after take()
+            cv::Mat frame = arrivals_.take();
+            if (frame.empty() || !player_) return; // of a video that has been left
+            native_ = frame;
+            draw();
+            player_->noteDelay(static_cast<double>(clock_.elapsed() - delivered) / 1000);
+        },
+        Qt::QueuedConnection);
+}
+
+SlidePresenter::~SlidePresenter() {
+    endPlayer();
+    worker_.reset();
+}
+
+void SlidePresenter::start(QScreen& screen) {
+    screen_ = qt::factsOf(screen);
+    widget_.showOn(screen);
+    // A display that is unplugged leaves its window to another screen, where it must not be.
+    connect(qGuiApp, &QGuiApplication::screenRemoved, this, [this](QScreen* removed) {
+        if (isSameScreen(qt::factsOf(*removed), screen_)) widget_.hide();
+    });
+    connect(qGuiApp, &QGuiApplication::screenAdded, this, [this](QScreen* added) {
+        if (isSameScreen(qt::factsOf(*added), screen_)) widget_.showOn(*added);
+    });
+    clock_.start();
+    ticks_.start(kFadeTick);
+}
+
+VideoPlayer::Counts SlidePresenter::counts() const {
+    VideoPlayer::Counts all = counts_;
+    if (player_) {
+        const VideoPlayer::Counts now = player_->counts();
+        all.shown += now.shown;
+        all.dropped += now.dropped;
+    }
+    return all;
+}
+
+bool SlidePresenter::eventFilter(QObject* object, QEvent* event) {
+    if (event->type() == QEvent::Close) emit ended();
+    if (event->type() == QEvent::KeyPress && onKey(*static_cast<QKeyEvent*>(event))) return true;
+    return QObject::eventFilter(object, event);
+}
+
+void SlidePresenter::setPlaySettings(const PlaySettings& settings) {
+    playSettings_ = settings;
+    playSettings_.atEnd = AtEnd::Finish;
+    if (player_) player_->set(playSettings_);
+}
+
+bool SlidePresenter::onSoundKey(int key) {
+    PlaySettings settings = playSettings_;
+    if (key == Qt::Key_M)
+        settings.muted = !settings.muted;
+    else if (key == Qt::Key_Plus)
+        settings.volume = std::min(settings.volume + kVolumeStep, 100);
+    else if (key == Qt::Key_Minus)
+        settings.volume = std::max(settings.volume - kVolumeStep, 0);
+    else
+        return false;
+    setPlaySettings(settings);
+    return true;
+}
+
+bool SlidePresenter::onKey(const QKeyEvent& event) {
+    const int key = event.key();
+    const bool seeks = (event.modifiers() & Qt::ShiftModifier) != 0 &&
+                       (key == Qt::Key_Left || key == Qt::Key_Right);
+    if (seeks) {
+        if (player_)
+            player_->seek(player_->state().position + (key == Qt::Key_Left ? -1 : 1) * kSeekStep);
+        return true;
+    }
+    if (onSoundKey(key)) return true;
+    switch (key) {
+    case Qt::Key_Right:
+    case Qt::Key_PageDown:
+        show_.next();
+        return true;
+    case Qt::Key_Left:
+    case Qt::Key_PageUp:
+        show_.previous();
+        return true;
+    case Qt::Key_Space:
+        show_.setPaused(!show_.isPaused());
+        if (player_) player_->setPaused(show_.isPaused());
+        return true;
+    case Qt::Key_Q:
+        widget_.leave();
+        return true;
+    default:
+        return false;
+    }
+}
+
+void SlidePresenter::make(const Source& source) {
+    worker_->post(0, [this, source, maker = maker_] {
+        const Slide slide = maker->make(source);
+        QMetaObject::invokeMethod(
+            this, [this, slide] { show_.put(slide); }, Qt::QueuedConnection);
+    });
+}
+
+void SlidePresenter::tick() {
+    const bool wasFading = show_.isFading();
+    show_.tick(static_cast<double>(clock_.elapsed()) / 1000);
+    if (show_.isOver()) {
+        ticks_.stop();
+        emit ended();
+        return;
+    }
+    if (show_.changes() != change_) {
+        change_ = show_.changes();
+        begin(*show_.shown());
+        draw();
+    } else if (wasFading || show_.isFading()) {
+        draw();
+    }
+    ticks_.setInterval(show_.isFading() ? kFadeTick : kUsualTick);
+}
+
+void SlidePresenter::begin(const Slide& slide) {
+    endPlayer();
+    native_ = slide.native;
+    if (!slide.isVideo()) return;
+    player_ = std::make_unique<VideoPlayer>(
+        slide.source.file,
+        [this, convert = slide.nativeOfFrame](const cv::Mat& frame) {
+            if (!arrivals_.isFree()) return false;
+            deliveredAt_ = clock_.elapsed();
+            return arrivals_.put(convert(frame));
+        },
+        [this, change = change_](const std::string& problem) {
+            // what cannot be read further also ends here
+            QMetaObject::invokeMethod(
+                this,
+                [this, change, problem] {
+                    if (change != show_.changes()) return;
+                    if (!problem.empty()) report_(problem);
+                    show_.endVideo();
+                },
+                Qt::QueuedConnection);
+        },
+        playSettings_);
+    player_->setPaused(show_.isPaused());
+}
+
+void SlidePresenter::endPlayer() {
+    if (!player_) return;
+    player_->end();
+    counts_ = counts();
+    player_.reset();
+    arrivals_.take();
+}
+
+void SlidePresenter::draw() {
+    cv::Mat picture;
+    show_.blend(native_, picture);
+    widget_.setNative(picture);
+    widget_.repaint();
+}
+
+void SlidePresenter::refresh() {
+    const bool isDone = files_.refresh(static_cast<double>(clock_.elapsed()) / 1000);
+    show_.setFiles(files_.files());
+    for (const std::filesystem::path& folder : files_.folders()) { // one may have come back
+        const QString name = QFile::decodeName(folder.c_str());
+        if (!watcher_.directories().contains(name) && QFile::exists(name)) watcher_.addPath(name);
+    }
+    rescan_.start(isDone ? kRescan : kSoon);
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,88 @@
+#pragma once
+
+#include "altiro3D/qt/display_search.hpp"
+#include "altiro3D/qt/native_widget.hpp"
+#include "viewer/model/arrivals.hpp"
+#include "viewer/model/worker.hpp"
+#include "viewer/player/video_player.hpp"
+#include "viewer/show/show_files.hpp"
+#include "viewer/show/slide_maker.hpp"
+#include "viewer/show/slide_show.hpp"
+
+#include <QElapsedTimer>
+#include <QFileSystemWatcher>
+#include <QObject>
+#include <QTimer>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+
+class QKeyEvent;
+class QScreen;
+
+namespace altiro3D::viewer {
+
+/// Runs a show on a screen: makes the slides in a thread, plays videos, fades, watches the folders,
+/// follows the keys, and waits for a display that is unplugged.
+class SlidePresenter : public QObject {
+    Q_OBJECT
+  public:
+    /// @param files must have at least one file
+    /// @param display as for SlideMaker
+    /// @param report receives why a file is not shown, or not to its end
+    SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
+                   std::shared_ptr<const Display> display, cv::Size screen,
+                   std::function<void(const std::string&)> report);
+    ~SlidePresenter() override;
+
+    /// How videos are played; each is shown once.
+    void setPlaySettings(const PlaySettings& settings);
+    const PlaySettings& playSettings() const { return playSettings_; }
+
+    /// Begins on a screen.
+    void start(QScreen& screen);
+
+    const SlideShow& show() const { return show_; }
+    const qt::NativeWidget& widget() const { return widget_; }
+    /// Pictures of videos so far.
+    VideoPlayer::Counts counts() const;
+
+  signals:
+    /// The show is over, or the user has left.
+    void ended();
+
+  protected:
+    bool eventFilter(QObject* object, QEvent* event) override;
+
+  private:
+    bool onKey(const QKeyEvent& event);
+    bool onSoundKey(int key);
+    void make(const Source& source);
+    void tick();
+    void begin(const Slide& slide); // of what is shown from now on
+    void draw();
+    void endPlayer();
+    void refresh();
+
+    qt::NativeWidget widget_;
+    qt::ScreenFacts screen_;
+    ShowFiles files_;
+    std::function<void(const std::string&)> report_;
+    SlideShow show_;
+    QElapsedTimer clock_;
+    QTimer ticks_;
+    QTimer rescan_;
+    QFileSystemWatcher watcher_;
+    int change_ = 0; // of the show, that is on the screen
+    cv::Mat native_; // of the slide or of the frame that is shown
+    VideoPlayer::Counts counts_;
+    PlaySettings playSettings_;
+    std::atomic<qint64> deliveredAt_{0}; // ms of clock_, of the frame that arrives next
+    Arrivals arrivals_;
+    std::unique_ptr<VideoPlayer> player_;
+    std::shared_ptr<SlideMaker> maker_;
+    std::unique_ptr<Worker> worker_; // last: it uses the others
+};
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,105 @@
+#pragma once
+
+#include "viewer/show/show_list.hpp"
+
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// One file of a show, ready to be shown.
+struct Slide {
+    Source source;
+    cv::Mat native; ///< [panel, CV_8UC3, BGR]; of a video the first picture.
+    /// Of a video: makes the Native of a picture of it.
+    std::function<cv::Mat(const cv::Mat&)> nativeOfFrame;
+    std::string problem; ///< Why it cannot be shown; empty: it can.
+
+    bool isVideo() const { return static_cast<bool>(nativeOfFrame); }
+};
+
+/// Decides which file of a list is shown, when the next one is made, and when it is shown. Without
+/// threads, windows and clocks: the caller tells the time, makes slides and shows pictures. At most
+/// four slides are in memory: the shown one, the one that is wanted and its neighbours.
+class SlideShow {
+  public:
+    struct Settings {
+        double each = 20; ///< Time of a picture, s. A video is shown to its end.
+        double fade = 0.5;
+        bool loops = false;
+        bool shuffles = false;
+        unsigned seed = 0;
+    };
+    struct Work {
+        /// Begins to make a slide; put() receives it, during the call or later.
+        std::function<void(const Source&)> make;
+        /// Receives the reason why a file is left out of the show.
+        std::function<void(const std::string&)> report;
+    };
+
+    SlideShow(const Settings& settings, Work work);
+
+    /// Sets the files of the show, in their natural order.
+    void setFiles(const std::vector<Source>& files);
+    /// A slide that was to be made.
+    void put(const Slide& slide);
+    /// Goes on to the time `now`, in s; time does not go back.
+    void tick(double now);
+    /// Shows the next or the previous file as soon as it is made.
+    void next();
+    void previous();
+    /// Stays with the picture that is shown.
+    void setPaused(bool paused);
+    /// The video that is shown has ended.
+    void endVideo();
+
+    bool isPaused() const { return isPaused_; }
+    /// True after the last file, or if no file can be shown.
+    bool isOver() const { return isOver_; }
+    /// True if at least one file was shown.
+    bool hasShown() const { return shown_.has_value(); }
+    /// True while one picture fades into the next.
+    bool isFading() const { return !before_.empty(); }
+    /// The slide that is shown; null before the first one. Valid until the next call of tick().
+    const Slide* shown() const { return shown_ ? &*shown_ : nullptr; }
+    /// Grows when another slide is shown.
+    int changes() const { return changes_; }
+    /// Blends into a picture of the slide that is shown, for the time of the last tick(). Each
+    /// sub-pixel of a Native belongs to one view, so a blend of two Natives shows the blend of
+    /// their views.
+    /// @param native its Native, or that of a frame of its video
+    /// @param blended the picture to show; shares memory with `native` when nothing fades
+    void blend(const cv::Mat& native, cv::Mat& blended) const;
+    /// Number of slides in memory.
+    std::size_t slidesKept() const { return kept_.size() + (shown_ ? 1U : 0U); }
+
+  private:
+    const Slide* ready(const Source& source) const;
+    void goTo(const std::optional<Source>& source);
+    void show(const Slide& slide);
+    void request();
+    void prune();
+
+    Settings settings_;
+    Work work_;
+    ShowList list_;
+    std::vector<Source> all_;
+    std::vector<Source> files_; // all without those that failed
+    std::vector<Source> failed_;
+    std::vector<Slide> kept_;
+    std::optional<Slide> shown_;
+    std::optional<Source> wanted_; // to be shown as soon as it is ready
+    std::optional<Source> making_;
+    cv::Mat before_; // what fades out
+    double now_ = 0;
+    double since_ = 0;     // when the shown slide began, without the time of pauses
+    double fadeSince_ = 0; // when the fade began: pauses do not stop it
+    bool isPaused_ = false;
+    bool isOver_ = false;
+    int changes_ = 0;
+};
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,103 @@
+#include "viewer/show/test_picture.hpp"
+
+#include "altiro3D/native_lut.hpp"
+#include "altiro3D/quilt2native.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr double kMiddle = 0.2;   // the views between -kMiddle and +kMiddle are green
+constexpr double kSameGrey = 188; // half of the light of white, by the sRGB curve
+constexpr int kSteps = 8;
+
+const cv::Scalar kLeft(30, 20, 220);
+const cv::Scalar kCentre(40, 170, 30);
+const cv::Scalar kRight(220, 70, 20);
+
+cv::Mat colouredQuilt(const QuiltLayout& layout) {
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int view = 0; view < layout.viewCount; ++view) {
+        const double position =
+            layout.viewCount > 1 ? 2.0 * view / (layout.viewCount - 1) - 1 : 0; // -1..1
+        const cv::Scalar& colour =
+            position < -kMiddle ? kLeft : (position > kMiddle ? kRight : kCentre);
+        quilt(layout.tile(view)).setTo(colour);
+    }
+    return quilt;
+}
+
+// Words in the middle of a line of the panel.
+void write(cv::Mat& native, const std::string& words, double height, double y) {
+    const double scale = height * native.rows / 22;
+    const int thickness = std::max(1, static_cast<int>(scale * 2));
+    const cv::Size size =
+        cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, nullptr);
+    const double fit = std::min(1.0, 0.9 * native.cols / std::max(1, size.width));
+    cv::putText(
+        native, words,
+        {static_cast<int>((native.cols - fit * size.width) / 2), static_cast<int>(y * native.rows)},
+        cv::FONT_HERSHEY_SIMPLEX, fit * scale, cv::Scalar::all(255), thickness, cv::LINE_AA);
+}
+
+void drawStrip(cv::Mat& native) {
+    const TestPictureParts parts = testPictureParts(native.size());
+    native(parts.grey).setTo(cv::Scalar::all(kSameGrey));
+    for (int y = 0; y < parts.lines.height; ++y)
+        native(parts.lines).row(y).setTo(cv::Scalar::all(y % 2 == 0 ? 255 : 0));
+    for (int step = 0; step < kSteps; ++step) {
+        const int begin = parts.steps.width * step / kSteps;
+        const int end = parts.steps.width * (step + 1) / kSteps;
+        native(parts.steps)
+            .colRange(begin, end)
+            .setTo(cv::Scalar::all(std::round(255.0 * step / (kSteps - 1))));
+    }
+}
+
+} // namespace
+
+TestPictureParts testPictureParts(cv::Size panel) {
+    const int side = std::max(1, std::min(panel.width / 8, panel.height / 8)) & ~1;
+    const int y = panel.height - 2 * side;
+    TestPictureParts parts;
+    parts.lines = cv::Rect(panel.width / 2 - 3 * side, y, side, side);
+    parts.grey = parts.lines + cv::Point(side, 0);
+    parts.steps = cv::Rect(panel.width / 2 - side / 2, y, panel.width / 2 - side / 2, side);
+    return parts;
+}
+
+cv::Mat makeTestPicture(const Display& display) {
+    const NativeLut lut(display.calibration, display.quilt, display.invert);
+    cv::Mat native;
+    Quilt2Native(lut).render(colouredQuilt(display.quilt), native);
+    drawStrip(native);
+    write(native, "from the left: red", 0.025, 0.1);
+    write(native, "from the middle: green", 0.025, 0.15);
+    write(native, "from the right: blue", 0.025, 0.2);
+    cv::rectangle(native, {{0, 0}, native.size()}, cv::Scalar::all(255), 1);
+    cv::rectangle(native, {{1, 1}, native.size() - cv::Size(2, 2)}, cv::Scalar::all(0), 1);
+    return native;
+}
+
+std::vector<std::string> testPictureAdvice() {
+    const char* const right = "Look at the middle of the panel with one eye: green from straight "
+                              "ahead, red from the left, blue from the right.";
+    const char* const inverted =
+        "Red and blue are exchanged: the views are inverted; try --invert.";
+    const char* const other = "Straight ahead it is not green, or several bands or slanted borders "
+                              "of the colours are seen: the calibration is of another display.";
+    const char* const scaled = "The square of fine lines has bands, or a white line is missing at "
+                               "an edge: the screen is scaled; set it to its own resolution, "
+                               "100 %, without overscan.";
+    const char* const coloured = "The square of fine lines is brighter or darker than the grey one "
+                                 "beside it, or the steps have a colour: a colour profile or a "
+                                 "night light changes the picture; switch it off.";
+    return {right, inverted, other, scaled, coloured};
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,430 @@
+#include "viewer/window/knob_panel.hpp"
+
+#include "altiro3D/depth_network.hpp"
+#include "altiro3D/error.hpp"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QEvent>
+#include <QFormLayout>
+#include <QGroupBox>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QSlider>
+#include <QTextDocument>
+#include <QToolButton>
+#include <cmath>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
+constexpr int kAutoFit = -1;        // cover, with the part that is chosen
+
+QCheckBox* autoBox(const QString& name, const QString& tip) {
+    auto* box = new QCheckBox(QObject::tr("Auto"));
+    box->setObjectName(name);
+    box->setToolTip(tip);
+    return box;
+}
+
+QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
+    auto* row = new QHBoxLayout;
+    row->addWidget(first, 1);
+    row->addWidget(second);
+    return row;
+}
+
+// A combo box that holds a number of an enumeration with each of its words.
+QComboBox* choices(const QString& name, const std::vector<std::pair<QString, int>>& words) {
+    auto* box = new QComboBox;
+    box->setObjectName(name);
+    for (const auto& [word, value] : words)
+        box->addItem(word, value);
+    return box;
+}
+
+void choose(QComboBox& box, const QVariant& value) {
+    const QSignalBlocker blocker(box);
+    box.setCurrentIndex(std::max(0, box.findData(value)));
+}
+
+QSpinBox* numbers(const QString& name, int low, int high, const QString& suffix) {
+    auto* box = new QSpinBox;
+    box->setObjectName(name);
+    box->setRange(low, high);
+    box->setSuffix(suffix);
+    return box;
+}
+
+QLabel* faintLabel(const QString& name) {
+    auto* label = new QLabel;
+    label->setObjectName(name);
+    label->setTextFormat(Qt::PlainText); // what files say is no markup
+    label->setWordWrap(true);
+    QPalette palette = label->palette();
+    QColor faint = palette.color(QPalette::WindowText);
+    faint.setAlphaF(0.65);
+    palette.setColor(QPalette::WindowText, faint);
+    label->setPalette(palette);
+    return label;
+}
+
+bool choosesStrength(const Knobs& knobs) {
+    return knobs.automatic.strength || knobs.automatic.limit;
+}
+
+QFormLayout* formOf(QWidget* widget) {
+    auto* form = new QFormLayout(widget);
+    form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+    form->setLabelAlignment(Qt::AlignLeft | Qt::AlignVCenter);
+    form->setVerticalSpacing(6);
+    form->setContentsMargins(9, 6, 9, 8);
+    return form;
+}
+
+} // namespace
+
+KnobSlider::KnobSlider(double low, double high, int decimals, double standard,
+                       const QString& suffix, QWidget* parent)
+    : QWidget(parent), steps_(std::pow(10, decimals)), standard_(standard),
+      slider_(new QSlider(Qt::Horizontal)), number_(new QDoubleSpinBox) {
+    slider_->setRange(static_cast<int>(std::lround(low * steps_)),
+                      static_cast<int>(std::lround(high * steps_)));
+    slider_->setPageStep(std::max(1, (slider_->maximum() - slider_->minimum()) / 10));
+    slider_->setToolTip(tr("Double-click to reset"));
+    slider_->setMinimumWidth(90);
+    slider_->installEventFilter(this);
+    number_->setRange(low, high);
+    number_->setDecimals(decimals);
+    number_->setSingleStep(decimals == 2 ? 0.05 : 0.5);
+    number_->setSuffix(suffix);
+    number_->setAlignment(Qt::AlignRight);
+    number_->setFixedWidth(number_->fontMetrics().horizontalAdvance("100.00 % ") + 36);
+    auto* row = new QHBoxLayout(this);
+    row->setContentsMargins(0, 0, 0, 0);
+    row->addWidget(slider_, 1);
+    row->addWidget(number_);
+    setValue(standard);
+    connect(slider_, &QSlider::sliderPressed, this, [this] { gesture_ = nextGesture(); });
+    connect(slider_, &QSlider::sliderReleased, this, [this] { gesture_ = 0; });
+    connect(slider_, &QSlider::valueChanged, this, [this](int step) {
+        const QSignalBlocker blocker(number_);
+        number_->setValue(step / steps_);
+        emit turned(value(), gesture_ > 0 ? gesture_ : nextGesture());
+    });
+    connect(number_, qOverload<double>(&QDoubleSpinBox::valueChanged), this, [this](double value) {
+        const QSignalBlocker blocker(slider_);
+        slider_->setValue(static_cast<int>(std::lround(value * steps_)));
+        emit turned(value, nextGesture());
+    });
+}
+
+double KnobSlider::value() const {
+    return number_->value();
+}
+
+void KnobSlider::setValue(double value) {
+    const QSignalBlocker sliderBlocker(slider_);
+    const QSignalBlocker numberBlocker(number_);
+    slider_->setValue(static_cast<int>(std::lround(value * steps_)));
+    number_->setValue(value);
+}
+
+bool KnobSlider::eventFilter(QObject* object, QEvent* event) {
+    if (object == slider_ && event->type() == QEvent::MouseButtonDblClick) {
+        number_->setValue(standard_);
+        return true;
+    }
+    return QWidget::eventFilter(object, event);
+}
+
+KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
+    const Knobs standard;
+    reading_ =
+        choices("reading", {{tr("Automatic"), int(Reading::Automatic)},
+                            {tr("Photo"), int(Reading::Photo)},
+                            {tr("Photo, depth right"), int(Reading::RgbdRight)},
+                            {tr("Photo, depth left"), int(Reading::RgbdLeft)},
+                            {tr("Photo, depth above"), int(Reading::RgbdTop)},
+                            {tr("Photo, depth below"), int(Reading::RgbdBottom)},
+                            {tr("Stereo pair, left beside right"), int(Reading::EyesLeftRight)},
+                            {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
+                            {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
+                            {tr("Quilt"), int(Reading::Quilt)},
+                            {tr("Native"), int(Reading::Native)}});
+    fit_ = choices("fit", {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
+                           {tr("Fill, keep the subject"), kAutoFit},
+                           {tr("Show all, with bars"), int(FitMode::Contain)},
+                           {tr("Stretch"), int(FitMode::Stretch)}});
+    depth_ = new QComboBox;
+    depth_->setObjectName("depth");
+    depth_->addItem(tr("Best available"), kBestDepth);
+    depth_->addItem(tr("From its file"), kGivenDepth);
+    try {
+        for (const InstalledNetwork& network : installedNetworks())
+            depth_->addItem(QString::fromStdString(network.profile.name),
+                            QString::fromStdString(network.profile.name));
+    } catch (const Error& error) {
+        depth_->setToolTip(Qt::convertFromPlainText(QString::fromUtf8(error.what())));
+    }
+    depthImage_ = new QToolButton;
+    depthImage_->setObjectName("depthImage");
+    depthImage_->setText(tr("Image…"));
+    depthImage_->setToolTip(tr("Choose a depth image for this photo"));
+    depthSource_ = faintLabel("depthSource");
+    method_ = choices("method", {{tr("Layered"), int(ViewMethod::Layered)},
+                                 {tr("Fast"), int(ViewMethod::Fast)},
+                                 {tr("Real"), int(ViewMethod::Real)}});
+    best_ = new QCheckBox(tr("Best (slower)"));
+    best_->setObjectName("best");
+    best_->setToolTip(tr("Renders the Native at the panel's resolution (photo2native --best). Not "
+                         "with method Real."));
+    strength_ = new KnobSlider(0, kMaxStrength, 1, standard.views.strengthPercent, tr(" %"));
+    strength_->setObjectName("strength");
+    autoStrength_ = autoBox("autoStrength", tr("As much depth as the display carries"));
+    autoFocus_ = autoBox("autoFocus", tr("The subject lies on the panel's surface"));
+    focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
+    focus_->setObjectName("focus");
+    refinement_ = numbers("refinement", 0, 16, {});
+    fill_ = choices("fill", {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
+                             {tr("Continued rows"), int(LayeredFill::Continue)}});
+    parallax_ = faintLabel("parallax");
+    display_ = faintLabel("display");
+    columns_ = numbers("columns", 1, 64, {});
+    rows_ = numbers("rows", 1, 64, {});
+    layout_ = faintLabel("layout");
+    build();
+    connectKnobs();
+    show(standard);
+    show(nullptr, {});
+}
+
+void KnobPanel::connectKnobs() {
+    const auto onChoice = [this](QComboBox* box, const QString& what) {
+        connect(box, qOverload<int>(&QComboBox::currentIndexChanged), this,
+                [this, what] { turn(what); });
+    };
+    const auto onNumber = [this](QSpinBox* box, const QString& what) {
+        connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this, what] { turn(what); });
+    };
+    onChoice(fit_, tr("fit"));
+    onChoice(depth_, tr("depth"));
+    onChoice(method_, tr("method"));
+    onChoice(fill_, tr("fill"));
+    connect(best_, &QCheckBox::toggled, this, [this] { turn(tr("best Native")); });
+    onNumber(refinement_, tr("refinement"));
+    for (QSpinBox* box : {columns_, rows_}) {
+        connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this] {
+            if (updating_) return;
+            Knobs knobs = read();
+            knobs.columns = columns_->value();
+            knobs.rows = rows_->value();
+            emit turned(knobs, tr("views"), 0);
+        });
+    }
+    const auto onSlider = [this](KnobSlider* slider, QCheckBox* automatic, const QString& what) {
+        connect(slider, &KnobSlider::turned, this,
+                [this, slider, automatic, what](double, int gesture) {
+                    const QSignalBlocker blocker(automatic);
+                    automatic->setChecked(false);
+                    if (slider == strength_) shown_.automatic.limit = false;
+                    turn(what, gesture);
+                });
+        connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
+    };
+    onSlider(strength_, autoStrength_, tr("strength"));
+    onSlider(focus_, autoFocus_, tr("focus"));
+    connect(reading_, qOverload<int>(&QComboBox::activated), this,
+            [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
+    connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
+}
+
+// For screen readers, which do not see what stands beside a field.
+void KnobPanel::nameFields() {
+    const std::pair<QWidget*, QString> names[] = {
+        {reading_, tr("Read as")},
+        {fit_, tr("Shape")},
+        {depth_, tr("Depth from")},
+        {depthImage_, tr("Choose a depth image")},
+        {strength_, tr("Strength")},
+        {autoStrength_, tr("Strength, automatic")},
+        {focus_, tr("Focus")},
+        {autoFocus_, tr("Focus, automatic")},
+        {method_, tr("Method of views")},
+        {best_, tr("Best Native, slower")},
+        {fill_, tr("Content behind edges")},
+        {refinement_, tr("Refinement")},
+        {columns_, tr("Columns of the quilt")},
+        {rows_, tr("Rows of the quilt")},
+    };
+    for (const auto& [field, name] : names) {
+        field->setAccessibleName(name);
+        for (auto* part : field->findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly))
+            if (qobject_cast<KnobSlider*>(field) != nullptr) part->setAccessibleName(name);
+    }
+}
+
+void KnobPanel::build() {
+    auto* column = new QVBoxLayout(this);
+    column->setSpacing(6);
+    column->setContentsMargins(8, 4, 8, 8);
+
+    auto* picture = new QGroupBox(tr("Picture"));
+    auto* form = formOf(picture);
+    form->addRow(tr("Read as"), reading_);
+    form->addRow(tr("Shape"), fit_);
+    column->addWidget(picture);
+
+    auto* depth = new QGroupBox(tr("Depth"));
+    depthKnobs_ = depth;
+    form = formOf(depth);
+    form->addRow(tr("From"), rowOf(depth_, depthImage_));
+    form->addRow(depthSource_);
+    column->addWidget(depth);
+
+    auto* views = new QGroupBox(tr("Views"));
+    viewKnobs_ = views;
+    form = formOf(views);
+    form->addRow(tr("Strength"), rowOf(strength_, autoStrength_));
+    form->addRow(tr("Focus"), rowOf(focus_, autoFocus_));
+    form->addRow(tr("Method"), method_);
+    form->addRow(tr("Native"), best_);
+    const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field,
+                            const QString& tip) {
+        form->addRow(label, field);
+        field->setToolTip(tip);
+        ofMethod_.emplace_back(method, field);
+        ofMethod_.emplace_back(method, form->labelForField(field));
+    };
+    addFor(ViewMethod::Layered, tr("Behind edges"), fill_,
+           tr("Content of areas that are hidden in the photo"));
+    addFor(ViewMethod::Fast, tr("Refinement"), refinement_,
+           tr("More steps are more accurate and slower"));
+    form->addRow(parallax_);
+    column->addWidget(views);
+
+    auto* display = new QGroupBox(tr("Display"));
+    form = formOf(display);
+    auto* displayRow = new QHBoxLayout;
+    displayRow->addWidget(display_, 1);
+    auto* calibration = new QToolButton;
+    calibration->setText(tr("Choose…"));
+    calibration->setToolTip(tr("Choose the calibration of a display: its visual.json"));
+    connect(calibration, &QToolButton::clicked, this, &KnobPanel::calibrationWanted);
+    displayRow->addWidget(calibration, 0, Qt::AlignTop);
+    form->addRow(displayRow);
+    auto* grid = new QHBoxLayout;
+    grid->addWidget(columns_, 1);
+    auto* times = new QLabel(tr("×"));
+    grid->addWidget(times);
+    grid->addWidget(rows_, 1);
+    columns_->setToolTip(tr("Columns of the quilt"));
+    rows_->setToolTip(tr("Rows of the quilt"));
+    form->addRow(tr("Views"), grid);
+    form->addRow(layout_);
+    column->addWidget(display);
+    nameFields();
+
+    column->addStretch(1);
+    auto* reset = new QPushButton(tr("Reset all settings"));
+    reset->setObjectName("reset");
+    connect(reset, &QPushButton::clicked, this, &KnobPanel::resetWanted);
+    column->addWidget(reset);
+}
+
+Knobs KnobPanel::read() const {
+    Knobs knobs = shown_;
+    ViewOptions& views = knobs.views;
+    views.method = static_cast<ViewMethod>(method_->currentData().toInt());
+    knobs.automatic = {fit_->currentData().toInt() == kAutoFit, autoFocus_->isChecked(),
+                       autoStrength_->isChecked(), shown_.automatic.limit};
+    // sliders show what was chosen
+    if (!choosesStrength(knobs)) views.strengthPercent = strength_->value();
+    if (!knobs.automatic.focus) views.focus = focus_->value();
+    views.refinement = refinement_->value();
+    views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
+    knobs.fit = knobs.automatic.framing ? FitMode::Cover
+                                        : static_cast<FitMode>(fit_->currentData().toInt());
+    knobs.depth = depth_->currentData().toString().toStdString();
+    knobs.best = best_->isChecked();
+    return knobs;
+}
+
+void KnobPanel::turn(const QString& what, int gesture) {
+    if (updating_) return;
+    emit turned(read(), what, gesture);
+}
+
+void KnobPanel::show(const Knobs& knobs) {
+    updating_ = true;
+    shown_ = knobs;
+    const ViewOptions& views = knobs.views;
+    choose(*method_, int(views.method));
+    best_->setChecked(knobs.best);
+    best_->setEnabled(views.method != ViewMethod::Real);
+    autoStrength_->setChecked(knobs.automatic.strength);
+    autoFocus_->setChecked(knobs.automatic.focus);
+    if (!knobs.automatic.strength) strength_->setValue(views.strengthPercent);
+    if (!knobs.automatic.focus) focus_->setValue(views.focus);
+    refinement_->setValue(views.refinement);
+    choose(*fill_, int(views.layered.fill));
+    choose(*fit_, knobs.automatic.framing ? kAutoFit : int(knobs.fit));
+    choose(*depth_, QString::fromStdString(knobs.depth));
+    for (const auto& [method, widget] : ofMethod_)
+        widget->setVisible(method == views.method);
+    updating_ = false;
+    enable();
+}
+
+void KnobPanel::showChosen(const Knobs& chosen) {
+    if (choosesStrength(shown_)) strength_->setValue(chosen.views.strengthPercent);
+    if (shown_.automatic.focus) focus_->setValue(chosen.views.focus);
+}
+
+void KnobPanel::show(const Document* document, const QString& depthSource) {
+    scene_ = document != nullptr && document->kind == Kind::Scene;
+    depthImage_->setEnabled(scene_ && !document->video); // its own, not that of the whole group
+    choose(*reading_, int(document != nullptr ? document->source.reading : Reading::Automatic));
+    reading_->setEnabled(document != nullptr);
+    depthSource_->setText(depthSource.isEmpty() ? tr("–") : tr("Used: %1").arg(depthSource));
+    enable();
+}
+
+void KnobPanel::enable() {
+    fit_->setEnabled(scene_);
+    depthKnobs_->setEnabled(scene_);
+    viewKnobs_->setEnabled(scene_);
+    columns_->setEnabled(scene_);
+    rows_->setEnabled(scene_);
+}
+
+void KnobPanel::show(const Display& display, const QuiltLayout& layout) {
+    updating_ = true;
+    const std::string& serial = display.calibration.serial;
+    display_->setText(
+        tr("%1\n%2 × %3 px")
+            .arg(QString::fromStdString(serial.empty() ? std::string("Display") : serial))
+            .arg(display.panelSize().width)
+            .arg(display.panelSize().height));
+    display_->setToolTip(Qt::convertFromPlainText(QString::fromStdString(display.source)));
+    columns_->setValue(layout.columns);
+    rows_->setValue(layout.rows);
+    layout_->setText(tr("%1 views of %2 × %3 px")
+                         .arg(layout.viewCount)
+                         .arg(layout.tileSize.width)
+                         .arg(layout.tileSize.height));
+    updating_ = false;
+}
+
+void KnobPanel::showParallax(double viewPixels) {
+    QString text = tr("%1 px from view to view").arg(viewPixels, 0, 'f', 2);
+    if (viewPixels > kParallaxBudgetPixels) text += tr(": edges will show double");
+    parallax_->setText(viewPixels > 0 ? text : tr("–"));
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,106 @@
+#pragma once
+
+#include "viewer/model/document.hpp"
+#include "viewer/model/knobs.hpp"
+
+#include <QWidget>
+
+class QCheckBox;
+class QComboBox;
+class QDoubleSpinBox;
+class QLabel;
+class QSlider;
+class QSpinBox;
+class QToolButton;
+
+namespace altiro3D::viewer {
+
+/// A slider with a number field. A double click on the slider restores the default value.
+class KnobSlider : public QWidget {
+    Q_OBJECT
+  public:
+    /// @param decimals digits after the decimal point, for slider and number field
+    KnobSlider(double low, double high, int decimals, double standard, const QString& suffix,
+               QWidget* parent = nullptr);
+
+    double value() const;
+    /// Sets the value without emitting a signal.
+    void setValue(double value);
+    QSlider& slider() { return *slider_; }
+
+  signals:
+    /// The user has changed the value. All changes of one drag have the same gesture number.
+    void turned(double value, int gesture);
+
+  protected:
+    bool eventFilter(QObject* object, QEvent* event) override;
+
+  private:
+    double steps_; // slider steps per unit of the value
+    double standard_;
+    int gesture_ = 0;
+    QSlider* slider_;
+    QDoubleSpinBox* number_;
+};
+
+/// The right side of the window with all settings.
+class KnobPanel : public QWidget {
+    Q_OBJECT
+  public:
+    explicit KnobPanel(QWidget* parent = nullptr);
+
+    /// Shows settings without emitting a signal.
+    void show(const Knobs& knobs);
+    /// Shows the values that were chosen for what is automatic, without emitting a signal.
+    void showChosen(const Knobs& chosen);
+    /// Shows the properties of a document and enables its settings; null: nothing is open.
+    void show(const Document* document, const QString& depthSource);
+    /// Shows the display and the numbers of its quilt.
+    void show(const Display& display, const QuiltLayout& layout);
+    void showParallax(double viewPixels);
+
+    KnobSlider& strength() { return *strength_; }
+    KnobSlider& focus() { return *focus_; }
+
+  signals:
+    void turned(const Knobs& knobs, const QString& what, int gesture);
+    void readingChosen(Reading reading);
+    void depthImageWanted();
+    void calibrationWanted();
+    void resetWanted();
+
+  private:
+    void build(); // lays out the widgets
+    void nameFields();
+    void connectKnobs();
+    void turn(const QString& what, int gesture = 0);
+    Knobs read() const;
+    void enable();
+
+    Knobs shown_;
+    bool updating_ = false;
+    bool scene_ = false;
+    QComboBox* reading_;
+    QComboBox* fit_;
+    QComboBox* depth_;
+    QLabel* depthSource_;
+    QToolButton* depthImage_;
+    QComboBox* method_;
+    QCheckBox* best_;
+    KnobSlider* strength_;
+    QCheckBox* autoStrength_;
+    KnobSlider* focus_;
+    QCheckBox* autoFocus_;
+    QSpinBox* refinement_;
+    QComboBox* fill_;
+    QLabel* parallax_;
+    QLabel* display_;
+    QSpinBox* columns_;
+    QSpinBox* rows_;
+    QLabel* layout_;
+    std::vector<std::pair<ViewMethod, QWidget*>> ofMethod_; // rows that belong to one method
+    QWidget* viewKnobs_;
+    QWidget* depthKnobs_;
+};
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,383 @@
+#include "viewer/window/main_window.hpp"
+
+#include "altiro3D/altiro3D.hpp"
+#include "altiro3D/qt/image.hpp"
+#include "altiro3D/qt/native_widget.hpp"
+#include "viewer/window/knob_panel.hpp"
+#include "viewer/window/paint_bar.hpp"
+#include "viewer/window/photo_strip.hpp"
+#include "viewer/window/picture_view.hpp"
+#include "viewer/window/video_bar.hpp"
+#include "viewer/window/window_words.hpp"
+
+#include <QAction>
+#include <QActionGroup>
+#include <QCloseEvent>
+#include <QDockWidget>
+#include <QDragEnterEvent>
+#include <QLabel>
+#include <QListWidget>
+#include <QMimeData>
+#include <QProgressBar>
+#include <QScreen>
+#include <QScrollArea>
+#include <QStatusBar>
+#include <QStyle>
+#include <QTimer>
+#include <QToolButton>
+#include <algorithm>
+#include <cmath>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+MainWindow::MainWindow(const Display& display, const std::vector<std::string>& warnings)
+    : controller_(display), picture_(new PictureView), knobs_(new KnobPanel),
+      files_(new QListWidget) {
+    setWindowTitle(tr("altiro3D"));
+    setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
+    setAcceptDrops(true);
+    picture_->setAccessibleName(tr("Picture"));
+    setCentralWidget(withVideoBar(picture_, controller_));
+    buildFiles();
+    buildStrip();
+    auto* knobDock = new QDockWidget(tr("Settings"));
+    knobDock->setObjectName("knobDock");
+    auto* scroll = new QScrollArea;
+    scroll->setWidget(knobs_);
+    scroll->setAccessibleName(tr("Settings"));
+    scroll->setWidgetResizable(true);
+    scroll->setFrameShape(QFrame::NoFrame);
+    scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+    scroll->setMinimumWidth(knobs_->minimumSizeHint().width() +
+                            style()->pixelMetric(QStyle::PM_ScrollBarExtent) + 2);
+    knobDock->setWidget(scroll);
+    addDockWidget(Qt::RightDockWidgetArea, knobDock);
+    buildPaintBar();
+    buildActions();
+    buildStatus();
+    connectController();
+    resize(QSize(1280, 800).boundedTo(screen()->availableSize()));
+    readSettings();
+    showSources();
+    showDocument();
+    showModes();
+    std::vector<std::string> sentences = warnings;
+    if (!controller_.storeNote().isEmpty())
+        sentences.push_back(controller_.storeNote().toStdString());
+    if (!sentences.empty()) say(linesOf(sentences), 15000);
+}
+
+MainWindow::~MainWindow() {
+    controller_.disconnect(this); // later signals must not reach the destroyed window
+}
+
+void MainWindow::buildFiles() {
+    files_->setObjectName("files");
+    files_->setAccessibleName(tr("Open files"));
+    files_->setMinimumWidth(150);
+    files_->setTextElideMode(Qt::ElideMiddle);
+    files_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+    auto* dock = new QDockWidget(tr("Files"));
+    dock->setObjectName("fileDock");
+    dock->setWidget(files_);
+    addDockWidget(Qt::LeftDockWidgetArea, dock);
+    resizeDocks({dock}, {180}, Qt::Horizontal);
+    connect(files_, &QListWidget::currentRowChanged, this, [this](int row) {
+        if (row >= 0) select(row);
+    });
+}
+
+void MainWindow::buildStrip() {
+    strip_ = new PhotoStrip;
+    stripDock_ = new QDockWidget(tr("Photos"));
+    stripDock_->setObjectName("stripDock");
+    stripDock_->setFeatures(QDockWidget::NoDockWidgetFeatures);
+    stripDock_->setTitleBarWidget(new QWidget); // the icons need no title
+    stripDock_->setWidget(strip_);
+    addDockWidget(Qt::BottomDockWidgetArea, stripDock_);
+    setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
+    setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+    connect(strip_, &PhotoStrip::chosen, this, &MainWindow::select);
+}
+
+void MainWindow::select(int index) {
+    if (index != controller_.current()) controller_.select(index);
+}
+
+void MainWindow::showStrip() {
+    stripDock_->setVisible(showsStrip_->isChecked() && controller_.sources().size() > 1);
+}
+
+void MainWindow::buildStatus() {
+    status_ = new QLabel;
+    status_->setTextFormat(Qt::PlainText);
+    busy_ = new QLabel;
+    progress_ = new QProgressBar;
+    progress_->setMaximumWidth(160);
+    progress_->setRange(0, 100);
+    cancel_ = new QToolButton;
+    cancel_->setText(tr("Cancel"));
+    cancel_->setObjectName("cancel");
+    status_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+    statusBar()->addWidget(status_, 1);
+    statusBar()->addPermanentWidget(busy_);
+    statusBar()->addPermanentWidget(progress_);
+    statusBar()->addPermanentWidget(cancel_);
+    progress_->hide();
+    cancel_->hide();
+    unsay_ = new QTimer(this);
+    unsay_->setSingleShot(true);
+    connect(unsay_, &QTimer::timeout, this, [this] {
+        said_.clear();
+        showStatus();
+    });
+    connect(cancel_, &QToolButton::clicked, this, [this] { controller_.cancelExport(); });
+}
+
+void MainWindow::say(const QString& text, int milliseconds) {
+    said_ = text;
+    unsay_->start(milliseconds);
+    showStatus();
+}
+
+void MainWindow::showStatus() {
+    const QString& text = said_.isEmpty() ? facts_ : said_;
+    QString line = text; // the tip has a line for each sentence
+    line.replace('\n', "; ");
+    const int room = statusBar()->width() - 40 - (progress_->isVisible() ? 260 : 0);
+    status_->setText(status_->fontMetrics().elidedText(line, Qt::ElideRight, room));
+    status_->setToolTip(tipOf(text));
+}
+
+void MainWindow::connectController() {
+    connect(&controller_, &Controller::sourcesChanged, this, &MainWindow::showSources);
+    connect(&controller_, &Controller::documentChanged, this, &MainWindow::showDocument);
+    connect(&controller_, &Controller::frameReady, this, &MainWindow::showFrame);
+    connect(&controller_, &Controller::modeChanged, this, &MainWindow::showModes);
+    connect(&controller_, &Controller::swingingChanged, swing_, &QAction::setChecked);
+    connect(&controller_, &Controller::knobsChanged, this, [this] {
+        knobs_->show(controller_.knobs());
+        showLayout();
+    });
+    connect(&controller_, &Controller::displayChanged, this, &MainWindow::showLayout);
+    connect(&controller_, &Controller::exportProgress, this,
+            [this](double done) { progress_->setValue(qRound(done * 100)); });
+    connect(&controller_, &Controller::exportEnded, this,
+            [this](const QString& file, const QString& problem) {
+                progress_->hide();
+                cancel_->hide();
+                showDocument();
+                if (!problem.isEmpty())
+                    warn(this, tr("Export"), problem);
+                else if (file.isEmpty())
+                    say(tr("Cancelled"), 8000);
+                else
+                    say(tr("Written: %1").arg(file), 15000);
+            });
+    connect(&controller_, &Controller::exportAllEnded, this, &MainWindow::endExportAll);
+
+    connect(knobs_, &KnobPanel::turned, this,
+            [this](const Knobs& knobs, const QString& what, int gesture) {
+                controller_.turn(knobs, what, gesture);
+            });
+    connect(knobs_, &KnobPanel::resetWanted, this, [this] { controller_.resetKnobs(); });
+    connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
+    connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
+    connect(knobs_, &KnobPanel::readingChosen, this, [this](Reading reading) {
+        if (const auto& document = controller_.document())
+            controller_.reopen(reading, document->source.depth);
+    });
+
+    connect(picture_, &PictureView::resized, this, [this] {
+        const QSize size = picture_->deviceSize();
+        controller_.setArea({size.width(), size.height()});
+    });
+    connect(picture_, &PictureView::clicked, this,
+            [this](double x, double y) { controller_.focusAt(x, y); });
+    connect(picture_, &PictureView::dragged, this, [this](const QPoint& by, int gesture) {
+        const QSize size = picture_->target();
+        controller_.panBy({by.x(), by.y()});
+        controller_.moveFrame({double(by.x()) / size.width(), double(by.y()) / size.height()},
+                              gesture);
+    });
+    connect(picture_, &PictureView::wheeled, this,
+            [this](double x, double y, double notches, int gesture) {
+                constexpr double kNotchesToDouble = 4;
+                controller_.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
+            });
+    connect(picture_, &PictureView::hovered, this, [this](double x) {
+        if (!follow_->isChecked() || paintBar_->paint()) return;
+        controller_.setSwinging(false);
+        controller_.setPosition(x);
+    });
+}
+
+void MainWindow::showSources() {
+    if (controller_.sources().size() != 1) endWelcome();
+    const QSignalBlocker blocker(files_);
+    files_->clear();
+    for (const Source& source : controller_.sources()) {
+        QString name = toName(source.file.has_filename() ? source.file.filename()
+                                                         : source.file.parent_path().filename());
+        auto* item = new QListWidgetItem(name, files_);
+        item->setToolTip(tipOf(toName(source.file) +
+                               (source.depth.empty() ? QString() : "\n" + toName(source.depth))));
+    }
+    files_->setCurrentRow(controller_.current());
+    strip_->setSources(controller_.sources());
+    strip_->setCurrent(controller_.current());
+    showStrip();
+}
+
+void MainWindow::showDocument() {
+    const auto& document = controller_.document();
+    {
+        const QSignalBlocker blocker(files_);
+        files_->setCurrentRow(controller_.current());
+        strip_->setCurrent(controller_.current());
+    }
+    const bool any = controller_.current() >= 0;
+    const Source* source =
+        any ? &controller_.sources()[static_cast<std::size_t>(controller_.current())] : nullptr;
+    setWindowTitle(any ? tr("%1 – altiro3D").arg(toName(source->file.filename())) : tr("altiro3D"));
+    if (!controller_.problem().isEmpty()) {
+        if (document)
+            picture_->setWords(tr("This cannot be shown"), controller_.problem());
+        else
+            picture_->setWords(tr("This file cannot be opened"), controller_.problem());
+    } else if (!any) {
+        picture_->setWords(tr("Drop a photo here"),
+                           tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "
+                              "videos and folders can be opened."));
+    } else if (!document && controller_.isBusy()) {
+        picture_->setWords(tr("Opening…"), toName(source->file.filename()));
+    }
+    if (!any || !controller_.problem().isEmpty()) {
+        facts_.clear();
+        showStatus();
+    }
+    const bool current = document && controller_.problem().isEmpty();
+    if (current && document != told_ && said_ == notes_) { // of the file before
+        said_.clear();
+        showStatus();
+    }
+    if (current && document != told_ && !document->notes.empty()) {
+        std::vector<std::string> lines;
+        for (const Note& note : document->notes)
+            lines.push_back(note.text);
+        notes_ = linesOf(lines);
+        say(notes_, 10000);
+    }
+    told_ = document;
+    if (current && welcome_ == nullptr) remember(document->source.file);
+    knobs_->show(document.get(),
+                 current ? QString::fromStdString(controller_.frame().depthSource) : QString());
+    showLayout();
+    const bool scene = document && document->kind == Kind::Scene;
+    depthImage_->setEnabled(scene && !document->video);
+    closeFile_->setEnabled(any);
+    const std::vector<Product> products =
+        current ? productsOf(document->kind) : std::vector<Product>();
+    for (const auto& [product, exportAction] : exports_) {
+        exportAction->setEnabled(!controller_.isExporting() &&
+                                 std::count(products.begin(), products.end(), product) > 0);
+    }
+    exportAll_->setEnabled(any && !controller_.isExporting());
+    copyKnobs_->setEnabled(any);
+    next_->setEnabled(controller_.current() + 1 < static_cast<int>(controller_.sources().size()));
+    previous_->setEnabled(controller_.current() > 0);
+    busy_->setText(controller_.isBusy() ? tr("Working…") : QString());
+    showModes();
+}
+
+void MainWindow::showFrame() {
+    const Frame& frame = controller_.frame();
+    if (!controller_.problem().isEmpty()) return; // the words say so
+    if (frame.picture.empty()) {
+        if (controller_.current() < 0) showDocument();
+        return;
+    }
+    picture_->setPicture(qt::toImage(frame.picture), {frame.target.width, frame.target.height});
+    const Mode mode = frame.request.mode;
+    const bool canFocus = !frame.depth.empty();
+    showPointer();
+    picture_->setCursor(canFocus               ? Qt::CrossCursor
+                        : mode == Mode::Native ? Qt::OpenHandCursor
+                                               : Qt::ArrowCursor);
+    const auto& document = frame.request.document;
+    knobs_->showParallax(frame.parallaxPixels);
+    if (frame.request.knobs == controller_.knobs() && frame.setup.isChosen)
+        knobs_->showChosen(frame.setup.knobs);
+    knobs_->show(document.get(), QString::fromStdString(frame.depthSource));
+    QString text = QString::fromStdString(document->facts());
+    if (document->video) {
+        const auto dropped = controller_.videoCounts().dropped;
+        if (dropped > 0) text += tr(", %1 pictures dropped").arg(dropped);
+    }
+    if (mode == Mode::Lens) {
+        const double angle =
+            frame.request.position * viewConeDegrees(frame.request.display->calibration) / 2;
+        text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
+    } else if (paintBar_->paint()) {
+        text += tr("    Paint on the picture, [ and ] change the brush, Escape ends it");
+    } else if (canFocus) {
+        text += tr("    Click to focus there, drag to move the frame, turn the wheel to zoom");
+    }
+    const Framing framing = document->kind == Kind::Scene ? framingOf(frame.setup) : Framing();
+    if (framing != Framing()) {
+        text += tr("    center %1,%2, zoom %3")
+                    .arg(framing.centre.x, 0, 'f', 3)
+                    .arg(framing.centre.y, 0, 'f', 3)
+                    .arg(framing.zoom, 0, 'f', 2);
+    }
+    facts_ = text;
+    showStatus();
+}
+
+void MainWindow::showLayout() {
+    const auto& document = controller_.document();
+    const bool quilt = document && document->kind == Kind::Quilt;
+    knobs_->show(controller_.display(),
+                 quilt ? document->layout : layoutOf(controller_.knobs(), controller_.display()));
+}
+
+void MainWindow::showModes() {
+    const auto& document = controller_.document();
+    const std::vector<Mode> available = modesOf(document ? document->kind : Kind::Scene);
+    for (QAction* action : modes_->actions()) {
+        const auto mode = static_cast<Mode>(action->data().toInt());
+        action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
+        action->setChecked(mode == controller_.mode());
+    }
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+    if (!mayLosePaintedDepth()) return event->ignore();
+    writeSettings();
+    controller_.setSwinging(false);
+    controller_.cancelExport();
+    onDisplay_.reset();
+    event->accept();
+}
+
+void MainWindow::resizeEvent(QResizeEvent* event) {
+    QMainWindow::resizeEvent(event);
+    showStatus(); // it has another room
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+    if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+    std::vector<fs::path> files;
+    for (const QUrl& url : event->mimeData()->urls()) {
+        if (url.isLocalFile()) files.push_back(toPath(url.toLocalFile()));
+    }
+    if (!files.empty()) controller_.open(files);
+    event->acceptProposedAction();
+}
+
+} // namespace altiro3D::viewer

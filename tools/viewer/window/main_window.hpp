@@ -1,0 +1,129 @@
+#pragma once
+
+#include "viewer/model/controller.hpp"
+
+#include <QMainWindow>
+
+class QActionGroup;
+class QDockWidget;
+class QLabel;
+class QListWidget;
+class QProgressBar;
+class QToolButton;
+
+namespace altiro3D::qt {
+class NativeWidget;
+}
+
+namespace altiro3D::viewer {
+
+class KnobPanel;
+class PaintBar;
+class PhotoStrip;
+class PictureView;
+class WelcomeCard;
+
+/// The window: files on the left, the picture in the middle, the settings on the right. QSettings
+/// keeps its state from run to run.
+class MainWindow : public QMainWindow {
+    Q_OBJECT
+  public:
+    /// @param display the display that Natives are made for @param warnings about it, shown once
+    MainWindow(const Display& display, const std::vector<std::string>& warnings);
+    ~MainWindow() override;
+
+    Controller& controller() { return controller_; }
+
+    /// Opens the sample photo with a card above it, until the user opens something or closes it
+    /// once; then never again. No effect without the sample.
+    /// @param display name of the display that was found; empty: none
+    void welcome(const QString& display);
+
+  protected:
+    void closeEvent(QCloseEvent* event) override;
+    void dragEnterEvent(QDragEnterEvent* event) override;
+    void dropEvent(QDropEvent* event) override;
+    void resizeEvent(QResizeEvent* event) override;
+
+  private:
+    void buildActions();
+    QAction* buildFileMenu(); ///< @return "Open"
+    void buildEditMenu();
+    void buildViewMenu();
+    QAction* buildDisplayMenu(); ///< @return "Show on the display"
+    void buildHelpMenu();
+    void buildToolBar(QAction* open, QAction* show);
+    void buildFiles();
+    void buildStrip();
+    void buildStatus();
+    void buildPaintBar();
+    void usePaintBar(); // after another choice
+    void showPointer();
+    void paint(double x, double y, bool shift);
+    void connectController();
+    QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
+                    const std::function<void()>& what, const QString& name = {});
+
+    void openDialog();
+    void openDepthDialog();
+    void openDirectoryDialog();
+    void calibrationDialog();
+    void useCalibration(const Calibration& calibration, const std::filesystem::path& file);
+    void exportDialog(Product product);
+    void exportAllDialog();
+    void endExportAll(const BatchReport& report);
+    void beginProgress();
+    void select(int index);
+    void showStrip();
+    bool mayLosePaintedDepth();
+    void showOnDisplay();
+    void showTestPicture();
+    qt::NativeWidget* onDisplay(); ///< On the display found; null, after a message, if none is.
+    void endWelcome();
+    void tellDisplays();
+    void remember(const std::filesystem::path& file);
+    void fillRecent();
+    void showSources();
+    void showDocument();
+    void showFrame();
+    void showModes();
+    void showLayout();
+    /// Shows a message in the status bar for some time, one line per sentence.
+    void say(const QString& text, int milliseconds);
+    void showStatus();
+    void readSettings();
+    void writeSettings() const;
+
+    Controller controller_;
+    PictureView* picture_;
+    KnobPanel* knobs_;
+    QListWidget* files_;
+    PhotoStrip* strip_ = nullptr;
+    QDockWidget* stripDock_ = nullptr;
+    QAction* showsStrip_ = nullptr;
+    QActionGroup* modes_ = nullptr;
+    QMenu* recent_ = nullptr;
+    QAction* swing_ = nullptr;
+    QAction* follow_ = nullptr;
+    std::vector<std::pair<Product, QAction*>> exports_;
+    QAction* depthImage_ = nullptr;
+    QAction* closeFile_ = nullptr;
+    PaintBar* paintBar_ = nullptr;
+    WelcomeCard* welcome_ = nullptr; // only while it is shown
+    QAction* exportAll_ = nullptr;
+    QAction* copyKnobs_ = nullptr;
+    QAction* next_ = nullptr;
+    QAction* previous_ = nullptr;
+    QLabel* status_ = nullptr;
+    QString facts_;
+    QString said_;
+    QString notes_; // of the last document that had some
+    QTimer* unsay_ = nullptr;
+    std::shared_ptr<const Document> told_; // its notes have been shown
+    QLabel* busy_ = nullptr;
+    QProgressBar* progress_ = nullptr;
+    QToolButton* cancel_ = nullptr;
+    std::unique_ptr<qt::NativeWidget> onDisplay_;
+};
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,196 @@
+// The window's menus and tool bar.
+
+#include "altiro3D/version.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/window_words.hpp"
+
+#include "viewer/window/paint_bar.hpp"
+#include <QAction>
+#include <QActionGroup>
+#include <QDockWidget>
+#include <QMenuBar>
+#include <QMessageBox>
+
+#include <QToolBar>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+struct ModeWords {
+    Mode mode;
+    const char* text;
+    const char* tip;
+};
+
+const ModeWords kModes[] = {
+    {Mode::Sway, QT_TRANSLATE_NOOP("mode", "Sway"),
+     QT_TRANSLATE_NOOP("mode", "One view from a camera that moves")},
+    {Mode::Depth, QT_TRANSLATE_NOOP("mode", "Depth"),
+     QT_TRANSLATE_NOOP("mode", "The depth map, near is white")},
+    {Mode::Quilt, QT_TRANSLATE_NOOP("mode", "Quilt"), QT_TRANSLATE_NOOP("mode", "All views")},
+    {Mode::Native, QT_TRANSLATE_NOOP("mode", "Native"),
+     QT_TRANSLATE_NOOP("mode", "What the panel shows, px by px; drag it to see other parts")},
+    {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
+     QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
+
+} // namespace
+
+QAction* MainWindow::action(QMenu& menu, const QString& text, const QKeySequence& keys,
+                            const std::function<void()>& what, const QString& name) {
+    QAction* result = menu.addAction(text);
+    result->setShortcut(keys);
+    result->setObjectName(name);
+    connect(result, &QAction::triggered, this, what);
+    return result;
+}
+
+void MainWindow::buildActions() {
+    QAction* const open = buildFileMenu();
+    buildEditMenu();
+    buildViewMenu();
+    QAction* const show = buildDisplayMenu();
+    buildHelpMenu();
+    buildToolBar(open, show);
+}
+
+QAction* MainWindow::buildFileMenu() {
+    QMenu& file = *menuBar()->addMenu(tr("&File"));
+    QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
+    open->setIconText(tr("Open"));
+    action(file, tr("Open a &folder…"), QKeySequence(tr("Ctrl+Shift+O")),
+           [this] { openDirectoryDialog(); });
+    depthImage_ = action(file, tr("&Depth image for this photo…"), QKeySequence(tr("Ctrl+D")),
+                         [this] { openDepthDialog(); });
+    recent_ = file.addMenu(tr("Open &recent"));
+    connect(recent_, &QMenu::aboutToShow, this, &MainWindow::fillRecent);
+    file.addSeparator();
+    const std::pair<Product, QKeySequence> products[] = {
+        {Product::Native, QKeySequence(tr("Ctrl+S"))},
+        {Product::Quilt, QKeySequence(tr("Ctrl+Shift+S"))},
+        {Product::Views, {}},
+        {Product::Depth, {}},
+        {Product::SwayVideo, {}}};
+    for (const auto& [product, keys] : products) {
+        exports_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
+                                              [this, p = product] { exportDialog(p); }));
+    }
+    exports_.front().second->setIconText(tr("Export"));
+    exportAll_ = action(
+        file, tr("Export &all Natives…"), QKeySequence(tr("Ctrl+E")), [this] { exportAllDialog(); },
+        "exportAll");
+    file.addSeparator();
+    closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
+                        [this] { controller_.close(controller_.current()); });
+    action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
+    return open;
+}
+
+void MainWindow::buildEditMenu() {
+    QMenu& edit = *menuBar()->addMenu(tr("&Edit"));
+    QAction* undo = controller_.undoStack().createUndoAction(this, tr("&Undo"));
+    undo->setShortcut(QKeySequence::Undo);
+    QAction* redo = controller_.undoStack().createRedoAction(this, tr("&Redo"));
+    redo->setShortcuts({QKeySequence(tr("Ctrl+Shift+Z")), QKeySequence(tr("Ctrl+Y"))});
+    edit.addAction(undo);
+    edit.addAction(redo);
+    edit.addSeparator();
+    action(
+        edit, tr("&Paint the depth"), QKeySequence(Qt::Key_B),
+        [this] { paintBar_->setVisible(!paintBar_->isVisible()); }, "paintDepth");
+    edit.addSeparator();
+    action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
+           [this] { controller_.resetFrame(); });
+    copyKnobs_ = action(edit, tr("&Copy settings to all files"), {}, [this] {
+        controller_.copyKnobsToAll();
+        say(tr("All open files have these settings, each with its own frame"), 8000);
+    });
+    action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
+           [this] { controller_.resetKnobs(); });
+}
+
+void MainWindow::buildViewMenu() {
+    QMenu& view = *menuBar()->addMenu(tr("&View"));
+    modes_ = new QActionGroup(this);
+    int number = 1;
+    for (const ModeWords& words : kModes) {
+        QAction* mode = action(view, tr(words.text), QKeySequence(QString::number(number++)),
+                               [this, m = words.mode] { controller_.setMode(m); });
+        mode->setCheckable(true);
+        mode->setData(int(words.mode));
+        mode->setToolTip(tr("%1 (%2)").arg(tr(words.tip)).arg(number - 1));
+        modes_->addAction(mode);
+    }
+    view.addSeparator();
+    swing_ = action(view, tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
+                    [this] { controller_.setSwinging(swing_->isChecked()); });
+    swing_->setCheckable(true);
+    swing_->setIconText(tr("Swing"));
+    swing_->setToolTip(tr("The camera swings automatically (Space)"));
+    follow_ = action(view, tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [] {});
+    follow_->setCheckable(true);
+    follow_->setIconText(tr("Follow mouse"));
+    follow_->setToolTip(tr("The camera follows the mouse (M)"));
+    QAction* play = action(view, tr("&Play the video"), QKeySequence(Qt::Key_P), [] {});
+    play->setCheckable(true);
+    play->setChecked(controller_.isPlaying());
+    connect(play, &QAction::toggled, this, [this](bool on) { controller_.setPlaying(on); });
+    connect(&controller_, &Controller::playingChanged, play, &QAction::setChecked);
+    view.addSeparator();
+    next_ = action(view, tr("&Next file"), QKeySequence(Qt::Key_PageDown),
+                   [this] { controller_.select(controller_.current() + 1); });
+    previous_ = action(view, tr("P&revious file"), QKeySequence(Qt::Key_PageUp),
+                       [this] { controller_.select(controller_.current() - 1); });
+    view.addSeparator();
+    for (const QDockWidget* dock : findChildren<QDockWidget*>())
+        if (dock != stripDock_) view.addAction(dock->toggleViewAction());
+    showsStrip_ = action(
+        view, tr("S&trip of photos"), {}, [] {}, "showsStrip");
+    showsStrip_->setCheckable(true);
+    showsStrip_->setChecked(true);
+    connect(showsStrip_, &QAction::toggled, this, &MainWindow::showStrip);
+}
+
+QAction* MainWindow::buildDisplayMenu() {
+    QMenu& display = *menuBar()->addMenu(tr("&Display"));
+    QAction* show = action(display, tr("&Show on the display"), QKeySequence(Qt::Key_F11),
+                           [this] { showOnDisplay(); });
+    show->setIconText(tr("Show on display"));
+    show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
+    action(
+        display, tr("&Test picture"), {}, [this] { showTestPicture(); }, "testPicture");
+    action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
+    action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
+    return show;
+}
+
+void MainWindow::buildHelpMenu() {
+    QMenu& help = *menuBar()->addMenu(tr("&Help"));
+    action(help, tr("&About altiro3D"), {}, [this] {
+        QMessageBox::about(this, tr("altiro3D"),
+                           tr("<h3>altiro3D %1</h3><p>Photos and flat video as glasses-free 3D "
+                              "pictures for light-field displays.</p><p>Click on the picture to "
+                              "focus there. Drag it to move the frame, turn the wheel to "
+                              "zoom; 0 resets both. Double-click a slider to reset it.</p>")
+                               .arg(version()));
+    });
+}
+
+void MainWindow::buildToolBar(QAction* open, QAction* show) {
+    auto* bar = addToolBar(tr("Tools"));
+    bar->setObjectName("tools");
+    bar->setMovable(false);
+    bar->addAction(open);
+    bar->addAction(exports_.front().second);
+    bar->addSeparator();
+    bar->addActions(modes_->actions());
+    bar->addSeparator();
+    bar->addAction(swing_);
+    bar->addAction(follow_);
+    auto* room = new QWidget;
+    room->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+    bar->addWidget(room);
+    bar->addAction(show);
+}
+
+} // namespace altiro3D::viewer

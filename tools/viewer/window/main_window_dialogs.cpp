@@ -1,0 +1,278 @@
+// The window's dialogs: files, calibrations, exports, displays.
+
+#include "altiro3D/display.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/qt/display_search.hpp"
+#include "altiro3D/qt/native_widget.hpp"
+#include "cli/folder_search.hpp"
+#include "cli/run_tool.hpp"
+#include "viewer/show/display_list.hpp"
+#include "viewer/show/test_picture.hpp"
+#include "viewer/window/main_window.hpp"
+#include "viewer/window/picture_view.hpp"
+#include "viewer/window/welcome_card.hpp"
+#include "viewer/window/window_words.hpp"
+
+#include <QFileDialog>
+#include <QGuiApplication>
+#include <QProgressBar>
+#include <QSettings>
+#include <QToolButton>
+#include <algorithm>
+
+namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool agrees(QWidget* parent, const QString& title, const QString& question) {
+    QMessageBox box(QMessageBox::Warning, title, question, QMessageBox::Yes | QMessageBox::No,
+                    parent);
+    box.setTextFormat(Qt::PlainText);
+    box.setDefaultButton(QMessageBox::No);
+    return box.exec() == QMessageBox::Yes;
+}
+
+const char* endingOf(Product product) {
+    switch (product) {
+    case Product::Native:
+        return "_native.png";
+    case Product::Quilt:
+        return ".png";
+    case Product::Views:
+        return "_views";
+    case Product::Depth:
+        return "_depth.png";
+    case Product::SwayVideo:
+        break;
+    }
+    return "_sway.mp4";
+}
+
+} // namespace
+
+void MainWindow::openDialog() {
+    QStringList patterns;
+    for (const std::string& ending : pictureEndings())
+        patterns << "*." + QString::fromStdString(ending);
+    for (const std::string& ending : tools::videoEndings())
+        patterns << "*" + QString::fromStdString(ending);
+    const QStringList names = QFileDialog::getOpenFileNames(
+        this, tr("Open"), QSettings().value("folder").toString(),
+        tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' ')));
+    std::vector<fs::path> files;
+    for (const QString& name : names)
+        files.push_back(toPath(name));
+    if (!files.empty()) controller_.open(files);
+}
+
+void MainWindow::openDirectoryDialog() {
+    const QString name = QFileDialog::getExistingDirectory(this, tr("Open a folder"),
+                                                           QSettings().value("folder").toString());
+    if (!name.isEmpty()) controller_.open(std::vector<fs::path>{toPath(name)});
+}
+
+void MainWindow::openDepthDialog() {
+    const auto& document = controller_.document();
+    if (!document || document->video) return;
+    const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
+                                                      toName(document->source.file.parent_path()));
+    if (!name.isEmpty()) controller_.reopen(Reading::Photo, toPath(name));
+}
+
+void MainWindow::calibrationDialog() {
+    const QString name =
+        QFileDialog::getOpenFileName(this, tr("Calibration of the display"), {},
+                                     tr("Calibrations (visual.json *.json);;All files (*)"));
+    if (name.isEmpty()) return;
+    try {
+        useCalibration(readCalibration(toPath(name)), toPath(name));
+    } catch (const std::exception& error) {
+        warn(this, tr("Calibration"), QString::fromStdString(tools::sentenceOf(error)));
+    }
+}
+
+void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
+    const Display& before = controller_.display();
+    Display display = displayOf(calibration, file.string());
+    display.invert = before.invert;
+    // a quilt that was chosen (-q, -r) stays, where it is for such a panel
+    if (display.panelSize() == before.panelSize() &&
+        before.quilt != defaultQuilt(before.calibration))
+        display.quilt = before.quilt;
+    controller_.setDisplay(std::move(display));
+}
+
+void MainWindow::exportDialog(Product product) {
+    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
+        say(why, 10000);
+        return;
+    }
+    fs::path from = controller_.document()->source.file;
+    if (!from.has_filename()) from = from.parent_path();
+    fs::path proposed = from.parent_path() / (from.stem().string() + endingOf(product));
+    try {
+        proposed = productFile(controller_.exportSetup(), product, proposed);
+    } catch (const Error&) {
+        // the name tells another layout: the user will think of one
+    }
+    const QString title = tr("Export %1").arg(nameOf(product));
+    const QString name = QFileDialog::getSaveFileName(this, title, toName(proposed));
+    if (name.isEmpty()) return;
+    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
+        say(why, 10000); // a video may have changed meanwhile
+        return;
+    }
+    if (product != Product::Views && product != Product::SwayVideo &&
+        !canWriteImage(toPath(name))) {
+        warn(this, title,
+             tr("%1: no picture format is known by this extension, expected .png").arg(name));
+        return;
+    }
+    fs::path file;
+    try {
+        file = productFile(controller_.exportSetup(), product, toPath(name));
+    } catch (const Error& error) {
+        warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
+        return;
+    }
+    // the dialog has asked about the name that was typed only
+    std::error_code error;
+    if (file != toPath(name) && fs::exists(file, error) &&
+        !agrees(this, title, tr("%1 exists already. Replace it?").arg(toName(file))))
+        return;
+    for (const std::string& loss : lossesOf(product, file)) {
+        if (!agrees(this, title, tr("%1. Write it anyway?").arg(QString::fromStdString(loss))))
+            return;
+    }
+    if (controller_.startExport(product, file)) beginProgress();
+}
+
+void MainWindow::beginProgress() {
+    progress_->setValue(0);
+    progress_->show();
+    cancel_->show();
+    showDocument();
+}
+
+void MainWindow::exportAllDialog() {
+    const QString title = tr("Export all Natives");
+    const QString name = QFileDialog::getExistingDirectory(
+        this, tr("Folder for the Natives"), QSettings().value("exportFolder").toString());
+    if (name.isEmpty()) return;
+    const fs::path folder = toPath(name);
+    std::error_code error;
+    const std::vector<BatchItem> items = controller_.batch(folder);
+    const auto there = std::count_if(items.begin(), items.end(), [&error](const BatchItem& item) {
+        return fs::exists(item.native, error);
+    });
+    if (there > 0 &&
+        !agrees(this, title,
+                tr("%1 of the files exist already in %2. Replace them?").arg(there).arg(name)))
+        return;
+    QSettings().setValue("exportFolder", name);
+    if (controller_.startExportAll(folder)) beginProgress();
+}
+
+void MainWindow::endExportAll(const BatchReport& report) {
+    progress_->hide();
+    cancel_->hide();
+    showDocument();
+    const QString written = tr("%1 Natives written").arg(report.written);
+    say(report.cancelled ? tr("Cancelled, %1").arg(written) : written, 15000);
+    if (report.problems.empty()) return;
+    QMessageBox box(QMessageBox::Warning, tr("Export all Natives"),
+                    tr("%1; %2 files were not exported:").arg(written).arg(report.problems.size()),
+                    QMessageBox::Ok, this);
+    box.setTextFormat(Qt::PlainText);
+    constexpr std::size_t kListed = 5;
+    const auto end = report.problems.begin() +
+                     static_cast<std::ptrdiff_t>(std::min(kListed, report.problems.size()));
+    box.setInformativeText(linesOf({report.problems.begin(), end}));
+    if (report.problems.size() > kListed) box.setDetailedText(linesOf(report.problems));
+    box.exec();
+}
+
+qt::NativeWidget* MainWindow::onDisplay() {
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    const Display& own = controller_.display();
+    const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize());
+    if (!chosen) {
+        tellDisplays();
+        return nullptr;
+    }
+    const qt::FoundDisplay& display = displays[*chosen];
+    if (display.calibration && fingerprint(*display.calibration) != fingerprint(own.calibration))
+        useCalibration(*display.calibration, display.calibrationFile);
+    if (!display.problems.empty()) say(linesOf(display.problems), 15000);
+    onDisplay_ = std::make_unique<qt::NativeWidget>();
+    connect(onDisplay_.get(), &qt::NativeWidget::left, this,
+            [this] { controller_.setPresenting(false); });
+    onDisplay_->showOn(*QGuiApplication::screens()[static_cast<int>(*display.screen)]);
+    return onDisplay_.get();
+}
+
+void MainWindow::showOnDisplay() {
+    if (!controller_.document()) {
+        say(tr("Open a file first"), 8000);
+        return;
+    }
+    if (qt::NativeWidget* const widget = onDisplay()) {
+        connect(&controller_, &Controller::nativeReady, widget, &qt::NativeWidget::setNative);
+        controller_.setPresenting(true);
+    }
+}
+
+void MainWindow::showTestPicture() {
+    qt::NativeWidget* const widget = onDisplay();
+    if (widget == nullptr) return;
+    controller_.setPresenting(false);
+    widget->setNative(makeTestPicture(controller_.display()));
+    QMessageBox::information(this, tr("Test picture"), linesOf(testPictureAdvice()));
+}
+
+void MainWindow::welcome(const QString& display) {
+    const auto sample = samplePhoto();
+    if (!sample || QSettings().value("welcomed").toBool()) return;
+    welcome_ = new WelcomeCard;
+    welcome_->greet(display);
+    picture_->setCard(welcome_);
+    connect(welcome_, &WelcomeCard::openWanted, this, &MainWindow::openDialog);
+    connect(welcome_, &WelcomeCard::closed, this, &MainWindow::endWelcome);
+    controller_.open(std::vector<fs::path>{*sample});
+    controller_.setMode(Mode::Sway);
+    controller_.setSwinging(true);
+}
+
+// The sample leaves with its card when the user opens something.
+void MainWindow::endWelcome() {
+    if (welcome_ == nullptr) return;
+    QSettings().setValue("welcomed", true);
+    picture_->setCard(nullptr);
+    welcome_ = nullptr;
+    if (controller_.sources().size() > 1) controller_.close(0);
+}
+
+void MainWindow::tellDisplays() {
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    QString text;
+    for (const qt::FoundDisplay& display : displays) {
+        text += "<p><b>" + QString::fromStdString(display.name).toHtmlEscaped() + "</b>";
+        if (display.problems.empty()) text += tr(": ready");
+        for (const std::string& problem : display.problems)
+            text += "<br>" + QString::fromStdString(problem).toHtmlEscaped();
+        text += "</p>";
+    }
+    if (displays.empty()) {
+        text = tr("<p><b>No light-field display was found.</b></p><p>Connect its video and USB "
+                  "cables, extend the desktop to it, and mount its volume. Without one, look with "
+                  "Sway, Quilt and Lens.</p>");
+    }
+    QMessageBox::information(this, tr("Displays"), text);
+}
+
+} // namespace altiro3D::viewer

@@ -1,0 +1,205 @@
+#include "viewer/window/video_bar.hpp"
+
+#include "viewer/window/window_words.hpp"
+
+#include <QAction>
+#include <QComboBox>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QSignalBlocker>
+#include <QSlider>
+#include <QStyle>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+
+namespace altiro3D::viewer {
+
+namespace {
+
+constexpr int kTick = 100;             // ms
+constexpr double kSliderSteps = 10;    // per s
+constexpr double kLongestSlider = 1e8; // s, so that steps fit into an int
+constexpr double kSpeeds[] = {0.5, 0.75, 1, 1.25, 1.5, 2};
+
+void name(QWidget* control, const char* object, const QString& words) {
+    control->setObjectName(object);
+    control->setAccessibleName(words);
+    control->setToolTip(words);
+}
+
+QString wordsOf(const VideoStreamFacts& track, int number) {
+    QStringList words{QString::number(number)};
+    for (const std::string& text : {track.language, track.title})
+        if (!text.empty()) words << QString::fromStdString(text);
+    return words.join(' ');
+}
+
+} // namespace
+
+QString timeText(double seconds) {
+    const auto all = static_cast<qint64>(std::clamp(seconds, 0.0, 1e9));
+    const QString minutes = QString::number(all / 60 % 60);
+    const QString rest = QString("%1").arg(all % 60, 2, 10, QChar('0'));
+    if (all < 3600) return minutes + ":" + rest;
+    return QString::number(all / 3600) + ":" + minutes.rightJustified(2, '0') + ":" + rest;
+}
+
+VideoBar::VideoBar(Controller& controller)
+    : controller_(controller), play_(new QToolButton), position_(new QSlider(Qt::Horizontal)),
+      time_(new QLabel), mute_(new QToolButton), volume_(new QSlider(Qt::Horizontal)),
+      track_(new QComboBox), speed_(new QComboBox), loop_(new QToolButton) {
+    setObjectName("videoBar");
+    buildControls();
+    buildKeys();
+    connectControls();
+    showSettings();
+    showVideo();
+}
+
+void VideoBar::buildControls() {
+    auto* row = new QHBoxLayout(this);
+    row->setContentsMargins(4, 2, 4, 2);
+    for (QWidget* control : std::initializer_list<QWidget*>{play_, position_, time_, mute_, volume_,
+                                                            track_, speed_, loop_}) {
+        row->addWidget(control);
+        control->setFocusPolicy(Qt::TabFocus); // keys of the window go on working after a click
+    }
+    row->setStretchFactor(position_, 1);
+    name(play_, "playVideo", tr("Play or stop (P)"));
+    name(position_, "videoPosition", tr("Position in the video (Shift+Left, Shift+Right)"));
+    name(time_, "videoTime", tr("Time and length of the video"));
+    name(mute_, "muteVideo", tr("Sound off (Shift+M)"));
+    name(volume_, "videoVolume", tr("Volume (+, -)"));
+    name(track_, "soundTrack", tr("Sound track"));
+    name(speed_, "videoSpeed", tr("Speed; the pitch of the sound changes with it"));
+    name(loop_, "loopVideo", tr("Begin again at the end"));
+    position_->setPageStep(qRound(kSeekStep * kSliderSteps));
+    mute_->setCheckable(true);
+    mute_->setIcon(style()->standardIcon(QStyle::SP_MediaVolumeMuted));
+    volume_->setRange(0, 100);
+    volume_->setPageStep(kVolumeStep);
+    volume_->setFixedWidth(80);
+    track_->setSizeAdjustPolicy(QComboBox::AdjustToContents);
+    for (const double speed : kSpeeds)
+        speed_->addItem(tr("%1x").arg(speed));
+    loop_->setCheckable(true);
+    loop_->setIcon(style()->standardIcon(QStyle::SP_BrowserReload));
+}
+
+void VideoBar::addKey(const QKeySequence& keys, const std::function<void()>& what) {
+    auto* key = new QAction(this);
+    key->setShortcut(keys);
+    connect(key, &QAction::triggered, this, what);
+    addAction(key);
+}
+
+void VideoBar::buildKeys() {
+    const auto step = [this](double by) {
+        controller_.seekVideo(controller_.videoState().position + by);
+    };
+    const auto louder = [this](int by) {
+        change([by](PlaySettings& to) { to.volume = std::clamp(to.volume + by, 0, 100); });
+    };
+    addKey(QKeySequence(tr("Shift+Left")), [step] { step(-kSeekStep); });
+    addKey(QKeySequence(tr("Shift+Right")), [step] { step(kSeekStep); });
+    addKey(QKeySequence(tr("Shift+M")), [this] { mute_->toggle(); });
+    addKey(QKeySequence(Qt::Key_Plus), [louder] { louder(kVolumeStep); });
+    addKey(QKeySequence(Qt::Key_Minus), [louder] { louder(-kVolumeStep); });
+}
+
+void VideoBar::connectControls() {
+    connect(play_, &QToolButton::clicked, this,
+            [this] { controller_.setPlaying(controller_.videoState().paused); });
+    connect(position_, &QSlider::valueChanged, this,
+            [this](int value) { controller_.seekVideo(value / kSliderSteps); });
+    connect(mute_, &QToolButton::toggled, this,
+            [this](bool on) { change([on](PlaySettings& to) { to.muted = on; }); });
+    connect(volume_, &QSlider::valueChanged, this,
+            [this](int value) { change([value](PlaySettings& to) { to.volume = value; }); });
+    connect(track_, qOverload<int>(&QComboBox::activated), this, [this](int index) {
+        const int track = tracks_[static_cast<std::size_t>(index)];
+        change([track](PlaySettings& to) { to.track = track; });
+    });
+    connect(speed_, qOverload<int>(&QComboBox::activated), this, [this](int index) {
+        change([index](PlaySettings& to) { to.speed = kSpeeds[index]; });
+    });
+    connect(loop_, &QToolButton::toggled, this, [this](bool on) {
+        change([on](PlaySettings& to) { to.atEnd = on ? AtEnd::Loop : AtEnd::Stop; });
+    });
+    connect(&controller_, &Controller::documentChanged, this, &VideoBar::showVideo);
+    connect(&controller_, &Controller::playSettingsChanged, this, &VideoBar::showSettings);
+    connect(&ticks_, &QTimer::timeout, this, &VideoBar::showState);
+}
+
+void VideoBar::change(const std::function<void(PlaySettings&)>& what) {
+    PlaySettings settings = controller_.playSettings();
+    what(settings);
+    controller_.setPlaySettings(settings);
+}
+
+void VideoBar::showVideo() {
+    const auto& document = controller_.document();
+    const bool plays = document && document->video;
+    setVisible(plays);
+    if (!plays) {
+        ticks_.stop();
+        return;
+    }
+    if (!ticks_.isActive()) ticks_.start(kTick);
+    showState();
+}
+
+void VideoBar::showState() {
+    const VideoPlayer::State state = controller_.videoState();
+    if (state.paused && controller_.isPlaying()) controller_.setPlaying(false); // at the end
+    play_->setIcon(
+        style()->standardIcon(state.paused ? QStyle::SP_MediaPlay : QStyle::SP_MediaPause));
+    const double length = std::min(state.duration, kLongestSlider);
+    {
+        const QSignalBlocker blocker(position_);
+        position_->setEnabled(length > 0);
+        position_->setRange(0, static_cast<int>(length * kSliderSteps));
+        if (!position_->isSliderDown())
+            position_->setValue(static_cast<int>(std::min(state.position, length) * kSliderSteps));
+    }
+    time_->setText(length > 0 ? tr("%1 / %2").arg(timeText(state.position), timeText(length))
+                              : timeText(state.position));
+    for (QWidget* control : std::initializer_list<QWidget*>{mute_, volume_})
+        control->setEnabled(state.sounds);
+    std::vector<int> tracks;
+    for (const VideoStreamFacts& track : state.tracks)
+        tracks.push_back(track.index);
+    if (tracks != tracks_) {
+        track_->clear();
+        for (const VideoStreamFacts& track : state.tracks)
+            track_->addItem(wordsOf(track, track_->count() + 1));
+        tracks_ = tracks;
+    }
+    track_->setVisible(tracks.size() > 1);
+    track_->setEnabled(state.sounds);
+}
+
+void VideoBar::showSettings() {
+    const PlaySettings& settings = controller_.playSettings();
+    const QSignalBlocker blockers[] = {QSignalBlocker(mute_), QSignalBlocker(volume_),
+                                       QSignalBlocker(loop_)};
+    mute_->setChecked(settings.muted);
+    volume_->setValue(settings.volume);
+    loop_->setChecked(settings.atEnd == AtEnd::Loop);
+    const auto* const found = std::find(std::begin(kSpeeds), std::end(kSpeeds), settings.speed);
+    speed_->setCurrentIndex(found != std::end(kSpeeds) ? int(found - std::begin(kSpeeds)) : 2);
+}
+
+QWidget* withVideoBar(QWidget* picture, Controller& controller) {
+    auto* both = new QWidget;
+    auto* column = new QVBoxLayout(both);
+    column->setContentsMargins(0, 0, 0, 0);
+    column->setSpacing(0);
+    column->addWidget(picture, 1);
+    column->addWidget(new VideoBar(controller));
+    return both;
+}
+
+} // namespace altiro3D::viewer

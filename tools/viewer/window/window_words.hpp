@@ -1,0 +1,93 @@
+#pragma once
+
+#include "viewer/model/making.hpp"
+
+#include <QFile>
+#include <QMessageBox>
+#include <QObject>
+#include <QString>
+#include <QStringList>
+#include <QTextDocument>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace altiro3D::viewer {
+
+/// One or more keys of the window and their effect.
+struct KeyWords {
+    const char* keys;
+    const char* text;
+};
+constexpr KeyWords kKeys[] = {
+    {"1, 2, 3, 4, 5",
+     "Look at one view (Sway), Depth, Quilt, Native, or through the lenses (Lens)."},
+    {"Space", "Start or stop the swing of the camera."},
+    {"M", "Let the camera follow the mouse, or stop that."},
+    {"PgDown, PgUp", "Open the next, the previous file."},
+    {"P", "Play or stop the video."},
+    {"B", "Paint the depth: brushes and a lasso in a bar of their own; Escape ends it."},
+    {"[, ]", "A smaller, a larger brush."},
+    {"Shift+Left, Shift+Right", "Go back or on by 5 s in the video, also during --show."},
+    {"Shift+M, +, -", "Switch the sound of the video off or on, make it louder, quieter; also "
+                      "during --show."},
+    {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
+    {"F11", "Show the Native on the light-field display."},
+    {"Escape", "Leave the display; F11 and a double click do the same."},
+    {"Right, Left, Space", "During --show: the next file, the one before, stop or go on."},
+    {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
+    {"Ctrl+S, Ctrl+Shift+S, Ctrl+E",
+     "Export the Native, the quilt, the Natives of all open files."},
+    {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
+    {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
+};
+
+/// The path for a file name; file names are bytes.
+inline std::filesystem::path toPath(const QString& name) {
+    return QFile::encodeName(name).toStdString();
+}
+
+/// The file name for people.
+inline QString toName(const std::filesystem::path& path) {
+    return QFile::decodeName(path.string().c_str());
+}
+
+/// The sentences, one per line.
+inline QString linesOf(const std::vector<std::string>& sentences) {
+    QStringList lines;
+    for (const std::string& sentence : sentences)
+        lines << QString::fromStdString(sentence);
+    return lines.join('\n');
+}
+
+/// Text for a tool tip. Names and messages contain texts from files, which must not be interpreted
+/// as markup.
+inline QString tipOf(const QString& text) {
+    return Qt::convertFromPlainText(text, Qt::WhiteSpaceNormal); // long ones are wrapped
+}
+
+/// Shows a warning and waits until the user closes it.
+inline void warn(QWidget* parent, const QString& title, const QString& text) {
+    QMessageBox box(QMessageBox::Warning, title, text, QMessageBox::Ok, parent);
+    box.setTextFormat(Qt::PlainText);
+    box.exec();
+}
+
+/// The name of a product in menus.
+inline QString nameOf(Product product) {
+    switch (product) {
+    case Product::Native:
+        return QObject::tr("Native");
+    case Product::Quilt:
+        return QObject::tr("Quilt");
+    case Product::Views:
+        return QObject::tr("Views");
+    case Product::Depth:
+        return QObject::tr("Depth");
+    case Product::SwayVideo:
+        break;
+    }
+    return QObject::tr("Sway video");
+}
+
+} // namespace altiro3D::viewer

@@ -3,7 +3,7 @@
 # network.
 
 # Prints the Debian archive that apt of this machine uses, or $DEBIAN_MIRROR. apt itself reads its
-# sources, in any of their formats. Only Debian's own archive has SUITE-updates beside SUITE.
+# sources, in any of their formats. Only Debian's own archive has SUITE-updates next to SUITE.
 debian_mirror() { # suite
     local suite mirror addresses
     if [[ -n ${DEBIAN_MIRROR:-} ]]; then

@@ -40,7 +40,7 @@ scripts/fuzz.sh $((10 * 60 * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
 echo "== Lines of the readers that all inputs so far reach"
 scripts/fuzz-coverage.sh
 
-# Shared libraries are those of build/dev and build/clang. Unit tests are left out: their programs hold
+# Shared libraries are those of build/dev and build/clang. Unit tests are skipped: their programs hold
 # the library's objects in every build.
 for compiler in g++ clang++; do
     echo "== Static library, $compiler: tools, installation, Qt"

@@ -83,7 +83,7 @@ if [[ -z $catalog ]]; then
         fi
     done
 fi
-[[ -n $catalog && -f $catalog ]] || fail "models/catalog.json is not beside this script's folder"
+[[ -n $catalog && -f $catalog ]] || fail "models/catalog.json is not next to this script's folder"
 command -v python3 >/dev/null || fail "python3 is missing, install it (apt install python3)"
 command -v sha256sum >/dev/null || fail "sha256sum is missing, install it (apt install coreutils)"
 

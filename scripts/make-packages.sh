@@ -25,7 +25,7 @@ cpack --config build/package/CPackConfig.cmake -B build/package
 
 # Tags of lintian that are suppressed:
 #   initial-upload-closes-no-bugs       no bug asks for the package
-#   maintscript-calls-ldconfig          CPack's own scripts, beside the trigger
+#   maintscript-calls-ldconfig          CPack's own scripts, next to the trigger
 #   library-not-linked-against-libc     libaltiro3D-imgcodecs calls nothing but OpenCV
 accepted=initial-upload-closes-no-bugs,maintscript-calls-ldconfig,library-not-linked-against-libc
 lintian --allow-root --fail-on error,warning --suppress-tags "$accepted" build/package/*.deb

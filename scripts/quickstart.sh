@@ -66,7 +66,7 @@ calibration=()
 . scripts/log.sh
 rm -f "$output/log.txt"
 log_to "$output/log.txt"
-# its own depth, which lies beside it, shows less of what your photos become
+# its own depth, which lies next to it, shows less of what your photos become
 cp -f "$root/docs/examples/sample.jpg" "$output/"
 export ALTIRO3D_LOG=$log
 echo "This installs the packages that are missing and builds the tools. The first time it takes about ten"

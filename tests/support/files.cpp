@@ -1,9 +1,8 @@
 #include "support/files.hpp"
 
-#include "altiro3D/error.hpp"
-
 #include <algorithm>
 #include <cstdlib>
+#include <fcntl.h>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
@@ -55,6 +54,17 @@ TemporaryDirectory::~TemporaryDirectory() {
     fs::remove_all(path_, ignored);
 }
 
+StandardInput::StandardInput(const fs::path& file) : before_(dup(0)) {
+    const int opened = open(file.c_str(), O_RDONLY);
+    EXPECT_GE(dup2(opened, 0), 0);
+    close(opened);
+}
+
+StandardInput::~StandardInput() {
+    dup2(before_, 0);
+    close(before_);
+}
+
 std::string errorOf(const std::function<void()>& call) {
     try {
         call();
@@ -65,6 +75,49 @@ std::string errorOf(const std::function<void()>& call) {
         return other.what();
     }
     return "(no error)";
+}
+
+std::string problemOf(const fs::path& file, const std::function<void()>& call) {
+    const std::string error = errorOf(call);
+    const std::string start = file.string() + ": ";
+    return error.rfind(start, 0) == 0 ? error.substr(start.size()) : error;
+}
+
+ErrorCode codeOf(const std::function<void()>& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.code();
+    }
+    ADD_FAILURE() << "no altiro3D::Error";
+    return {};
+}
+
+::testing::AssertionResult contains(const std::string& text, const std::string& part) {
+    return ::testing::AssertionResult(text.find(part) != std::string::npos)
+           << '"' << text << "\", and the part is \"" << part << '"';
+}
+
+::testing::AssertionResult startsWith(const std::string& text, const std::string& part) {
+    return ::testing::AssertionResult(text.rfind(part, 0) == 0)
+           << '"' << text << "\", and the beginning is \"" << part << '"';
+}
+
+std::string textOf(const Notes& notes) {
+    std::string text;
+    for (const Note& note : notes)
+        text += note.text + "\n";
+    return text;
+}
+
+Note only(const Notes& notes) {
+    if (notes.size() == 1) return notes[0];
+    return {NoteCode(), std::to_string(notes.size()) + " notes: " + textOf(notes)};
+}
+
+std::size_t filesIn(const fs::path& folder) {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
 std::string slurp(const fs::path& file) {

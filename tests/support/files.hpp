@@ -1,5 +1,7 @@
 #pragma once
 
+#include "altiro3D/error.hpp"
+
 #include <filesystem>
 #include <functional>
 #include <gtest/gtest.h>
@@ -40,9 +42,46 @@ class TemporaryDirectory {
     std::filesystem::path path_;
 };
 
+/// While it exists, the standard input is a file.
+class StandardInput {
+  public:
+    explicit StandardInput(const std::filesystem::path& file);
+    ~StandardInput();
+    StandardInput(const StandardInput&) = delete;
+    StandardInput& operator=(const StandardInput&) = delete;
+
+  private:
+    int before_;
+};
+
+/// A suite whose tests write files.
+class FileTest : public ::testing::Test {
+  protected:
+    TemporaryDirectory directory;
+};
+
 /// The text of the altiro3D::Error that the call throws, "(no error)" if it throws none. Any other
 /// exception fails the test.
 std::string errorOf(const std::function<void()>& call);
+
+/// As errorOf(), without the file's name at the beginning of the text.
+std::string problemOf(const std::filesystem::path& file, const std::function<void()>& call);
+
+/// The code of the altiro3D::Error that the call throws; without one, the test fails.
+ErrorCode codeOf(const std::function<void()>& call);
+
+/// Success if the text has the part, or begins with it.
+::testing::AssertionResult contains(const std::string& text, const std::string& part);
+::testing::AssertionResult startsWith(const std::string& text, const std::string& part);
+
+/// The text of all notes, a line each.
+std::string textOf(const Notes& notes);
+
+/// The only note. Of none or of several, one that tells them.
+Note only(const Notes& notes);
+
+/// How many files and folders a folder holds.
+std::size_t filesIn(const std::filesystem::path& folder);
 
 /// Whole contents of a file; throws if it does not exist, so that two missing files are not equal.
 std::string slurp(const std::filesystem::path& file);

@@ -1,6 +1,7 @@
 #pragma once
 
-#include <cstdint>
+#include "support/picture_files.hpp"
+
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,20 +10,13 @@
 /// aom) of a picture in four colours, and of a ramp.
 namespace altiro3D::test {
 
-inline std::string heifNumber(std::uint64_t value, unsigned bytes) {
-    std::string text;
-    for (unsigned i = bytes; i-- > 0;)
-        text.push_back(static_cast<char>(value >> (8 * i) & 0xffU));
-    return text;
-}
-
 inline std::string heifBox(const std::string& type, const std::string& body) {
-    return heifNumber(body.size() + 8, 4) + type + body;
+    return bigEndian(body.size() + 8, 4) + type + body;
 }
 
 /// A box with version and flags.
 inline std::string heifFullBox(const std::string& type, unsigned version, const std::string& body) {
-    return heifBox(type, heifNumber(version, 1) + std::string(3, '\0') + body);
+    return heifBox(type, bigEndian(version, 1) + std::string(3, '\0') + body);
 }
 
 /// Base64, without checks.
@@ -58,12 +52,12 @@ struct HeifReference {
 };
 
 inline std::string ispe(unsigned columns, unsigned rows) {
-    return heifFullBox("ispe", 0, heifNumber(columns, 4) + heifNumber(rows, 4));
+    return heifFullBox("ispe", 0, bigEndian(columns, 4) + bigEndian(rows, 4));
 }
 
 /// Turns by so many quarters, anticlockwise.
 inline std::string irot(unsigned quarters) {
-    return heifBox("irot", heifNumber(quarters, 1));
+    return heifBox("irot", bigEndian(quarters, 1));
 }
 
 inline std::string auxC(const std::string& type) {
@@ -71,8 +65,8 @@ inline std::string auxC(const std::string& type) {
 }
 
 inline std::string nclx(unsigned primaries, unsigned transfer, unsigned matrix = 6) {
-    return heifBox("colr", "nclx" + heifNumber(primaries, 2) + heifNumber(transfer, 2) +
-                               heifNumber(matrix, 2) + '\x80');
+    return heifBox("colr", "nclx" + bigEndian(primaries, 2) + bigEndian(transfer, 2) +
+                               bigEndian(matrix, 2) + '\x80');
 }
 
 inline std::string iccBox(const std::string& profile) {
@@ -138,40 +132,40 @@ inline std::string heifFile(const std::string& brand, const std::vector<HeifItem
     unsigned propertyCount = 0;
     for (const HeifItem& item : items) {
         infos += heifFullBox("infe", 2,
-                             heifNumber(item.id, 2) + heifNumber(0, 2) + item.type + '\0' +
+                             bigEndian(item.id, 2) + bigEndian(0, 2) + item.type + '\0' +
                                  (item.contentType.empty() ? "" : item.contentType + '\0'));
-        associations += heifNumber(item.id, 2) + heifNumber(item.properties.size(), 1);
+        associations += bigEndian(item.id, 2) + bigEndian(item.properties.size(), 1);
         for (const std::string& property : item.properties) {
             properties += property;
-            associations += heifNumber(++propertyCount, 1);
+            associations += bigEndian(++propertyCount, 1);
         }
         data += item.data;
     }
     std::string links;
     for (const HeifReference& reference : references) {
-        std::string body = heifNumber(reference.from, 2) + heifNumber(reference.to.size(), 2);
+        std::string body = bigEndian(reference.from, 2) + bigEndian(reference.to.size(), 2);
         for (const unsigned target : reference.to)
-            body += heifNumber(target, 2);
+            body += bigEndian(target, 2);
         links += heifBox(reference.type, body);
     }
     const std::string ftyp = heifBox("ftyp", brand + std::string(4, '\0') + "mif1" + brand);
     const auto metaAt = [&](std::size_t dataAt) { // its size does not depend on the offsets
-        std::string places = std::string("\x44\x00", 2) + heifNumber(items.size(), 2);
+        std::string places = std::string("\x44\x00", 2) + bigEndian(items.size(), 2);
         for (const HeifItem& item : items) {
-            places += heifNumber(item.id, 2) + heifNumber(0, 2) + heifNumber(1, 2) +
-                      heifNumber(dataAt, 4) + heifNumber(item.data.size(), 4);
+            places += bigEndian(item.id, 2) + bigEndian(0, 2) + bigEndian(1, 2) +
+                      bigEndian(dataAt, 4) + bigEndian(item.data.size(), 4);
             dataAt += item.data.size();
         }
         return heifFullBox(
             "meta", 0,
             heifFullBox("hdlr", 0, std::string(4, '\0') + "pict" + std::string(13, '\0')) +
-                heifFullBox("pitm", 0, heifNumber(items.front().id, 2)) +
+                heifFullBox("pitm", 0, bigEndian(items.front().id, 2)) +
                 heifFullBox("iloc", 0, places) +
-                heifFullBox("iinf", 0, heifNumber(items.size(), 2) + infos) +
+                heifFullBox("iinf", 0, bigEndian(items.size(), 2) + infos) +
                 (links.empty() ? "" : heifFullBox("iref", 0, links)) +
                 heifBox("iprp",
                         heifBox("ipco", properties) +
-                            heifFullBox("ipma", 0, heifNumber(items.size(), 4) + associations)) +
+                            heifFullBox("ipma", 0, bigEndian(items.size(), 4) + associations)) +
                 groups);
     };
     const std::size_t dataAt = ftyp.size() + metaAt(0).size() + 8;
@@ -181,8 +175,8 @@ inline std::string heifFile(const std::string& brand, const std::vector<HeifItem
 /// The group of the two eyes' pictures.
 inline std::string stereoGroup(unsigned left, unsigned right) {
     return heifBox("grpl", heifFullBox("ster", 0,
-                                       heifNumber(77, 4) + heifNumber(2, 4) + heifNumber(left, 4) +
-                                           heifNumber(right, 4)));
+                                       bigEndian(77, 4) + bigEndian(2, 4) + bigEndian(left, 4) +
+                                           bigEndian(right, 4)));
 }
 
 /// A spatial photo. @param left, right 1 = hevcColours(), 2 = hevcRamp(); the main picture is 1

@@ -10,12 +10,6 @@
 /// JPEG files with depth inside, made byte by byte as phones write them.
 namespace altiro3D::test {
 
-/// As heifNumber(), least significant byte first.
-inline std::string littleNumber(std::uint64_t value, unsigned bytes) {
-    const std::string text = heifNumber(value, bytes);
-    return {text.rbegin(), text.rend()};
-}
-
 inline std::string toBase64(std::string_view bytes) {
     constexpr std::string_view kDigits =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -32,7 +26,7 @@ inline std::string toBase64(std::string_view bytes) {
 }
 
 inline std::string jpegSegment(unsigned marker, const std::string& body) {
-    return '\xff' + heifNumber(marker, 1) + heifNumber(body.size() + 2, 2) + body;
+    return '\xff' + bigEndian(marker, 1) + bigEndian(body.size() + 2, 2) + body;
 }
 
 /// The JPEG with segments directly after its start.
@@ -42,7 +36,7 @@ inline std::string withSegments(const std::string& jpeg, const std::string& segm
 
 inline std::string exifSegment(unsigned orientation) {
     return jpegSegment(0xe1, std::string("Exif\0\0II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0", 24) +
-                                 littleNumber(orientation, 4) + std::string(4, '\0'));
+                                 littleEndian(orientation, 4) + std::string(4, '\0'));
 }
 
 inline std::string xmpSegment(const std::string& xmp) {
@@ -55,7 +49,7 @@ inline std::string moreXmpSegments(const std::string& xmp, std::size_t partBytes
     std::string segments;
     for (std::size_t at = 0; at < xmp.size(); at += partBytes) {
         segments += jpegSegment(0xe1, std::string("http://ns.adobe.com/xmp/extension/\0", 35) +
-                                          guid + heifNumber(xmp.size(), 4) + heifNumber(at, 4) +
+                                          guid + bigEndian(xmp.size(), 4) + bigEndian(at, 4) +
                                           xmp.substr(at, partBytes));
     }
     return segments;
@@ -145,16 +139,16 @@ inline std::string appleJpeg(const std::string& jpeg, const std::vector<std::str
     const auto index = [&](std::size_t photoBytes, std::size_t mpfAt) {
         std::string list;
         std::size_t at = photoBytes;
-        list += heifNumber(type == 0 ? 0x030000 : 0x20000000 + type, 4) +
-                heifNumber(photoBytes, 4) + std::string(8, '\0');
+        list += bigEndian(type == 0 ? 0x030000 : 0x20000000 + type, 4) + bigEndian(photoBytes, 4) +
+                std::string(8, '\0');
         for (const std::string& picture : pictures) {
-            list += heifNumber(type, 4) + heifNumber(picture.size(), 4) +
-                    heifNumber(at - mpfAt, 4) + std::string(4, '\0');
+            list += bigEndian(type, 4) + bigEndian(picture.size(), 4) + bigEndian(at - mpfAt, 4) +
+                    std::string(4, '\0');
             at += picture.size();
         }
-        return std::string("MPF\0MM\0*\0\0\0\10\0\1", 14) + heifNumber(0xb002, 2) +
-               heifNumber(7, 2) + heifNumber(16 * count, 4) + heifNumber(8 + 2 + 12 + 4, 4) +
-               std::string(4, '\0') + list;
+        return std::string("MPF\0MM\0*\0\0\0\10\0\1", 14) + bigEndian(0xb002, 2) + bigEndian(7, 2) +
+               bigEndian(16 * count, 4) + bigEndian(8 + 2 + 12 + 4, 4) + std::string(4, '\0') +
+               list;
     };
     const std::size_t photoBytes = jpeg.size() + 4 + index(0, 0).size();
     std::string file = withSegments(jpeg, jpegSegment(0xe2, index(photoBytes, 10)));
@@ -171,34 +165,34 @@ inline std::string mpoFile(const std::string& left, const std::string& right) {
 /// The header of JPS. @param flags 1 half height, 2 half width, 4 left eye first
 inline std::string jpsSegment(unsigned layout, unsigned flags, unsigned separation = 0,
                               unsigned media = 1) {
-    return jpegSegment(0xe3, "_JPSJPS_" + heifNumber(4, 2) + heifNumber(separation, 1) +
-                                 heifNumber(flags, 1) + heifNumber(layout, 1) +
-                                 heifNumber(media, 1) + heifNumber(4, 2) + "test");
+    return jpegSegment(0xe3, "_JPSJPS_" + bigEndian(4, 2) + bigEndian(separation, 1) +
+                                 bigEndian(flags, 1) + bigEndian(layout, 1) + bigEndian(media, 1) +
+                                 bigEndian(4, 2) + "test");
 }
 
 /// A portrait of a Samsung phone. @param version of the block with the size: 1, 3, 4, 5 or 6
 inline std::string samsungPhoto(const std::string& jpeg, const std::string& raw, unsigned columns,
                                 unsigned rows, unsigned version = 1) {
     const auto block = [](unsigned type, const std::string& name, const std::string& data) {
-        return littleNumber(0, 2) + littleNumber(type, 2) + littleNumber(name.size(), 4) + name +
+        return littleEndian(0, 2) + littleEndian(type, 2) + littleEndian(name.size(), 4) + name +
                data;
     };
     const std::size_t places[][3] = {
         {1, 9, 10}, {3, 12, 13}, {4, 17, 18}, {5, 20, 19}, {6, 22, 21}};
-    std::string info = littleNumber(version, 2) + std::string(98, '\0');
+    std::string info = littleEndian(version, 2) + std::string(98, '\0');
     for (const auto& [number, columnsAt, rowsAt] : places) {
         if (number != version) continue;
-        info.replace(4 * columnsAt, 4, littleNumber(columns, 4));
-        info.replace(4 * rowsAt, 4, littleNumber(rows, 4));
+        info.replace(4 * columnsAt, 4, littleEndian(columns, 4));
+        info.replace(4 * rowsAt, 4, littleEndian(rows, 4));
     }
     const std::string depth = block(0x0ab1, "DualShot_DepthMap_1", raw);
     const std::string extra = block(0x0ab3, "DualShot_Extra_Info", info);
     const std::string directory =
-        "SEFH" + littleNumber(106, 4) + littleNumber(2, 4) + littleNumber(0, 2) +
-        littleNumber(0x0ab1, 2) + littleNumber(depth.size() + extra.size(), 4) +
-        littleNumber(depth.size(), 4) + littleNumber(0, 2) + littleNumber(0x0ab3, 2) +
-        littleNumber(extra.size(), 4) + littleNumber(extra.size(), 4);
-    return jpeg + depth + extra + directory + littleNumber(directory.size(), 4) + "SEFT";
+        "SEFH" + littleEndian(106, 4) + littleEndian(2, 4) + littleEndian(0, 2) +
+        littleEndian(0x0ab1, 2) + littleEndian(depth.size() + extra.size(), 4) +
+        littleEndian(depth.size(), 4) + littleEndian(0, 2) + littleEndian(0x0ab3, 2) +
+        littleEndian(extra.size(), 4) + littleEndian(extra.size(), 4);
+    return jpeg + depth + extra + directory + littleEndian(directory.size(), 4) + "SEFT";
 }
 
 /// A photo of a Huawei phone. @param turn 0x10..0x13
@@ -206,10 +200,10 @@ inline std::string huaweiPhoto(const std::string& jpeg, const std::string& raw, 
                                unsigned rows, char turn = '\x10') {
     std::string header(64, '\0');
     header[3] = turn;
-    header.replace(12, 2, littleNumber(columns, 2));
-    header.replace(14, 2, littleNumber(rows, 2));
-    return jpeg + littleNumber(jpeg.size(), 4) + "edof" + std::string(4, '\0') + header + raw +
-           littleNumber(header.size() + raw.size(), 4) + std::string("DepthEn\0", 8);
+    header.replace(12, 2, littleEndian(columns, 2));
+    header.replace(14, 2, littleEndian(rows, 2));
+    return jpeg + littleEndian(jpeg.size(), 4) + "edof" + std::string(4, '\0') + header + raw +
+           littleEndian(header.size() + raw.size(), 4) + std::string("DepthEn\0", 8);
 }
 
 } // namespace altiro3D::test

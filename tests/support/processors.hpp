@@ -1,7 +1,10 @@
 #pragma once
 
+#include "support/compare.hpp"
+
 #include <cstdint>
 #include <hwy/highway.h>
+#include <initializer_list>
 #include <opencv2/core/utility.hpp>
 
 namespace altiro3D::test {
@@ -18,6 +21,18 @@ class RestoredThreads {
   private:
     int before_ = cv::getNumThreads();
 };
+
+/// Expects the picture that make() returns to be the same for any number of threads.
+template <class Make>
+void expectSameForAnyThreads(const Make& make, std::initializer_list<int> counts = {2, 3, 7}) {
+    const RestoredThreads restored;
+    cv::setNumThreads(1);
+    const cv::Mat one = make();
+    for (const int count : counts) {
+        cv::setNumThreads(count);
+        EXPECT_TRUE(samePicture(make(), one)) << count << " threads";
+    }
+}
 
 /// Calls use(name) while kernels run on each of the instruction sets of this machine and on EMU128,
 /// one after the other.

@@ -4,10 +4,14 @@
 
 namespace altiro3D::test {
 
+cv::Mat randomPicture(cv::Size size, int type, int seed, double low, double high) {
+    cv::Mat picture(size, type);
+    cv::RNG(static_cast<std::uint64_t>(seed)).fill(picture, cv::RNG::UNIFORM, low, high);
+    return picture;
+}
+
 cv::Mat randomPhoto(cv::Size size, int seed, double blur) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat photo(size, CV_8UC3);
-    rng.fill(photo, cv::RNG::UNIFORM, 0, 256);
+    cv::Mat photo = randomPicture(size, CV_8UC3, seed);
     if (blur > 0) cv::GaussianBlur(photo, photo, {0, 0}, blur);
     return photo;
 }
@@ -19,10 +23,7 @@ cv::Mat scenery(cv::Size size, int seed) {
 }
 
 cv::Mat randomDepth(cv::Size size, int seed) {
-    cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat depth(size, CV_32FC1);
-    rng.fill(depth, cv::RNG::UNIFORM, 0, 1);
-    return depth;
+    return randomPicture(size, CV_32FC1, seed, 0, 1);
 }
 
 } // namespace altiro3D::test

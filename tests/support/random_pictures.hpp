@@ -4,6 +4,9 @@
 
 namespace altiro3D::test {
 
+/// Noise of any type, from `low` to below `high`, the same for the same seed. [size, type]
+cv::Mat randomPicture(cv::Size size, int type, int seed = 1, double low = 0, double high = 256);
+
 /// A photo of noise, the same for the same seed.
 /// @param blur sigma of a blur in px, 0 = none
 /// @return [size, CV_8UC3]

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/imgproc.hpp>
 #include <tuple>
 #include <vector>
 
@@ -185,19 +184,11 @@ cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat
     return result;
 }
 
-namespace {
-
-double decodedSrgb(double v) {
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+double referenceLight(double srgb) {
+    return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
 }
 
-double encodedSrgb(double v) {
-    const double clipped = std::clamp(v, 0.0, 1.0);
-    return clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1 / 2.4) - 0.055;
-}
-
-// Linear RGB to XYZ with D65 as white.
-cv::Matx33d xyzOf(const std::array<double, 6>& c) {
+cv::Matx33d referenceXyz(const Chromaticities& c) {
     cv::Matx33d primaries;
     for (int i = 0; i < 3; ++i) {
         const double x = c[static_cast<std::size_t>(2 * i)];
@@ -215,17 +206,23 @@ cv::Matx33d xyzOf(const std::array<double, 6>& c) {
     return primaries;
 }
 
-cv::Vec3d encodedFromLinear(const cv::Vec3d& rgb, const std::array<double, 6>& chromaticities) {
-    const std::array<double, 6> srgb = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
-    const cv::Vec3d linear = xyzOf(srgb).inv() * (xyzOf(chromaticities) * rgb);
-    return {encodedSrgb(linear[2]), encodedSrgb(linear[1]), encodedSrgb(linear[0])};
-}
-
-// SMPTE ST 2084.
-double pqFromLight(double nits) {
+double referencePq(double nits) {
     const double y = std::pow(nits / 10000, 0.1593017578125);
     return std::pow((0.8359375 + 18.8515625 * y) / (1 + 18.6875 * y), 78.84375);
 }
+
+namespace {
+
+double encodedSrgb(double v) {
+    const double clipped = std::clamp(v, 0.0, 1.0);
+    return clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1 / 2.4) - 0.055;
+}
+
+cv::Vec3d encodedFromLinear(const cv::Vec3d& rgb, const Chromaticities& chromaticities) {
+    const cv::Vec3d linear = referenceXyz(kSrgb).inv() * (referenceXyz(chromaticities) * rgb);
+    return {encodedSrgb(linear[2]), encodedSrgb(linear[1]), encodedSrgb(linear[0])};
+}
+
 double lightFromPq(double value) {
     const double root = std::pow(value, 1 / 78.84375);
     return 10000 * std::pow(std::max(root - 0.8359375, 0.0) / (18.8515625 - 18.6875 * root),
@@ -234,15 +231,15 @@ double lightFromPq(double value) {
 
 } // namespace
 
-cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const Chromaticities& chromaticities,
                         double exponent) {
     const auto decoded = [&](double v) {
-        return exponent > 0 ? std::pow(v, exponent) : decodedSrgb(v);
+        return exponent > 0 ? std::pow(v, exponent) : referenceLight(v);
     };
     return encodedFromLinear({decoded(bgr[2]), decoded(bgr[1]), decoded(bgr[0])}, chromaticities);
 }
 
-cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const Chromaticities& chromaticities,
                               bool isHlg) {
     cv::Vec3d nits; // RGB
     for (int i = 0; i < 3; ++i) {
@@ -256,13 +253,13 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>&
         }
     }
     if (isHlg) {
-        const double luminance = (xyzOf(chromaticities) * nits)[1];
+        const double luminance = (referenceXyz(chromaticities) * nits)[1];
         nits *= 1000 * std::pow(luminance, 0.2);
     }
     // BT.2390, section 5.4: peak of the source 1000 cd/m^2, of the target 203, both blacks 0
     const double brightest = std::max({nits[0], nits[1], nits[2]});
-    const double e1 = std::min(pqFromLight(brightest) / pqFromLight(1000), 1.0);
-    const double maxLum = pqFromLight(203) / pqFromLight(1000);
+    const double e1 = std::min(referencePq(brightest) / referencePq(1000), 1.0);
+    const double maxLum = referencePq(203) / referencePq(1000);
     const double ks = 1.5 * maxLum - 0.5;
     double e2 = e1;
     if (e1 >= ks) {
@@ -271,7 +268,7 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>&
              (std::pow(t, 3) - 2 * t * t + t) * (1 - ks) +
              (-2 * std::pow(t, 3) + 3 * t * t) * maxLum;
     }
-    const double mapped = lightFromPq(e2 * pqFromLight(1000));
+    const double mapped = lightFromPq(e2 * referencePq(1000));
     if (brightest > 0) nits *= mapped / brightest;
     return encodedFromLinear(nits / 203, chromaticities);
 }

@@ -37,19 +37,33 @@ cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPi
 cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration, bool inverted,
                           double phase, double spot);
 
+/// Chromaticities of red, green and blue, x and y of each; white is D65.
+using Chromaticities = std::array<double, 6>;
+constexpr Chromaticities kSrgb = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
+constexpr Chromaticities kDisplayP3 = {0.680, 0.320, 0.265, 0.690, 0.150, 0.060};
+constexpr Chromaticities kRec2020 = {0.708, 0.292, 0.170, 0.797, 0.131, 0.046};
+
+/// Linear RGB to XYZ.
+cv::Matx33d referenceXyz(const Chromaticities& chromaticities);
+
+/// Linear light of a value of sRGB's curve, 0..1.
+double referenceLight(double srgb);
+
+/// Light in cd/m^2 coded by PQ (SMPTE ST 2084), 0..1.
+double referencePq(double nits);
+
 /// A colour as sRGB, from the chromaticities alone, in double: decoded, to XYZ, to sRGB's
-/// primaries, clipped, encoded. For white points of D65.
-/// @param bgr 0..1, as encoded @param chromaticities x and y of red, green, blue
-/// @param exponent of the decoding; 0 = the curve of sRGB
+/// primaries, clipped, encoded.
+/// @param bgr 0..1, as encoded @param exponent of the decoding; 0 = the curve of sRGB
 /// @return BGR, 0..1
-cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+cv::Vec3d referenceSrgb(const cv::Vec3d& bgr, const Chromaticities& chromaticities,
                         double exponent);
 
 /// A colour of an HDR picture as sRGB, from the formulas of BT.2100 and BT.2390 alone, in double.
-/// @param bgr 0..1, as encoded @param chromaticities x and y of red, green, blue
+/// @param bgr 0..1, as encoded
 /// @param isHlg HLG, else PQ
 /// @return BGR, 0..1
-cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const std::array<double, 6>& chromaticities,
+cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const Chromaticities& chromaticities,
                               bool isHlg);
 
 /// fitDepth() for enlargement: per px and in double, directly from the definition.

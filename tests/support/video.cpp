@@ -1,11 +1,11 @@
 #include "support/video.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 #include <stdexcept>
@@ -53,6 +53,11 @@ std::string ffmpeg(const std::string& arguments) {
     return run("ffmpeg -nostdin -v error -y " + arguments);
 }
 
+fs::path FfmpegTest::make(const std::string& name, const std::string& arguments) const {
+    ffmpeg(arguments + " " + arg(directory / name));
+    return directory / name;
+}
+
 std::string ffprobe(const fs::path& file, const std::string& entries, const std::string& more) {
     return run("ffprobe -v error " + more + " -show_entries " + entries +
                " -of compact=p=0:nk=1:s=\\| " + arg(file));
@@ -92,6 +97,35 @@ std::vector<VideoFrame> allFrames(VideoReader& reader) {
     while (std::optional<VideoFrame> frame = reader.next())
         frames.push_back(std::move(*frame));
     return frames;
+}
+
+std::vector<VideoFrame> allFrames(const fs::path& file, const VideoReaderOptions& options) {
+    VideoReader reader(file, options);
+    return allFrames(reader);
+}
+
+::testing::AssertionResult sameFrames(const std::vector<VideoFrame>& frames,
+                                      const std::vector<VideoFrame>& others, std::size_t first,
+                                      std::int64_t earlier) {
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        const VideoFrame& other = others.at(first + i);
+        if (frames[i].pts == other.pts - earlier && frames[i].duration == other.duration &&
+            cv::norm(frames[i].picture, other.picture, cv::NORM_INF) == 0)
+            continue;
+        return ::testing::AssertionFailure()
+               << "frame " << i << " at " << frames[i].pts << " differs from the one at "
+               << other.pts << " - " << earlier;
+    }
+    return ::testing::AssertionResult(!frames.empty()) << "there are no frames";
+}
+
+std::vector<double> packetTimes(const fs::path& file, const std::string& stream) {
+    std::vector<double> times;
+    for (const std::string& line :
+         lines(ffprobe(file, "packet=pts_time", "-select_streams " + stream)))
+        times.push_back(std::stod(line));
+    std::sort(times.begin(), times.end());
+    return times;
 }
 
 std::string turnedClockwise(std::string bytes, int degrees) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
+#include "support/files.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>
@@ -16,6 +17,15 @@ namespace altiro3D::test {
 
 /// Whether the programs ffmpeg and ffprobe are there.
 bool haveFfmpeg();
+
+/// A suite whose tests write files and need those programs.
+class FfmpegTest : public FileTest {
+  protected:
+    void SetUp() override { ALTIRO3D_REQUIRE_FFMPEG(); }
+
+    /// Makes a file in the test's directory. @param arguments of `ffmpeg`, but for its name
+    std::filesystem::path make(const std::string& name, const std::string& arguments) const;
+};
 
 /// A file's name as one word of a shell's command line.
 std::string arg(const std::filesystem::path& path);
@@ -43,8 +53,19 @@ std::vector<std::string> lines(const std::string& text);
 std::vector<cv::Mat> ffmpegFrames(const std::filesystem::path& file, cv::Size size,
                                   const std::string& filter = "", int most = 1000000);
 
-/// All frames of a reader.
+/// All frames of a reader, or of a file.
 std::vector<VideoFrame> allFrames(VideoReader& reader);
+std::vector<VideoFrame> allFrames(const std::filesystem::path& file,
+                                  const VideoReaderOptions& options = {});
+
+/// Success if frames have the bits of others, from the one with the number `first` on, and their
+/// times, which are `earlier` by so many units.
+::testing::AssertionResult sameFrames(const std::vector<VideoFrame>& frames,
+                                      const std::vector<VideoFrame>& others, std::size_t first = 0,
+                                      std::int64_t earlier = 0);
+
+/// Times of all packets of a stream ("v:0", "a"), in seconds, in the order they are shown.
+std::vector<double> packetTimes(const std::filesystem::path& file, const std::string& stream);
 
 /// An MP4 file of one video track whose header states a rotation by a multiple of 90 degrees.
 /// Versions of ffmpeg need different options for that.

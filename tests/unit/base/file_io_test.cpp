@@ -2,16 +2,13 @@
 
 #include "altiro3D/error.hpp"
 #include "media/part_file.hpp"
+#include "support/child.hpp"
 #include "support/files.hpp"
 
-#include <csignal>
-#include <cstdio>
 #include <fcntl.h>
 #include <functional>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
 
@@ -29,36 +26,9 @@ std::string someBytes(std::size_t size) {
     return bytes;
 }
 
-std::size_t filesIn(const fs::path& directory) {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(directory), fs::directory_iterator()));
-}
+class FileIo : public FileTest {};
 
-// Runs the call in a child, where it may change limits and users; what it wrote to the pipe.
-std::string inChild(const std::function<std::string()>& call) {
-    int ends[2];
-    if (pipe(ends) != 0) return "no pipe";
-    std::fflush(stdout); // or the child prints it again
-    const pid_t child = fork();
-    if (child == 0) {
-        close(ends[0]);
-        const std::string text = call();
-        const bool told = write(ends[1], text.data(), text.size()) >= 0;
-        _exit(told ? 0 : 1);
-    }
-    close(ends[1]);
-    std::string text;
-    char part[256];
-    for (ssize_t count = 0; (count = read(ends[0], part, sizeof part)) > 0;) {
-        text.append(part, static_cast<std::size_t>(count));
-    }
-    close(ends[0]);
-    waitpid(child, nullptr, 0);
-    return text;
-}
-
-TEST(FileIo, ReadsBackWhatItWrote) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, ReadsBackWhatItWrote) {
     for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{2},
                                    std::size_t{8191}, (std::size_t{1} << 20) + 7}) {
         const std::string bytes = someBytes(size);
@@ -69,14 +39,12 @@ TEST(FileIo, ReadsBackWhatItWrote) {
     EXPECT_EQ(filesIn(directory.path()), 1u);
 }
 
-TEST(FileIo, PartsAreJoinedInOrder) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, PartsAreJoinedInOrder) {
     writeFile(directory / "file", {{"abc", 3}, {nullptr, 0}, {"de", 2}});
     EXPECT_EQ(slurp(directory / "file"), "abcde");
 }
 
-TEST(FileIo, WritesToABareNameInTheWorkingDirectory) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, WritesToABareNameInTheWorkingDirectory) {
     const fs::path before = fs::current_path();
     fs::current_path(directory.path());
     writeFile("bare", "x");
@@ -84,16 +52,14 @@ TEST(FileIo, WritesToABareNameInTheWorkingDirectory) {
     EXPECT_EQ(slurp(directory / "bare"), "x");
 }
 
-TEST(FileIo, ANewFileFollowsTheUmask) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, ANewFileFollowsTheUmask) {
     const mode_t before = umask(027);
     writeFile(directory / "file", "x");
     umask(before);
     EXPECT_EQ(static_cast<int>(fs::status(directory / "file").permissions()), 0640);
 }
 
-TEST(FileIo, AReplacedFileKeepsItsPermissionBits) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, AReplacedFileKeepsItsPermissionBits) {
     spill(directory / "file", "old");
     fs::permissions(directory / "file", static_cast<fs::perms>(0604));
     writeFile(directory / "file", "new");
@@ -101,8 +67,7 @@ TEST(FileIo, AReplacedFileKeepsItsPermissionBits) {
     EXPECT_EQ(static_cast<int>(fs::status(directory / "file").permissions()), 0604);
 }
 
-TEST(FileIo, SymbolicLinksAreFollowed) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, SymbolicLinksAreFollowed) {
     fs::create_directory(directory / "sub");
     spill(directory / "sub" / "target", "old");
     fs::create_symlink("sub/target", directory / "link");
@@ -116,8 +81,7 @@ TEST(FileIo, SymbolicLinksAreFollowed) {
     EXPECT_EQ(slurp(directory / "sub" / "made"), "made");
 }
 
-TEST(FileIo, LinksInACircleAreRefused) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, LinksInACircleAreRefused) {
     fs::create_symlink("b", directory / "a");
     fs::create_symlink("a", directory / "b");
     EXPECT_EQ(errorOf([&] { writeFile(directory / "a", "x"); }),
@@ -125,20 +89,19 @@ TEST(FileIo, LinksInACircleAreRefused) {
                   ": cannot be written: Too many levels of symbolic links");
 }
 
-TEST(FileIo, DevicesAreWrittenInPlace) {
+TEST_F(FileIo, DevicesAreWrittenInPlace) {
     writeFile("/dev/null", "x");
     EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
-TEST(FileIo, AFullDiskIsNamed) {
+TEST_F(FileIo, AFullDiskIsNamed) {
     if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
     EXPECT_EQ(errorOf([] { writeFile("/dev/full", "x"); }),
               "/dev/full: cannot be written: No space left on device");
     EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
-TEST(FileIo, PipesAreWrittenAndReadInPlace) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, PipesAreWrittenAndReadInPlace) {
     const fs::path fifo = directory / "fifo";
     ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
     const std::string bytes = someBytes(300001); // more than a pipe holds at a time
@@ -149,8 +112,7 @@ TEST(FileIo, PipesAreWrittenAndReadInPlace) {
     EXPECT_TRUE(fs::is_fifo(fifo));
 }
 
-TEST(FileIo, APipeLongerThanTheLimitIsRefused) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, APipeLongerThanTheLimitIsRefused) {
     const fs::path fifo = directory / "fifo";
     ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
     // Both ends are open, so the reader cannot leave the writer without one.
@@ -161,8 +123,7 @@ TEST(FileIo, APipeLongerThanTheLimitIsRefused) {
     close(both);
 }
 
-TEST(FileIo, StandardOutputIsContinuedNotReplaced) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, StandardOutputIsContinuedNotReplaced) {
     spill(directory / "out", "first ");
     const std::string said = inChild([&] {
         const int file = open((directory / "out").c_str(), O_WRONLY | O_APPEND);
@@ -173,40 +134,32 @@ TEST(FileIo, StandardOutputIsContinuedNotReplaced) {
     EXPECT_EQ(slurp(directory / "out"), "first second");
 }
 
-TEST(FileIo, AFailedWriteLeavesTheOldFileAndNothingElse) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, AFailedWriteLeavesTheOldFileAndNothingElse) {
     spill(directory / "file", "old");
-    const std::string said = inChild([&] {
-        std::signal(SIGXFSZ, SIG_IGN);
-        const rlimit limit{1000, 1000};
-        setrlimit(RLIMIT_FSIZE, &limit);
-        return errorOf([&] { writeFile(directory / "file", someBytes(5000)); });
-    });
+    const std::string said = withFileLimit(
+        1000, [&] { return errorOf([&] { writeFile(directory / "file", someBytes(5000)); }); });
     EXPECT_EQ(said, (directory / "file").string() + ": cannot be written: File too large");
     EXPECT_EQ(slurp(directory / "file"), "old");
     EXPECT_EQ(filesIn(directory.path()), 1u);
 }
 
-TEST(FileIo, AMissingDirectoryIsNamed) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, AMissingDirectoryIsNamed) {
     EXPECT_EQ(errorOf([&] { writeFile(directory / "no" / "file", "x"); }),
               (directory / "no" / "file").string() +
                   ": cannot be written: No such file or directory; its directory must exist");
 }
 
-TEST(FileIo, ADirectoryIsNoTarget) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, ADirectoryIsNoTarget) {
     const std::string name = directory.path().string();
     EXPECT_EQ(errorOf([&] { writeFile(name, "x"); }),
               name + ": is a directory, expected a file name");
     EXPECT_EQ(errorOf([&] { writeFile(name + "/", "x"); }),
               name + "/: is a directory, expected a file name");
-    EXPECT_EQ(errorOf([&] { writeFile("", "x"); }).rfind("(no name): ", 0), 0u);
+    EXPECT_TRUE(startsWith(errorOf([&] { writeFile("", "x"); }), "(no name): "));
 }
 
-TEST(FileIo, WithoutPermissionNothingIsReadOrWritten) {
+TEST_F(FileIo, WithoutPermissionNothingIsReadOrWritten) {
     if (getuid() != 0) GTEST_SKIP() << "needs root, to become another user";
-    const TemporaryDirectory directory;
     fs::permissions(directory.path(), fs::perms::all);
     spill(directory / "secret", "old");
     fs::permissions(directory / "secret", static_cast<fs::perms>(0400));
@@ -230,9 +183,8 @@ TEST(FileIo, WithoutPermissionNothingIsReadOrWritten) {
 }
 
 // A replaced file keeps its owner. Only root can replace another user's file.
-TEST(FileIo, AReplacedFileKeepsItsOwnerAndPermissions) {
+TEST_F(FileIo, AReplacedFileKeepsItsOwnerAndPermissions) {
     if (getuid() != 0) GTEST_SKIP() << "needs root, to write another user's file";
-    const TemporaryDirectory directory;
     const auto others = [&](const char* name) {
         spill(directory / name, "old");
         EXPECT_EQ(chown((directory / name).c_str(), 65534, 65533), 0);
@@ -257,22 +209,16 @@ TEST(FileIo, AReplacedFileKeepsItsOwnerAndPermissions) {
     EXPECT_EQ(filesIn(directory.path()), 3u);
 }
 
-TEST(FileIo, MissingFilesAndDirectoriesAreNotRead) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, MissingFilesAndDirectoriesAreNotRead) {
     const std::string name = directory.path().string();
     EXPECT_EQ(errorOf([&] { readFile(name + "/none", kMuch); }),
               name + "/none: does not exist, expected a file");
     EXPECT_EQ(errorOf([&] { readFile(name, kMuch); }), name + ": is a directory, expected a file");
     EXPECT_EQ(errorOf([&] { readFile({}, kMuch); }), "path: is empty, expected a file");
-    try {
-        readFile(name + "/none", kMuch);
-    } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ErrorCode::NotFound);
-    }
+    EXPECT_EQ(codeOf([&] { readFile(name + "/none", kMuch); }), ErrorCode::NotFound);
 }
 
-TEST(FileIo, TheSizeIsCheckedBeforeMemoryIsTaken) {
-    const TemporaryDirectory directory;
+TEST_F(FileIo, TheSizeIsCheckedBeforeMemoryIsTaken) {
     const fs::path file = directory / "sparse";
     spill(file, "");
     fs::resize_file(file, std::uintmax_t{1} << 40); // a terabyte of holes
@@ -283,7 +229,7 @@ TEST(FileIo, TheSizeIsCheckedBeforeMemoryIsTaken) {
     EXPECT_NE(errorOf([&] { readFile(directory / "ten", 9); }), "(no error)");
 }
 
-TEST(FileIo, FilesWithoutASizeAreReadToTheirEnd) {
+TEST_F(FileIo, FilesWithoutASizeAreReadToTheirEnd) {
     if (!fs::exists("/proc/self/status")) GTEST_SKIP() << "needs /proc";
     EXPECT_GT(readFile("/proc/self/status", kMuch).size(), 100u);
 }

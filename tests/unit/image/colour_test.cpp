@@ -8,6 +8,8 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/photo_files.hpp"
+#include "support/picture_files.hpp"
+#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
@@ -15,23 +17,18 @@
 #include <gtest/gtest.h>
 #include <lcms2.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tiffio.h>
 #include <turbojpeg.h>
-#include <zlib.h>
 
 namespace altiro3D {
 namespace {
 
 using namespace test;
 
-using Primaries = std::array<double, 6>;
+using Primaries = Chromaticities;
 
-constexpr Primaries kSrgb = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06};
 constexpr Primaries kSwapped = {0.30, 0.60, 0.64, 0.33, 0.15, 0.06}; // red and green
-constexpr Primaries kDisplayP3 = {0.680, 0.320, 0.265, 0.690, 0.150, 0.060};
-constexpr Primaries kRec2020 = {0.708, 0.292, 0.170, 0.797, 0.131, 0.046};
 constexpr Primaries kAdobe = {0.64, 0.33, 0.21, 0.71, 0.15, 0.06};
 
 std::string saved(cmsHPROFILE profile) {
@@ -56,47 +53,24 @@ std::string iccProfile(const Primaries& p, double exponent) {
     return bytes;
 }
 
-std::string coded(const std::string& extension, const cv::Mat& picture) {
-    std::vector<unsigned char> bytes;
-    cv::imencode(extension, picture, bytes);
-    return {bytes.begin(), bytes.end()};
-}
-
-std::string pngChunk(const std::string& name, const std::string& data) {
-    const std::string body = name + data;
-    return heifNumber(data.size(), 4) + body +
-           heifNumber(crc32(0, reinterpret_cast<const Bytef*>(body.data()),
-                            static_cast<uInt>(body.size())),
-                      4);
-}
-
 std::string iccChunk(const std::string& profile) {
-    std::string packed(compressBound(static_cast<uLong>(profile.size())), '\0');
-    uLongf size = static_cast<uLongf>(packed.size());
-    compress(reinterpret_cast<Bytef*>(packed.data()), &size,
-             reinterpret_cast<const Bytef*>(profile.data()), static_cast<uLong>(profile.size()));
-    return pngChunk("iCCP", std::string("p\0\0", 3) + packed.substr(0, size));
+    return pngChunk("iCCP", std::string("p\0\0", 3) + deflated(profile));
 }
 
 std::string gammaChunk(double exponent) {
-    return pngChunk("gAMA", heifNumber(static_cast<unsigned>(std::lround(exponent * 1e5)), 4));
+    return pngChunk("gAMA", bigEndian(static_cast<unsigned>(std::lround(exponent * 1e5)), 4));
 }
 
 std::string primariesChunk(const Primaries& p) {
-    std::string data = heifNumber(31270, 4) + heifNumber(32900, 4);
+    std::string data = bigEndian(31270, 4) + bigEndian(32900, 4);
     for (const double value : p)
-        data += heifNumber(static_cast<unsigned>(std::lround(value * 1e5)), 4);
+        data += bigEndian(static_cast<unsigned>(std::lround(value * 1e5)), 4);
     return pngChunk("cHRM", data);
 }
 
 std::string codeChunk(unsigned primaries, unsigned transfer) {
     return pngChunk("cICP",
-                    heifNumber(primaries, 1) + heifNumber(transfer, 1) + std::string("\0\1", 2));
-}
-
-// The PNG with chunks after its header.
-std::string withChunks(const std::string& png, const std::string& chunks) {
-    return png.substr(0, 33) + chunks + png.substr(33);
+                    bigEndian(primaries, 1) + bigEndian(transfer, 1) + std::string("\0\1", 2));
 }
 
 // All colours of a grid, and greys.
@@ -125,24 +99,23 @@ double worst(const cv::Mat& picture, const cv::Mat& source, const Reference& ref
     return most;
 }
 
-class ColourFiles : public testing::Test {
+class ColourFiles : public FileTest {
   protected:
     cv::Mat read(const std::string& contents) {
         notes.clear();
         spill(directory / "a.png", contents);
         return readPhoto(directory / "a.png", &notes);
     }
-    TemporaryDirectory directory;
     Notes notes;
     cv::Mat grid = colourGrid();
-    std::string png = coded(".png", grid);
+    std::string png = encoded(".png", grid);
 };
 
 TEST_F(ColourFiles, ProfilesAreConverted) {
     const std::vector<std::tuple<const char*, Primaries, double>> profiles = {
         {"Display P3", kDisplayP3, 0}, {"Adobe RGB", kAdobe, 2.19921875}, {"linear", kSrgb, 1}};
     for (const auto& [name, primaries, exponent] : profiles) {
-        const cv::Mat picture = read(withChunks(png, iccChunk(iccProfile(primaries, exponent))));
+        const cv::Mat picture = read(withPngChunks(png, iccChunk(iccProfile(primaries, exponent))));
         EXPECT_TRUE(notes.empty());
         // rounding, and lcms's tables of 8 bits
         EXPECT_LE(worst(picture, grid,
@@ -157,7 +130,8 @@ TEST_F(ColourFiles, ProfilesAreConverted) {
 TEST_F(ColourFiles, SixteenBitsAreConverted) {
     cv::Mat deep;
     grid.convertTo(deep, CV_16U, 257);
-    const std::string file = withChunks(coded(".png", deep), iccChunk(iccProfile(kDisplayP3, 0)));
+    const std::string file =
+        withPngChunks(encoded(".png", deep), iccChunk(iccProfile(kDisplayP3, 0)));
     spill(directory / "a.png", file);
     const cv::Mat picture = readImage(directory / "a.png");
     ASSERT_EQ(picture.type(), CV_16UC3);
@@ -177,18 +151,18 @@ TEST_F(ColourFiles, SixteenBitsAreConverted) {
 TEST_F(ColourFiles, AllFormatsWithProfilesAreConverted) {
     const std::string profile = iccProfile(kSwapped, 0);
     const cv::Mat plain(8, 8, CV_8UC3, cv::Scalar(30, 60, 200)); // BGR
-    const std::string jpeg = coded(".jpg", plain);
+    const std::string jpeg = encoded(".jpg", plain);
     const std::string parted =
         jpegSegment(0xe2, std::string("ICC_PROFILE\0\2\2", 14) + profile.substr(100)) +
         jpegSegment(0xe2, std::string("ICC_PROFILE\0\1\2", 14) + profile.substr(0, 100));
-    std::vector<std::string> files = {withChunks(coded(".png", plain), iccChunk(profile)),
+    std::vector<std::string> files = {withPngChunks(encoded(".png", plain), iccChunk(profile)),
                                       withSegments(jpeg, parted)};
-    const std::string webp = coded(".webp", plain); // a lossy or lossless chunk from byte 12
-    const std::string extended = "WEBPVP8X" + littleNumber(10, 4) + std::string("\x20\0\0\0", 4) +
-                                 littleNumber(7, 3) + littleNumber(7, 3) + "ICCP" +
-                                 littleNumber(profile.size(), 4) + profile +
+    const std::string webp = encoded(".webp", plain); // a lossy or lossless chunk from byte 12
+    const std::string extended = "WEBPVP8X" + littleEndian(10, 4) + std::string("\x20\0\0\0", 4) +
+                                 littleEndian(7, 3) + littleEndian(7, 3) + "ICCP" +
+                                 littleEndian(profile.size(), 4) + profile +
                                  std::string(profile.size() % 2, '\0') + webp.substr(12);
-    files.push_back("RIFF" + littleNumber(extended.size(), 4) + extended);
+    files.push_back("RIFF" + littleEndian(extended.size(), 4) + extended);
     if (hasHeif()) {
         HeifItem item = hevcColours(1);
         item.properties.push_back(iccBox(profile));
@@ -272,8 +246,7 @@ TEST_F(ColourFiles, InksAreConvertedByTheirProfile) {
         }
         // without a profile each ink takes its colour away, and a note says so
         const cv::Vec3b usual = read(file).at<cv::Vec3b>(8, 8);
-        ASSERT_EQ(notes.size(), 1U);
-        EXPECT_NE(notes[0].text.find("CMYK without a colour profile"), std::string::npos);
+        EXPECT_TRUE(contains(only(notes).text, "CMYK without a colour profile"));
         EXPECT_NEAR(usual[0], 255 * (1 - yellow) * (1 - black), 3);
         EXPECT_NEAR(usual[1], 255 * (1 - magenta) * (1 - black), 3);
         EXPECT_NEAR(usual[2], 255 * (1 - cyan) * (1 - black), 3);
@@ -288,7 +261,7 @@ TEST_F(ColourFiles, InksAreConvertedByTheirProfile) {
     const std::string whole = withSegments(cmykJpeg({155, 55, 255, 255}, 256), segment);
     EXPECT_EQ(read(whole.substr(0, whole.size() - 300)).size(), cv::Size(256, 256));
     ASSERT_EQ(notes.size(), 2U);
-    EXPECT_NE(notes[0].text.find("CMYK"), std::string::npos);
+    EXPECT_TRUE(contains(notes[0].text, "CMYK"));
     EXPECT_EQ(notes[1].code, NoteCode::CutOff);
     // without Adobe's mark 255 is all of an ink
     std::string unmarked = cmykJpeg({255, 0, 0, 0});
@@ -311,13 +284,13 @@ TEST_F(ColourFiles, WhatIsSrgbKeepsItsBytes) {
         gammaChunk(0.45455) + primariesChunk(kSrgb),
         pngChunk("sRGB", std::string(1, '\0')) + gammaChunk(1) + primariesChunk(kSwapped)};
     for (const std::string& chunk : chunks)
-        EXPECT_TRUE(samePicture(read(withChunks(png, chunk)), grid)) << chunk.substr(4, 4);
+        EXPECT_TRUE(samePicture(read(withPngChunks(png, chunk)), grid)) << chunk.substr(4, 4);
     EXPECT_TRUE(notes.empty());
 }
 
 TEST_F(ColourFiles, GammaAndChromaticitiesOfPngCount) {
     const auto error = [&](const std::string& chunks, const Primaries& primaries, double exponent) {
-        return worst(read(withChunks(png, chunks)), grid,
+        return worst(read(withPngChunks(png, chunks)), grid,
                      [&](const cv::Vec3d& bgr) { return referenceSrgb(bgr, primaries, exponent); });
     };
     EXPECT_LE(error(gammaChunk(1), kSrgb, 1), 1.6);
@@ -328,14 +301,14 @@ TEST_F(ColourFiles, GammaAndChromaticitiesOfPngCount) {
 
 TEST_F(ColourFiles, CodeGoesBeforeProfileBeforeSrgbBeforeGamma) {
     const std::string profile = iccChunk(iccProfile(kSwapped, 0));
-    const cv::Mat p3 = read(withChunks(png, codeChunk(12, 13)));
+    const cv::Mat p3 = read(withPngChunks(png, codeChunk(12, 13)));
     EXPECT_LE(
         worst(p3, grid, [](const cv::Vec3d& bgr) { return referenceSrgb(bgr, kDisplayP3, 0); }),
         1.6);
-    EXPECT_TRUE(samePicture(read(withChunks(png, codeChunk(12, 13) + profile)), p3));
-    const cv::Mat swapped = read(withChunks(png, profile));
+    EXPECT_TRUE(samePicture(read(withPngChunks(png, codeChunk(12, 13) + profile)), p3));
+    const cv::Mat swapped = read(withPngChunks(png, profile));
     EXPECT_TRUE(samePicture(
-        read(withChunks(png, profile + pngChunk("sRGB", std::string(1, '\0')) + gammaChunk(1))),
+        read(withPngChunks(png, profile + pngChunk("sRGB", std::string(1, '\0')) + gammaChunk(1))),
         swapped));
     cv::Mat expected;
     cv::mixChannels(std::vector<cv::Mat>{grid},
@@ -345,7 +318,7 @@ TEST_F(ColourFiles, CodeGoesBeforeProfileBeforeSrgbBeforeGamma) {
 }
 
 TEST_F(ColourFiles, DepthIsNeverConverted) {
-    const std::string file = withChunks(png, iccChunk(iccProfile(kSrgb, 1)));
+    const std::string file = withPngChunks(png, iccChunk(iccProfile(kSrgb, 1)));
     spill(directory / "d.png", file);
     spill(directory / "e.png", png);
     EXPECT_TRUE(
@@ -356,12 +329,11 @@ TEST_F(ColourFiles, HdrIsToneMapped) {
     const std::vector<std::tuple<unsigned, unsigned, Primaries>> codes = {
         {9, 16, kRec2020}, {12, 16, kDisplayP3}, {9, 18, kRec2020}};
     for (const auto& [primaries, transfer, chromaticities] : codes) {
-        const cv::Mat picture = read(withChunks(png, codeChunk(primaries, transfer)));
-        ASSERT_EQ(notes.size(), 1U);
-        EXPECT_EQ(notes[0].code, NoteCode::Converted);
-        EXPECT_EQ(notes[0].text, std::string("the picture is HDR (") +
-                                     (transfer == 16 ? "PQ" : "HLG") +
-                                     "): its bright parts are compressed");
+        const cv::Mat picture = read(withPngChunks(png, codeChunk(primaries, transfer)));
+        EXPECT_EQ(only(notes).code, NoteCode::Converted);
+        EXPECT_EQ(only(notes).text, std::string("the picture is HDR (") +
+                                        (transfer == 16 ? "PQ" : "HLG") +
+                                        "): its bright parts are compressed");
         EXPECT_LE(worst(picture, grid,
                         [&c = chromaticities, isHlg = transfer == 18](const cv::Vec3d& bgr) {
                             return referenceToneMapped(bgr, c, isHlg);
@@ -380,21 +352,22 @@ cv::Mat lightOf(const cv::Mat& grid) {
 TEST_F(ColourFiles, LightOfExrAndHdrBecomesSrgb) {
     const cv::Mat light = lightOf(grid);
     const auto srgb = [](const cv::Vec3d& bgr) { return referenceSrgb(bgr, kSrgb, 1); };
-    const std::string exr = coded(".exr", light);
+    const std::string exr = encoded(".exr", light);
     EXPECT_LE(worst(read(exr), grid, srgb), 0.51); // rounding
     EXPECT_TRUE(notes.empty());
-    const std::string hdr = coded(".hdr", light);
+    const std::string hdr = encoded(".hdr", light);
     // mantissas of 8 bits for the three colours together; in the dark a step is up to 13 levels
     EXPECT_LE(worst(read(hdr), grid, srgb), 14);
-    EXPECT_NEAR(read(coded(".hdr", cv::Mat(9, 9, CV_32FC3, cv::Scalar::all(0.1023)))) // 90 of sRGB
-                    .at<cv::Vec3b>(4, 4)[1],
-                90, 1);
+    EXPECT_NEAR(
+        read(encoded(".hdr", cv::Mat(9, 9, CV_32FC3, cv::Scalar::all(0.1023)))) // 90 of sRGB
+            .at<cv::Vec3b>(4, 4)[1],
+        90, 1);
     EXPECT_TRUE(notes.empty());
 
     cv::Mat grey( // depth stays as it is
         light.size(), CV_32FC1);
     cv::extractChannel(light, grey, 1);
-    spill(directory / "d.exr", coded(".exr", grey));
+    spill(directory / "d.exr", encoded(".exr", grey));
     EXPECT_TRUE(samePicture(readDepthImage(directory / "d.exr"), grey));
     EXPECT_LE(worst(readPhoto(directory / "d.exr"), grid,
                     [&](const cv::Vec3d& bgr) { return srgb(cv::Vec3d::all(bgr[1])); }),
@@ -417,7 +390,7 @@ TEST_F(ColourFiles, PrimariesOfExrAndHdrCount) {
               1);
 
     const cv::Mat plain(8, 8, CV_32FC3, cv::Scalar(0.25, 0.5, 0.75));
-    const std::string hdr = coded(".hdr", plain);
+    const std::string hdr = encoded(".hdr", plain);
     const std::string line = "\nPRIMARIES= 0.708 0.292 0.170 0.797 0.131 0.046 0.3127 0.3290";
     const cv::Vec3b colour =
         read(std::string(hdr).insert(hdr.find("\n\n"), line)).at<cv::Vec3b>(4, 4);
@@ -437,8 +410,7 @@ TEST_F(ColourFiles, PrimariesOfExrAndHdrCount) {
     aces.chromaticities->at(1) = 0;
     grey.setTo(0.5);
     convertToSrgb(grey, aces, &notes);
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].text,
+    EXPECT_EQ(only(notes).text,
               "the primaries that the file states are damaged: those of sRGB are used");
     EXPECT_LE(cv::norm(grey, cv::Mat(4, 4, CV_32FC3, cv::Scalar::all(0.7354)), cv::NORM_INF),
               0.001);
@@ -450,10 +422,9 @@ TEST_F(ColourFiles, LightBeyondWhiteIsNoted) {
     light.at<cv::Vec3f>(1, 0) = cv::Vec3f::all(std::nanf(""));
     light.at<cv::Vec3f>(1, 1) = cv::Vec3f::all(HUGE_VALF);
     light.at<cv::Vec3f>(1, 2) = cv::Vec3f::all(-1);
-    const cv::Mat photo = read(coded(".exr", light));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::AsItIs);
-    EXPECT_EQ(notes[0].text, "11 % of the picture is brighter than white and shown as white");
+    const cv::Mat photo = read(encoded(".exr", light));
+    EXPECT_EQ(only(notes).code, NoteCode::AsItIs);
+    EXPECT_EQ(only(notes).text, "11 % of the picture is brighter than white and shown as white");
     EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b::all(255));
     EXPECT_EQ(photo.at<cv::Vec3b>(1, 0), cv::Vec3b::all(0));
     EXPECT_EQ(photo.at<cv::Vec3b>(1, 1), cv::Vec3b::all(255));
@@ -466,24 +437,14 @@ TEST_F(ColourFiles, FloatsAreConvertedByTheirProfileOrNoted) {
     const cv::Mat light = lightOf(grid);
     const auto file = directory / "a.tif";
     for (const bool hasProfile : {false, true}) {
-        TIFF* const tiff = TIFFOpen(file.c_str(), "w8");
-        TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, light.cols);
-        TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, light.rows);
-        TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 32);
-        TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 3);
-        TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
-        TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB);
-        TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
-        const std::string profile = iccProfile(kDisplayP3, 1);
-        if (hasProfile) TIFFSetField(tiff, TIFFTAG_ICCPROFILE, profile.size(), profile.data());
-        for (int y = 0; y < light.rows; ++y) {
-            std::vector<cv::Vec3f> row(light.ptr<cv::Vec3f>(y),
-                                       light.ptr<cv::Vec3f>(y, light.cols));
-            for (cv::Vec3f& px : row)
-                std::swap(px[0], px[2]);
-            ASSERT_EQ(TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y)), 1);
+        cv::imwrite(file.string(), light, {cv::IMWRITE_TIFF_COMPRESSION, COMPRESSION_NONE});
+        if (hasProfile) {
+            const std::string profile = iccProfile(kDisplayP3, 1);
+            TIFF* const tiff = TIFFOpen(file.c_str(), "r+");
+            TIFFSetField(tiff, TIFFTAG_ICCPROFILE, profile.size(), profile.data());
+            ASSERT_EQ(TIFFRewriteDirectory(tiff), 1);
+            TIFFClose(tiff);
         }
-        TIFFClose(tiff);
         notes.clear();
         const cv::Mat photo = readPhoto(file, &notes);
         if (hasProfile) {
@@ -493,31 +454,12 @@ TEST_F(ColourFiles, FloatsAreConvertedByTheirProfileOrNoted) {
             EXPECT_TRUE(notes.empty());
         } else {
             EXPECT_TRUE(samePicture(photo, grid));
-            ASSERT_EQ(notes.size(), 1U);
-            EXPECT_EQ(notes[0].code, NoteCode::Doubtful);
-            EXPECT_EQ(notes[0].text,
+            EXPECT_EQ(only(notes).code, NoteCode::Doubtful);
+            EXPECT_EQ(only(notes).text,
                       "the file holds floats without a colour profile: they are read as sRGB from "
                       "0, black, to 1, white, and not as linear light");
         }
     }
-}
-
-TEST(Colour, ToneMappingKeepsTheDarkAndEndsAtWhite) {
-    EXPECT_EQ(toneMapped(0), 0);
-    EXPECT_EQ(toneMapped(50), 50);
-    EXPECT_NEAR(toneMapped(1000), 203, 1e-6);
-    EXPECT_NEAR(toneMapped(10000), 203, 1e-6);
-    double last = 0;
-    for (int step = 0; step < 1200; ++step) {
-        const double light = step;
-        EXPECT_GE(toneMapped(light), last);
-        EXPECT_LE(toneMapped(light), light + 1e-9);
-        last = toneMapped(light);
-    }
-    EXPECT_EQ(linearLight(0, 16), 0);
-    EXPECT_NEAR(linearLight(1, 16), 1, 1e-9);
-    EXPECT_EQ(linearLight(0, 18), 0);
-    EXPECT_NEAR(linearLight(1, 18), 1, 1e-6);
 }
 
 TEST(Colour, AvifStatesColoursAsNumbers) {
@@ -537,44 +479,26 @@ TEST(Colour, AvifStatesColoursAsNumbers) {
 
 TEST_F(ColourFiles, DamagedAndForeignProfilesAreSaid) {
     const std::string profile = iccProfile(kDisplayP3, 0);
-    EXPECT_TRUE(samePicture(read(withChunks(png, iccChunk("not a profile"))), grid));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::AsItIs);
-    EXPECT_EQ(notes[0].text, "the colour profile is damaged: the colours are read as sRGB");
-    EXPECT_TRUE(
-        samePicture(read(withChunks(png, iccChunk(saved(cmsCreateLab4Profile(nullptr))))), grid));
+    EXPECT_TRUE(samePicture(read(withPngChunks(png, iccChunk("not a profile"))), grid));
+    EXPECT_EQ(only(notes).code, NoteCode::AsItIs);
+    EXPECT_EQ(only(notes).text, "the colour profile is damaged: the colours are read as sRGB");
+    EXPECT_TRUE(samePicture(
+        read(withPngChunks(png, iccChunk(saved(cmsCreateLab4Profile(nullptr))))), grid));
     ASSERT_EQ(notes.size(), 1U);
     for (std::size_t size = 0; size < profile.size(); size += 11)
-        EXPECT_EQ(read(withChunks(png, iccChunk(profile.substr(0, size)))).size(), grid.size());
-    cv::RNG random(3);
-    for (int i = 0; i < 300; ++i) {
-        std::string broken = profile;
-        for (int k = 0; k < 3; ++k)
-            broken[static_cast<std::size_t>(random.uniform(0, static_cast<int>(profile.size())))] =
-                static_cast<char>(random.uniform(0, 256));
-        cv::Mat picture = grid.clone();
-        ColourFacts facts;
-        facts.icc = broken;
-        convertToSrgb(picture, facts, nullptr);
-        EXPECT_EQ(picture.size(), grid.size());
-    }
+        EXPECT_EQ(read(withPngChunks(png, iccChunk(profile.substr(0, size)))).size(), grid.size());
     for (const Primaries& odd :
          {Primaries{}, Primaries{0, 0, 0, 0, 0, 0}, Primaries{0.3, 0.3, 0.3, 0.3, 0.3, 0.3}})
-        EXPECT_EQ(read(withChunks(png, primariesChunk(odd) + gammaChunk(1))).size(), grid.size());
-    EXPECT_TRUE(samePicture(read(withChunks(png, gammaChunk(0.00001))), grid));
+        EXPECT_EQ(read(withPngChunks(png, primariesChunk(odd) + gammaChunk(1))).size(),
+                  grid.size());
+    EXPECT_TRUE(samePicture(read(withPngChunks(png, gammaChunk(0.00001))), grid));
 }
 
 TEST_F(ColourFiles, ThreadsDoNotChangeTheResult) {
     const cv::Mat photo = scenery({301, 211}, 5);
     for (const std::string& chunk : {iccChunk(iccProfile(kDisplayP3, 0)), codeChunk(9, 18)}) {
-        const std::string file = withChunks(coded(".png", photo), chunk);
-        const int threads = cv::getNumThreads();
-        cv::setNumThreads(1);
-        const cv::Mat one = read(file);
-        cv::setNumThreads(5);
-        const cv::Mat five = read(file);
-        cv::setNumThreads(threads);
-        EXPECT_TRUE(samePicture(one, five));
+        const std::string file = withPngChunks(encoded(".png", photo), chunk);
+        expectSameForAnyThreads([&] { return read(file); }, {5});
     }
 }
 
@@ -586,13 +510,13 @@ TEST(Colour, OfAnRgbdImageOnlyThePhotoIsConverted) {
     cv::Mat depth(photo.size(), CV_8UC3);
     for (int x = 0; x < depth.cols; ++x)
         depth.col(x).setTo(cv::Scalar::all(6 * x));
-    spill(directory / "photo.png", withChunks(coded(".png", photo), chunk));
+    spill(directory / "photo.png", withPngChunks(encoded(".png", photo), chunk));
     const cv::Mat converted = readImage(directory / "photo.png");
     EXPECT_FALSE(samePicture(converted, photo));
     for (const bool isFirst : {false, true}) {
         cv::Mat both;
         cv::hconcat(isFirst ? depth : photo, isFirst ? photo : depth, both);
-        spill(directory / "both.png", withChunks(coded(".png", both), chunk));
+        spill(directory / "both.png", withPngChunks(encoded(".png", both), chunk));
         const DepthSide side = isFirst ? DepthSide::Left : DepthSide::Right;
         const cv::Mat read = readRgbdImage(directory / "both.png", side);
         const cv::Rect left(0, 0, 40, 30);
@@ -609,7 +533,7 @@ TEST(Colour, OfAnRgbdImageOnlyThePhotoIsConverted) {
     cv::Mat grey;
     cv::cvtColor(depth, grey, cv::COLOR_BGR2GRAY);
     cv::hconcat(grey, grey, grey);
-    spill(directory / "grey.png", withChunks(coded(".png", grey), gammaChunk(1)));
+    spill(directory / "grey.png", withPngChunks(encoded(".png", grey), gammaChunk(1)));
     const cv::Mat read = readRgbdImage(directory / "grey.png", DepthSide::Right);
     EXPECT_EQ(read.type(), CV_8UC3);
     EXPECT_TRUE(samePicture(read.colRange(40, 80), depth));

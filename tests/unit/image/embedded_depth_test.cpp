@@ -9,14 +9,13 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/photo_files.hpp"
+#include "support/picture_files.hpp"
 #include "support/random_pictures.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -41,17 +40,15 @@ cv::Mat ramp(int columns = kColumns, int rows = kRows) {
     return picture;
 }
 
-std::string coded(const std::string& extension, const cv::Mat& picture) {
-    std::vector<unsigned char> bytes;
-    cv::imencode(extension, picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 100});
-    return {bytes.begin(), bytes.end()};
+std::string jpegOf(const cv::Mat& picture) {
+    return encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 100});
 }
 
 std::string rawBytes(const cv::Mat& picture) {
     return {reinterpret_cast<const char*>(picture.data), picture.total()};
 }
 
-class EmbeddedDepthFiles : public testing::Test {
+class EmbeddedDepthFiles : public FileTest {
   protected:
     std::filesystem::path file(const std::string& contents) const {
         spill(directory / "a.jpg", contents);
@@ -74,15 +71,14 @@ class EmbeddedDepthFiles : public testing::Test {
             EXPECT_NEAR(found->depth.at<float>(7, x), nearIsRight ? share : 1 - share, 2.5 / 255);
         }
     }
-    TemporaryDirectory directory;
     Notes notes;
-    std::string photo = coded(".jpg", scenery({4 * kColumns, 4 * kRows}, 3));
-    std::string depthJpeg = coded(".jpg", ramp());
-    std::string depthPng = coded(".png", ramp());
+    std::string photo = jpegOf(scenery({4 * kColumns, 4 * kRows}, 3));
+    std::string depthJpeg = jpegOf(ramp());
+    std::string depthPng = encoded(".png", ramp());
 };
 
 TEST_F(EmbeddedDepthFiles, DynamicDepthIsNearDark) {
-    const std::string other = coded(".jpg", cv::Mat(3, 4, CV_8UC1, cv::Scalar(9)));
+    const std::string other = jpegOf(cv::Mat(3, 4, CV_8UC1, cv::Scalar(9)));
     expectRamp(
         read(dynamicDepthPhoto(
             photo, {{"GainMap", other, ""}, {"Depth", depthJpeg, ""}, {"Confidence", other, ""}})),
@@ -113,7 +109,8 @@ TEST_F(EmbeddedDepthFiles, GDepthOfAPngIsExact) {
     cv::Mat colours;
     cv::merge(std::vector<cv::Mat>{ramp(), ramp(), ramp(), cv::Mat(kRows, kColumns, CV_8UC1, 255)},
               colours);
-    expectRamp(read(gDepthPhoto(photo, coded(".png", colours))), EmbeddedDepthForm::GDepth, false);
+    expectRamp(read(gDepthPhoto(photo, encoded(".png", colours))), EmbeddedDepthForm::GDepth,
+               false);
 }
 
 TEST_F(EmbeddedDepthFiles, ExtendedXmpOfAnotherVersionIsLeftAlone) {
@@ -153,22 +150,21 @@ TEST_F(EmbeddedDepthFiles, RangeLinearBecomesInverseDepth) {
 }
 
 TEST_F(EmbeddedDepthFiles, AppleJpegsAreChosenByTheirOwnXmp) {
-    const std::string matte = appleAuxiliary(coded(".jpg", cv::Mat(kRows, kColumns, CV_8UC1, 5)),
-                                             "depth", "portraitEffectsMatte");
-    const std::string gain = coded(".jpg", ramp(8, 6));
+    const std::string matte = appleAuxiliary(jpegOf(cv::Mat(kRows, kColumns, CV_8UC1, 5)), "depth",
+                                             "portraitEffectsMatte");
+    const std::string gain = jpegOf(ramp(8, 6));
     const std::string depth = appleAuxiliary(depthJpeg, "disparity");
     expectRamp(read(appleJpeg(photo, {depth})), EmbeddedDepthForm::AppleJpeg, true);
     expectRamp(read(appleJpeg(photo, {gain, matte, depth})), EmbeddedDepthForm::AppleJpeg, true);
     EXPECT_FALSE(read(appleJpeg(photo, {gain, matte})));
     // Many entries that name one long picture are not searched one by one.
-    std::string list = heifNumber(0x030000, 4) + std::string(12, '\0');
+    std::string list = bigEndian(0x030000, 4) + std::string(12, '\0');
     for (int i = 0; i < 99; ++i)
-        list +=
-            heifNumber(0, 4) + heifNumber(40'000'000, 4) + heifNumber(8000, 4) + heifNumber(0, 4);
+        list += bigEndian(0, 4) + bigEndian(40'000'000, 4) + bigEndian(8000, 4) + bigEndian(0, 4);
     std::string index = std::string("MPF\0MM\0*\0\0\0\10\0\144", 14);
     for (int i = 0; i < 100; ++i)
-        index += heifNumber(0xb002, 2) + heifNumber(7, 2) + heifNumber(list.size(), 4) +
-                 heifNumber(8 + 2 + 1200 + 4, 4);
+        index += bigEndian(0xb002, 2) + bigEndian(7, 2) + bigEndian(list.size(), 4) +
+                 bigEndian(8 + 2 + 1200 + 4, 4);
     std::string hostile =
         withSegments(photo, jpegSegment(0xe2, index + std::string(4, '\0') + list));
     const std::size_t listed = 2 + 4 + 4 + 8000; // where the entries point
@@ -223,18 +219,16 @@ TEST_F(EmbeddedDepthFiles, SamsungAndHuaweiAreExperimental) {
 }
 
 TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
-    EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", ramp(kColumns, kRows + 2)))));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-    EXPECT_EQ(notes[0].text,
+    EXPECT_FALSE(read(gDepthPhoto(photo, encoded(".png", ramp(kColumns, kRows + 2)))));
+    EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
+    EXPECT_EQ(only(notes).text,
               "the depth (Google lens blur, 40 x 32 px) in the file is not used: its shape is "
               "not that of the photo, 160 x 120 px");
     cv::Mat flat(kRows, kColumns, CV_8UC1, cv::Scalar(77));
     flat.at<std::uint8_t>(3, 3) = 255; // one px is no range
-    EXPECT_FALSE(read(gDepthPhoto(photo, coded(".png", flat))));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_NE(notes[0].text.find("it is flat"), std::string::npos);
-    EXPECT_TRUE(read(gDepthPhoto(photo, coded(".png", ramp(800, 608))))) << "within 2 %";
+    EXPECT_FALSE(read(gDepthPhoto(photo, encoded(".png", flat))));
+    EXPECT_TRUE(contains(only(notes).text, "it is flat"));
+    EXPECT_TRUE(read(gDepthPhoto(photo, encoded(".png", ramp(800, 608))))) << "within 2 %";
 }
 
 TEST_F(EmbeddedDepthFiles, PhotosWithoutDepthHaveNone) {
@@ -242,7 +236,7 @@ TEST_F(EmbeddedDepthFiles, PhotosWithoutDepthHaveNone) {
     const std::string left = dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}});
     EXPECT_FALSE(read(left.substr(0, left.size() - depthJpeg.size()))) << "XMP stays behind";
     EXPECT_TRUE(notes.empty());
-    EXPECT_FALSE(read(coded(".png", ramp())));
+    EXPECT_FALSE(read(encoded(".png", ramp())));
     EXPECT_FALSE(read(""));
     EXPECT_FALSE(read("text"));
     EXPECT_EQ(errorOf([&] { static_cast<void>(readEmbeddedDepth(directory / "none.jpg")); }),
@@ -255,40 +249,27 @@ TEST_F(EmbeddedDepthFiles, BrokenFilesGiveDepthOrNone) {
         appleJpeg(photo, {appleAuxiliary(depthJpeg, "disparity")}),
         samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows),
         huaweiPhoto(photo, rawBytes(ramp()), kColumns, kRows)};
-    cv::RNG random(5);
     for (const std::string& whole : files) {
         for (std::size_t size = 0; size < whole.size(); size += 97)
             EXPECT_EQ(errorOf([&] { read(whole.substr(0, size)); }), "(no error)") << size;
-        for (int i = 0; i < 300; ++i) {
-            std::string broken = whole;
-            for (int k = 0; k < 4; ++k) {
-                // metadata are at the beginning and at the end
-                const std::size_t at = static_cast<std::size_t>(random.uniform(0, 1000));
-                broken[k % 2 == 0 ? at : broken.size() - 1 - at] =
-                    static_cast<char>(random.uniform(0, 256));
-            }
-            EXPECT_EQ(errorOf([&] { static_cast<void>(findDepthPart(broken)); }), "(no error)");
-        }
     }
 }
 
 TEST_F(EmbeddedDepthFiles, TheSharpOriginalIsRead) {
     const cv::Mat sharp = scenery({2 * kColumns, 2 * kRows}, 8);
     EXPECT_TRUE(samePicture(readUnblurredPhoto(file(gDepthPhoto(photo, depthPng, "RangeInverse", 1,
-                                                                2, coded(".png", sharp)))),
+                                                                2, encoded(".png", sharp)))),
                             sharp));
-    const cv::Mat pixel = readUnblurredPhoto(file(dynamicDepthPhoto(
-        photo, {{"Original", coded(".jpg", sharp), ""}, {"Depth", depthJpeg, ""}})));
+    const cv::Mat pixel = readUnblurredPhoto(file(
+        dynamicDepthPhoto(photo, {{"Original", jpegOf(sharp), ""}, {"Depth", depthJpeg, ""}})));
     EXPECT_EQ(pixel.size(), sharp.size());
     EXPECT_TRUE(readUnblurredPhoto(file(photo)).empty());
     EXPECT_TRUE(readUnblurredPhoto(file(gDepthPhoto(photo, depthPng)), &notes).empty());
     EXPECT_TRUE(notes.empty());
-    EXPECT_TRUE(
-        readUnblurredPhoto(
-            file(dynamicDepthPhoto(photo, {{"Original", coded(".jpg", ramp(9, 50)), ""}})), &notes)
-            .empty());
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].text,
+    EXPECT_TRUE(readUnblurredPhoto(
+                    file(dynamicDepthPhoto(photo, {{"Original", jpegOf(ramp(9, 50)), ""}})), &notes)
+                    .empty());
+    EXPECT_EQ(only(notes).text,
               "the sharp original in the file is not used: its shape is not that of the photo");
 }
 
@@ -466,16 +447,13 @@ TEST_F(EmbeddedDepthFiles, DepthBesideThatDoesNotFitIsLeftOut) {
     const auto source = storedDepthOr(estimatedDepth());
     const auto path = file(gDepthPhoto(photo, depthPng));
     for (const cv::Mat& unfit : {cv::Mat(15, 20, CV_8UC1, cv::Scalar(90)), ramp(20, 20)}) {
-        spill(directory / "a_depth.png", coded(".png", unfit));
+        spill(directory / "a_depth.png", encoded(".png", unfit));
         notes.clear();
         static_cast<void>(source->readImage(path, &notes));
         EXPECT_EQ(source->description(),
                   "depth in the photo's file (Google lens blur, 40 x 30 px)");
-        ASSERT_EQ(notes.size(), 1u);
-        EXPECT_EQ(
-            notes[0].text.find((directory / "a_depth.png").string() + ": is not used as depth: it"),
-            0u)
-            << notes[0].text;
+        EXPECT_TRUE(startsWith(only(notes).text, (directory / "a_depth.png").string() +
+                                                     ": is not used as depth: it"));
     }
 }
 
@@ -487,13 +465,6 @@ TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
     EXPECT_EQ(source->description(), "depth in the photo's file (Google lens blur, 40 x 30 px)");
     EXPECT_EQ(scene.depth.size(), cv::Size(kColumns, kRows));
     EXPECT_GT(scene.depth.at<float>(5, 0), scene.depth.at<float>(5, kColumns - 1));
-
-    spill(directory / "a_depth.png", coded(".png", ramp(20, 15))); // what lies beside goes first
-    source->readScene(source->readImage(path), 0.5, scene);
-    EXPECT_EQ(source->description(),
-              "depth image beside the photo (" + (directory / "a_depth.png").string() + ")");
-    EXPECT_EQ(scene.depth.size(), cv::Size(20, 15));
-    EXPECT_LT(scene.depth.at<float>(5, 0), scene.depth.at<float>(5, 19));
 
     spill(directory / "b.jpg", photo);
     source->readScene(source->readImage(directory / "b.jpg"), 0.5, scene);
@@ -520,17 +491,15 @@ TEST(Xmp, AttributesAndElementsCountTheSame) {
     EXPECT_FALSE(xmp.has("x/b", "one"));
 }
 
-TEST(Xmp, LongValuesAreViewsAndQuick) {
+TEST(Xmp, LongValuesAreViews) {
     const std::string picture(1500000, 'x');
     const std::string text = xmpOf("xmlns:a='u' a:Data=\"" + toBase64(picture) + "\" a:Mime='m'");
-    const auto start = std::chrono::steady_clock::now();
     const Xmp xmp(text);
     const std::string_view data = xmp.value("u", "Data");
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     EXPECT_GE(data.data(), text.data());
+    EXPECT_LT(data.data(), text.data() + text.size());
     EXPECT_EQ(decodeBase64(data), picture);
     EXPECT_EQ(xmp.value("u", "Mime"), "m");
-    EXPECT_LT(seconds.count(), 0.1) << "a few ms on an idle machine";
 }
 
 TEST(Xmp, QuotesInCommentsAndRawTextMeanNothing) {

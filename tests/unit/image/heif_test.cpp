@@ -18,13 +18,12 @@ using namespace test;
 #define REQUIRE_HEIF()                                                                             \
     if (!hasHeif()) GTEST_SKIP() << "needs libheif, which this build does not have"
 
-class Heif : public testing::Test {
+class Heif : public FileTest {
   protected:
     std::filesystem::path file(const std::string& contents) const {
         spill(directory / "a.heic", contents);
         return directory / "a.heic";
     }
-    TemporaryDirectory directory;
 };
 
 // The px are those of the picture that was encoded, up to what the encoder loses.
@@ -52,21 +51,16 @@ TEST_F(Heif, HeicAndAvifAreRead) {
     EXPECT_TRUE(notes.empty());
 }
 
-TEST_F(Heif, TheFormatsAreListed) {
-    EXPECT_EQ(readableFormats().find("HEIC, AVIF, ") != std::string::npos, hasHeif());
-}
-
 TEST_F(Heif, PicturesOfAnAnimationAreFurtherPictures) {
     REQUIRE_HEIF();
-    std::string box = heifFullBox("stsz", 0, heifNumber(7, 4) + heifNumber(12, 4)); // 12 of 7 bytes
+    std::string box = heifFullBox("stsz", 0, bigEndian(7, 4) + bigEndian(12, 4)); // 12 of 7 bytes
     for (const char* const outer : {"stbl", "minf", "mdia", "trak", "moov"})
         box = heifBox(outer, box);
     for (const auto& [brand, item] : {std::pair{"avif", av1Colours(1)}, {"heic", hevcColours(1)}}) {
         Notes notes;
         expectColours(readPhoto(file(heifFile(brand, {item}) + box), &notes));
-        ASSERT_EQ(notes.size(), 1U);
-        EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-        EXPECT_EQ(notes[0].text, "the file holds 12 pictures: the main one is read");
+        EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
+        EXPECT_EQ(only(notes).text, "the file holds 12 pictures: the main one is read");
     }
 }
 
@@ -76,9 +70,8 @@ TEST_F(Heif, DepthAndMattesAreNoFurtherPictures) {
     expectColours(readPhoto(file(appleHeic()), &notes));
     EXPECT_TRUE(notes.empty());
     readPhoto(file(heifFile("heic", {hevcColours(1), hevcColours(2)})), &notes);
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-    EXPECT_EQ(notes[0].text, "the file holds 2 pictures: the main one is read");
+    EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
+    EXPECT_EQ(only(notes).text, "the file holds 2 pictures: the main one is read");
 }
 
 TEST_F(Heif, TheContentsDecideTheFormat) {
@@ -103,7 +96,7 @@ TEST_F(Heif, ThePictureIsTurnedOnce) {
     HeifItem photo = hevcColours(1);
     photo.properties.push_back(irot(3)); // a quarter clockwise
     const std::string exif =
-        heifNumber(0, 4) + std::string("II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0", 26);
+        bigEndian(0, 4) + std::string("II*\0\10\0\0\0\1\0\x12\1\3\0\1\0\0\0\6\0\0\0\0\0\0\0", 26);
     const std::string bytes =
         heifFile("heic", {photo, {2, "Exif", exif, {}, ""}}, {{"cdsc", 2, {1}}});
     const cv::Mat turned = readPhoto(file(bytes));
@@ -126,21 +119,6 @@ TEST_F(Heif, FilesOfIos18AreRepaired) {
     EXPECT_EQ(repairedHeif(appleHeic()), "") << "nothing to repair";
 }
 
-TEST_F(Heif, BrokenFilesOfIos18AreLeftAlone) {
-    const std::string bytes = appleHeic(true);
-    for (std::size_t size = 0; size < bytes.size(); size += 3)
-        static_cast<void>(repairedHeif(bytes.substr(0, size)));
-    const std::size_t iref = bytes.find("iref");
-    for (std::size_t at = iref - 4; at < iref + 60; ++at) {
-        for (const char value : {'\0', '\1', '\x7f', '\xff'}) {
-            std::string broken = bytes;
-            broken[at] = value;
-            const std::string repaired = repairedHeif(broken);
-            EXPECT_TRUE(repaired.empty() || repaired.size() == bytes.size()) << at;
-        }
-    }
-}
-
 TEST_F(Heif, TheSizeIsLimitedBeforeDecoding) {
     REQUIRE_HEIF();
     HeifItem photo = hevcColours(1);
@@ -149,6 +127,13 @@ TEST_F(Heif, TheSizeIsLimitedBeforeDecoding) {
               (directory / "a.heic").string() +
                   ": has 30000 x 30000 px, expected at most 400 megapixels and sides of at most "
                   "65500 px");
+}
+
+std::string bytesOf(const std::string& bits) {
+    std::string bytes;
+    for (std::size_t i = 0; i < bits.size(); i += 8)
+        bytes.push_back(static_cast<char>(std::stoi(bits.substr(i, 8), nullptr, 2)));
+    return bytes;
 }
 
 // The settings of a coded picture of so many px: a NAL unit as H.265 7.3.2.2 describes it.
@@ -166,16 +151,14 @@ std::string hevcSettings(unsigned columns, unsigned rows) {
     }
     bits += std::string(8 - bits.size() % 8, '1');
     std::string unit;
-    for (std::size_t i = 0; i < bits.size(); i += 8) {
-        const std::size_t end = unit.size();
-        if (end >= 2 && unit[end - 1] == 0 && unit[end - 2] == 0 &&
-            bits.compare(i, 6, "000000") == 0) {
+    for (const char byte : bytesOf(bits)) { // what would look like a start gets a 3 before it
+        if (unit.size() >= 2 && unit.substr(unit.size() - 2) == std::string(2, '\0') &&
+            static_cast<unsigned char>(byte) < 4)
             unit.push_back(3);
-        }
-        unit.push_back(static_cast<char>(std::stoi(bits.substr(i, 8), nullptr, 2)));
+        unit.push_back(byte);
     }
-    return heifBox("hvcC", '\1' + std::string(21, '\0') + '\1' + '\x21' + heifNumber(1, 2) +
-                               heifNumber(unit.size(), 2) + unit);
+    return heifBox("hvcC", '\1' + std::string(21, '\0') + '\1' + '\x21' + bigEndian(1, 2) +
+                               bigEndian(unit.size(), 2) + unit);
 }
 
 TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
@@ -191,7 +174,7 @@ TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
     EXPECT_EQ(heifProblem("", 4e8), "");
     // Unusual sizes and places hide nothing.
     const auto longBox = [](const std::string& type, const std::string& body) {
-        return heifNumber(1, 4) + type + heifNumber(16 + body.size(), 8) + body;
+        return bigEndian(1, 4) + type + bigEndian(16 + body.size(), 8) + body;
     };
     const std::string settings = hevcSettings(60000, 50000);
     const std::string body = settings.substr(8);
@@ -200,7 +183,7 @@ TEST_F(Heif, TheCodedPictureIsLimitedAsWell) {
     for (const std::string& hidden :
          {longBox("meta", zeros + longBox("iprp", longBox("ipco", longBox("hvcC", body)))),
           heifBox("meta", zeros) + heifBox("meta", zeros + heifBox("iprp", ipco)),
-          heifNumber(0, 4) + "meta" + zeros + heifBox("iprp", heifNumber(0, 4) + ipco.substr(4)),
+          bigEndian(0, 4) + "meta" + zeros + heifBox("iprp", bigEndian(0, 4) + ipco.substr(4)),
           heifBox("meta", zeros + heifBox("iprp", heifBox("ipco", [&] {
                                               std::string many;
                                               for (int i = 0; i < 20000; ++i)
@@ -229,10 +212,8 @@ std::string av1Sequence(unsigned columns, unsigned rows) {
             bits += (value >> bit & 1U) != 0 ? '1' : '0';
     }
     bits += std::string(8 - bits.size() % 8, '0');
-    std::string unit;
-    for (std::size_t i = 0; i < bits.size(); i += 8)
-        unit.push_back(static_cast<char>(std::stoi(bits.substr(i, 8), nullptr, 2)));
-    return "\x0a" + heifNumber(unit.size(), 1) + unit;
+    const std::string unit = bytesOf(bits);
+    return "\x0a" + bigEndian(unit.size(), 1) + unit;
 }
 
 TEST_F(Heif, TheCodedPictureOfAnAvifIsLimitedAsWell) {
@@ -249,14 +230,14 @@ TEST_F(Heif, TheCodedPictureOfAnAvifIsLimitedAsWell) {
     for (std::size_t size = 0; size < bytes.size(); size += 3)
         static_cast<void>(heifProblem(bytes.substr(0, size), 4e8));
     if (!hasHeif()) return;
-    EXPECT_NE(errorOf([&] { readPhoto(file(bytes)); }).find("30000 x 20001 px"), std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { readPhoto(file(bytes)); }), "30000 x 20001 px"));
 }
 
 TEST_F(Heif, PartsMakeNoPictureThatIsNotStated) {
     const auto gridOf = [](unsigned columns, unsigned rows, bool isLong) {
         const unsigned size = isLong ? 4 : 2;
-        return std::string(1, '\0') + heifNumber(isLong ? 1 : 0, 1) + heifNumber(0, 1) +
-               heifNumber(0, 1) + heifNumber(columns, size) + heifNumber(rows, size);
+        return std::string(1, '\0') + bigEndian(isLong ? 1 : 0, 1) + bigEndian(0, 1) +
+               bigEndian(0, 1) + bigEndian(columns, size) + bigEndian(rows, size);
     };
     const auto fileOf = [&](const std::string& type, const std::string& data) {
         HeifItem canvas;
@@ -272,8 +253,8 @@ TEST_F(Heif, PartsMakeNoPictureThatIsNotStated) {
                                 "state";
     EXPECT_EQ(heifProblem(fileOf("grid", gridOf(32000, 32000, false)), 4e9), problem);
     EXPECT_EQ(heifProblem(fileOf("grid", gridOf(32000, 32000, true)), 4e9), problem);
-    EXPECT_EQ(heifProblem(fileOf("iovl", std::string(10, '\0') + heifNumber(32000, 2) +
-                                             heifNumber(32000, 2) + heifNumber(0, 4)),
+    EXPECT_EQ(heifProblem(fileOf("iovl", std::string(10, '\0') + bigEndian(32000, 2) +
+                                             bigEndian(32000, 2) + bigEndian(0, 4)),
                           4e9),
               problem);
     EXPECT_NE(heifProblem(fileOf("grid", gridOf(128, 65, false)), 4e8), "");
@@ -288,7 +269,7 @@ TEST_F(Heif, CutOffFilesAreOneErrorOrAPicture) {
             if (error == "(no error)") continue;
             ++failures;
             EXPECT_EQ(error.find('\n'), std::string::npos) << error;
-            EXPECT_NE(error.find("expected"), std::string::npos) << error;
+            EXPECT_TRUE(contains(error, "expected"));
         }
         EXPECT_GT(failures, 20);
     }

@@ -4,15 +4,18 @@
 #include "altiro3D/error.hpp"
 #include "base/memory_errors.hpp"
 #include "image/image_header.hpp"
+#include "support/child.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/memory_limit.hpp"
+#include "support/picture_files.hpp"
 #include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fcntl.h>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
@@ -20,7 +23,6 @@
 #include <opencv2/imgproc.hpp>
 #include <sys/resource.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -29,45 +31,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-cv::Mat randomPicture(cv::Size size, int type, int seed) {
-    cv::Mat picture(size, type);
-    cv::RNG random(static_cast<std::uint64_t>(seed));
-    random.fill(picture, cv::RNG::UNIFORM, 0, picture.depth() == CV_16U ? 65536 : 256);
-    return picture;
-}
-
 // A picture without fine detail, so that lossy formats keep it recognisable.
 cv::Mat smoothPicture(cv::Size size) {
     cv::Mat picture;
     cv::resize(randomPicture({4, 3}, CV_8UC3, 21), picture, size, 0, 0, cv::INTER_CUBIC);
     return picture;
-}
-
-std::string encoded(const std::string& extension, const cv::Mat& picture,
-                    const std::vector<int>& settings = {}) {
-    std::vector<uchar> bytes;
-    cv::imencode(extension, picture, bytes, settings);
-    return {bytes.begin(), bytes.end()};
-}
-
-std::string bigEndian(std::uint32_t value, int size = 4) {
-    std::string bytes;
-    for (int i = size - 1; i >= 0; --i)
-        bytes.push_back(static_cast<char>(value >> (8 * i)));
-    return bytes;
-}
-
-std::string littleEndian(std::uint32_t value, int size = 4) {
-    std::string bytes = bigEndian(value, size);
-    std::reverse(bytes.begin(), bytes.end());
-    return bytes;
-}
-
-std::string pngChunk(const std::string& name, const std::string& data) {
-    const std::string body = name + data;
-    const auto sum = static_cast<std::uint32_t>(
-        crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
-    return bigEndian(static_cast<std::uint32_t>(data.size())) + body + bigEndian(sum);
 }
 
 const std::string kPngSignature("\x89PNG\r\n\x1a\n", 8);
@@ -77,41 +45,29 @@ std::string pngHeader(std::uint32_t columns, std::uint32_t rows) {
            pngChunk("IHDR", bigEndian(columns) + bigEndian(rows) + std::string("\x08\2\0\0\0", 5));
 }
 
-// Puts a chunk behind the header chunk.
-std::string withPngChunk(std::string png, const std::string& chunk) {
-    return png.insert(33, chunk);
-}
-
 // The smallest EXIF block: one directory with the orientation.
 std::string exifBlock(unsigned orientation, bool little) {
-    if (little) {
-        return std::string("II*\0", 4) + littleEndian(8) + littleEndian(1, 2) +
-               littleEndian(0x112, 2) + littleEndian(3, 2) + littleEndian(1) +
-               littleEndian(orientation, 2) + std::string(2, '\0') + littleEndian(0);
-    }
-    return std::string("MM\0*", 4) + bigEndian(8) + bigEndian(1, 2) + bigEndian(0x112, 2) +
-           bigEndian(3, 2) + bigEndian(1) + bigEndian(orientation, 2) + std::string(2, '\0') +
-           bigEndian(0);
+    const auto number = little ? littleEndian : bigEndian;
+    return std::string(little ? "II*\0" : "MM\0*", 4) + number(8, 4) + number(1, 2) +
+           number(0x112, 2) + number(3, 2) + number(1, 4) + number(orientation, 2) +
+           std::string(2, '\0') + number(0, 4);
 }
 
 const std::string kExifPrefix("Exif\0\0", 6);
 
 std::string jpegWithExif(const cv::Mat& picture, unsigned orientation, bool little) {
     const std::string body = kExifPrefix + exifBlock(orientation, little);
-    const std::string segment =
-        "\xff\xe1" + bigEndian(static_cast<std::uint32_t>(body.size() + 2), 2) + body;
+    const std::string segment = "\xff\xe1" + bigEndian(body.size() + 2, 2) + body;
     return encoded(".jpg", picture).insert(2, segment);
 }
 
 std::string webPWithExif(const cv::Mat& picture, unsigned orientation) {
     const std::string simple = encoded(".webp", picture); // lossless by default
     const std::string exif = exifBlock(orientation, true);
-    std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x08\0\0\0", 4) +
-                       littleEndian(static_cast<std::uint32_t>(picture.cols - 1), 3) +
-                       littleEndian(static_cast<std::uint32_t>(picture.rows - 1), 3) +
-                       simple.substr(12) + "EXIF" +
-                       littleEndian(static_cast<std::uint32_t>(exif.size())) + exif;
-    return "RIFF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
+    const std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x08\0\0\0", 4) +
+                             littleEndian(picture.cols - 1, 3) + littleEndian(picture.rows - 1, 3) +
+                             simple.substr(12) + "EXIF" + littleEndian(exif.size()) + exif;
+    return "RIFF" + littleEndian(body.size()) + body;
 }
 
 // ImageMagick's text chunk, packed or not. @param block of EXIF, with its prefix
@@ -124,108 +80,43 @@ std::string rawProfileChunk(const std::string& block, bool packed) {
     }
     const std::string keyword("Raw profile type exif\0", 22);
     if (!packed) return pngChunk("tEXt", keyword + text);
-    std::string zipped(text.size() + 100, '\0');
-    uLongf size = static_cast<uLongf>(zipped.size());
-    compress(reinterpret_cast<Bytef*>(zipped.data()), &size,
-             reinterpret_cast<const Bytef*>(text.data()), static_cast<uLong>(text.size()));
-    zipped.resize(size);
-    return pngChunk("zTXt", keyword + std::string(1, '\0') + zipped);
+    return pngChunk("zTXt", keyword + std::string(1, '\0') + deflated(text));
 }
 
 std::string pngWithRawProfile(const cv::Mat& picture, unsigned orientation, bool packed) {
     const std::string block = kExifPrefix + exifBlock(orientation, false);
-    return withPngChunk(encoded(".png", picture), rawProfileChunk(block, packed));
+    return withPngChunks(encoded(".png", picture), rawProfileChunk(block, packed));
 }
 
-struct TiffKind {
-    unsigned bits = 8;
-    unsigned samples = 3;
-    unsigned photometric = 2;
-    unsigned orientation = 1;
-    int extraSample = -1;
-    unsigned sampleFormat = 1;
-    bool little = true;
-};
-
-// An uncompressed TIFF of one strip; `data` is in the file's byte order.
-std::string tiff(cv::Size size, const TiffKind& kind, const std::string& data) {
-    const auto number = [&](std::uint32_t value, int bytes) {
-        return kind.little ? littleEndian(value, bytes) : bigEndian(value, bytes);
-    };
-    std::string entries;
-    unsigned count = 0;
-    const auto add = [&](unsigned tag, std::uint32_t value) {
-        entries += number(tag, 2) + number(4, 2) + number(1, 4) + number(value, 4);
-        ++count;
-    };
-    const auto addShort = [&](unsigned tag, unsigned value) {
-        entries += number(tag, 2) + number(3, 2) + number(1, 4) + number(value, 2) + number(0, 2);
-        ++count;
-    };
-    add(256, static_cast<std::uint32_t>(size.width));
-    add(257, static_cast<std::uint32_t>(size.height));
-    addShort(258, kind.bits);
-    addShort(259, 1);
-    addShort(262, kind.photometric);
-    add(273, 8);
-    addShort(274, kind.orientation);
-    addShort(277, kind.samples);
-    add(278, static_cast<std::uint32_t>(size.height));
-    add(279, static_cast<std::uint32_t>(data.size()));
-    addShort(284, 1);
-    if (kind.extraSample >= 0) addShort(338, static_cast<unsigned>(kind.extraSample));
-    addShort(339, kind.sampleFormat);
+// An uncompressed TIFF of 8-bit RGB in one strip.
+std::string tiff(cv::Size size, const std::string& data) {
+    const auto columns = static_cast<std::uint64_t>(size.width);
+    const auto rows = static_cast<std::uint64_t>(size.height);
+    const std::array<std::uint64_t, 3> entries[] = {
+        {256, 4, columns}, {257, 4, rows}, {258, 3, 8},    {259, 3, 1},           {262, 3, 2},
+        {273, 4, 8},       {277, 3, 3},    {278, 4, rows}, {279, 4, data.size()}, {284, 3, 1}};
     const std::string padding(data.size() % 2, '\0');
-    const auto directory = static_cast<std::uint32_t>(8 + data.size() + padding.size());
-    return (kind.little ? std::string("II*\0", 4) : std::string("MM\0*", 4)) +
-           number(directory, 4) + data + padding + number(count, 2) + entries + number(0, 4);
+    std::string file = std::string("II*\0", 4) + littleEndian(8 + data.size() + padding.size()) +
+                       data + padding + littleEndian(std::size(entries), 2);
+    for (const auto& [tag, type, value] : entries)
+        file +=
+            littleEndian(tag, 2) + littleEndian(type, 2) + littleEndian(1) + littleEndian(value);
+    return file + littleEndian(0);
 }
 
-// Where a pixel of the upright picture stands in the file, straight from the EXIF standard's words
-// on row 0 and column 0.
+// The upright picture by the EXIF standard's words on row 0 and column 0.
 cv::Mat turned(const cv::Mat& stored, int orientation) {
-    const bool swapped = orientation >= 5;
-    cv::Mat result(swapped ? stored.cols : stored.rows, swapped ? stored.rows : stored.cols,
-                   stored.type());
-    const auto bytes = stored.elemSize();
-    for (int y = 0; y < stored.rows; ++y) {
-        for (int x = 0; x < stored.cols; ++x) {
-            const int right = stored.cols - 1 - x;
-            const int below = stored.rows - 1 - y;
-            cv::Point to;
-            switch (orientation) {
-            case 2:
-                to = {right, y};
-                break;
-            case 3:
-                to = {right, below};
-                break;
-            case 4:
-                to = {x, below};
-                break;
-            case 5:
-                to = {y, x};
-                break;
-            case 6:
-                to = {below, x};
-                break;
-            case 7:
-                to = {below, right};
-                break;
-            case 8:
-                to = {y, right};
-                break;
-            default:
-                to = {x, y};
-                break;
-            }
-            std::copy_n(stored.ptr(y, x), bytes, result.ptr(to.y, to.x));
-        }
-    }
+    cv::Mat result = orientation >= 5 ? cv::Mat(stored.t()) : stored.clone();
+    const bool fromRight =
+        orientation == 2 || orientation == 3 || orientation == 6 || orientation == 7;
+    const bool fromBelow =
+        orientation == 3 || orientation == 4 || orientation == 7 || orientation == 8;
+    if (fromRight) cv::flip(result, result, 1);
+    if (fromBelow) cv::flip(result, result, 0);
     return result;
 }
 
-class ImageIo : public ::testing::Test {
+class ImageIo : public FileTest {
   protected:
     fs::path file(const std::string& name, const std::string& contents) const {
         spill(directory / name, contents);
@@ -233,12 +124,8 @@ class ImageIo : public ::testing::Test {
     }
     std::string problemOf(const std::string& name, const std::string& contents) const {
         const fs::path path = file(name, contents);
-        const std::string said = errorOf([&] { readImage(path); });
-        const std::string subject = path.string() + ": ";
-        return said.rfind(subject, 0) == 0 ? said.substr(subject.size()) : said;
+        return test::problemOf(path, [&] { readImage(path); });
     }
-
-    TemporaryDirectory directory;
 };
 
 // ------------------------------------------------------------------------------------ reading
@@ -251,7 +138,7 @@ TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
                              littleEndian(0xa405, 2) + littleEndian(3, 2) + littleEndian(1) +
                              littleEndian(28, 2) + std::string(2, '\0') + littleEndian(0);
     const std::string body = kExifPrefix + exif;
-    const auto length = static_cast<std::uint32_t>(body.size() + 2);
+    const auto length = body.size() + 2;
     const cv::Mat picture(8, 8, CV_8UC3, cv::Scalar::all(50));
     spill(directory / "a.jpg",
           encoded(".jpg", picture).insert(2, "\xff\xe1" + bigEndian(length, 2) + body));
@@ -265,7 +152,7 @@ TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
          {pngChunk("eXIf", exif), rawProfileChunk(body, false), rawProfileChunk(body, true)}) {
         for (const std::string& all : {chunk, chunk + date, date + chunk, turned + chunk + date}) {
             if (all.find("eXIf") != all.rfind("eXIf")) continue; // allowed once
-            spill(directory / "c.png", withPngChunk(encoded(".png", picture), all));
+            spill(directory / "c.png", withPngChunks(encoded(".png", picture), all));
             EXPECT_EQ(readFocalLength35mm(directory / "c.png"), 28);
         }
     }
@@ -278,7 +165,7 @@ TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
     for (const char* name : {"a.png", "a.tif", "a.tiff", "a.pnm", "A.PNG"}) {
         for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
             for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(13, 29)}) {
-                const cv::Mat whole = randomPicture({40, 40}, type, 3);
+                const cv::Mat whole = randomPicture({40, 40}, type, 3, 0, 65536);
                 const cv::Mat picture = whole(cv::Rect(cv::Point(5, 3), size));
                 writeImage(directory / name, picture);
                 cv::Mat expected = picture;
@@ -319,16 +206,10 @@ TEST_F(ImageIo, FloatPicturesKeepTheirValuesAndAreClampedAsPhotos) {
     EXPECT_TRUE(samePicture(readImage(path), picture));
     Notes notes;
     const cv::Mat photo = readPhoto(path, &notes);
-    EXPECT_EQ(photo.at<cv::Vec3b>(0, 0), cv::Vec3b(0, 0, 0));
-    EXPECT_EQ(photo.at<cv::Vec3b>(0, 1), cv::Vec3b(128, 128, 128));
-    EXPECT_EQ(photo.at<cv::Vec3b>(0, 2), cv::Vec3b(255, 255, 255));
-    EXPECT_EQ(photo.at<cv::Vec3b>(0, 3), cv::Vec3b(0, 0, 0));
-    ASSERT_EQ(notes.size(), 2U); // how floats are understood
-    EXPECT_EQ(notes[1].text, "25 % of the picture is brighter than white and shown as white");
-    const cv::Mat bright(3, 5, CV_32FC3, cv::Scalar(0.25, 0.5, 1));
-    const cv::Mat read = readImage(file("h.hdr", encoded(".hdr", bright)));
-    const cv::Mat srgb(3, 5, CV_32FC3, cv::Scalar(0.5371, 0.7354, 1));
-    EXPECT_TRUE(samePicture(read, srgb, 0.01)); // 8-bit mantissas
+    const cv::Mat clamped = (cv::Mat_<cv::Vec3b>(1, 4) << cv::Vec3b::all(0), cv::Vec3b::all(128),
+                             cv::Vec3b::all(255), cv::Vec3b::all(0));
+    EXPECT_TRUE(samePicture(photo, clamped));
+    EXPECT_EQ(notes.size(), 2U); // how floats are understood, and that some are beyond white
 }
 
 TEST_F(ImageIo, TransparencyIsShownOverBlack) {
@@ -359,7 +240,7 @@ TEST_F(ImageIo, ThePngColourThatStandsForTransparentBecomesBlack) {
         const std::string key =
             isGrey ? bigEndian(40, 2) : bigEndian(60, 2) + bigEndian(50, 2) + bigEndian(40, 2);
         const fs::path path =
-            file("key.png", withPngChunk(encoded(".png", picture), pngChunk("tRNS", key)));
+            file("key.png", withPngChunks(encoded(".png", picture), pngChunk("tRNS", key)));
         cv::Mat expected;
         if (isGrey) {
             cv::cvtColor(picture, expected, cv::COLOR_GRAY2BGR);
@@ -373,7 +254,7 @@ TEST_F(ImageIo, ThePngColourThatStandsForTransparentBecomesBlack) {
     // One bit: the key 1 is white, which OpenCV spreads to 255.
     const cv::Mat bits = (cv::Mat_<uchar>(1, 2) << 0, 255);
     const std::string png = encoded(".png", bits, {cv::IMWRITE_PNG_BILEVEL, 1});
-    const fs::path path = file("bits.png", withPngChunk(png, pngChunk("tRNS", bigEndian(1, 2))));
+    const fs::path path = file("bits.png", withPngChunks(png, pngChunk("tRNS", bigEndian(1, 2))));
     EXPECT_EQ(cv::norm(readImage(path), cv::NORM_INF), 0);
 }
 
@@ -391,12 +272,7 @@ TEST_F(ImageIo, TheUnusedFourthByteOfABitmapHidesNothing) {
 
 TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
     const cv::Mat picture = smoothPicture({150, 137});
-    const cv::Mat fromJpeg = cv::imdecode(
-        [&] {
-            const std::string bytes = encoded(".jpg", picture);
-            return std::vector<uchar>(bytes.begin(), bytes.end());
-        }(),
-        cv::IMREAD_COLOR);
+    const cv::Mat fromJpeg = decoded(encoded(".jpg", picture));
     for (unsigned orientation = 1; orientation <= 8; ++orientation) {
         const cv::Mat expected = turned(picture, static_cast<int>(orientation));
         const cv::Mat expectedJpeg = turned(fromJpeg, static_cast<int>(orientation));
@@ -406,8 +282,8 @@ TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
             EXPECT_TRUE(samePicture(readPhoto(jpeg), expectedJpeg)) << orientation;
             EXPECT_EQ(readDepthImage(jpeg).size(), expectedJpeg.size()) << orientation;
             const fs::path png =
-                file("o.png", withPngChunk(encoded(".png", picture),
-                                           pngChunk("eXIf", exifBlock(orientation, little))));
+                file("o.png", withPngChunks(encoded(".png", picture),
+                                            pngChunk("eXIf", exifBlock(orientation, little))));
             EXPECT_TRUE(samePicture(readImage(png), expected)) << orientation;
             const fs::path text = file("t.png", pngWithRawProfile(picture, orientation, little));
             EXPECT_TRUE(samePicture(readImage(text), expected)) << orientation;
@@ -417,86 +293,24 @@ TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
     }
 }
 
-TEST_F(ImageIo, TiffOrientationIsAppliedExactlyOnce) {
-    for (const bool little : {true, false}) {
-        for (unsigned orientation = 1; orientation <= 8; ++orientation) {
-            TiffKind kind;
-            kind.orientation = orientation;
-            kind.little = little;
-            kind.samples = 1;
-            kind.photometric = 1;
-            const cv::Mat grey = (cv::Mat_<uchar>(2, 3) << 10, 11, 12, 13, 14, 15);
-            const fs::path path =
-                file("g.tif", tiff(grey.size(), kind, {grey.datastart, grey.dataend}));
-            cv::Mat expected;
-            cv::cvtColor(turned(grey, static_cast<int>(orientation)), expected, cv::COLOR_GRAY2BGR);
-            EXPECT_TRUE(samePicture(readImage(path), expected)) << orientation;
-            kind.bits = 16;
-            std::string deep;
-            for (unsigned i = 0; i < 6; ++i) {
-                deep += little ? littleEndian(1000 * i, 2) : bigEndian(1000 * i, 2);
-            }
-            const cv::Mat numbers = (cv::Mat_<float>(2, 3) << 0, 1000, 2000, 3000, 4000, 5000);
-            EXPECT_TRUE(samePicture(readDepthImage(file("d.tif", tiff({3, 2}, kind, deep))),
-                                    turned(numbers, static_cast<int>(orientation))))
-                << orientation;
-        }
-    }
-}
-
 TEST_F(ImageIo, DamagedExifIsIgnored) {
     const cv::Mat picture = smoothPicture({9, 7});
     for (const unsigned orientation : {0u, 9u, 65535u}) {
         const fs::path path =
-            file("o.png", withPngChunk(encoded(".png", picture),
-                                       pngChunk("eXIf", exifBlock(orientation, true))));
+            file("o.png", withPngChunks(encoded(".png", picture),
+                                        pngChunk("eXIf", exifBlock(orientation, true))));
         EXPECT_TRUE(samePicture(readImage(path), picture));
     }
     const std::string whole = exifBlock(6, false);
     for (std::size_t size = 0; size < whole.size() - 6; ++size) {
-        const fs::path path = file("o.png", withPngChunk(encoded(".png", picture),
-                                                         pngChunk("eXIf", whole.substr(0, size))));
+        const fs::path path = file("o.png", withPngChunks(encoded(".png", picture),
+                                                          pngChunk("eXIf", whole.substr(0, size))));
         EXPECT_TRUE(samePicture(readImage(path), picture)) << size;
     }
 }
 
-TEST_F(ImageIo, TiffAlphaAndWhiteZeroAndColourTablesComeOutRight) {
-    TiffKind kind;
-    kind.samples = 4;
-    const cv::Mat expected(2, 2, CV_8UC3, cv::Scalar(25, 50, 100));
-    std::string straight;
-    std::string multiplied;
-    for (int i = 0; i < 4; ++i)
-        straight += "\xc8\x64\x32\x80";
-    for (int i = 0; i < 4; ++i)
-        multiplied += "\x64\x32\x19\x80";
-    kind.extraSample = 2;
-    EXPECT_TRUE(samePicture(readImage(file("s.tif", tiff({2, 2}, kind, straight))), expected));
-    kind.extraSample = 1;
-    EXPECT_TRUE(samePicture(readImage(file("m.tif", tiff({2, 2}, kind, multiplied))), expected));
-    kind.extraSample = 0; // unstated: what is brighter than its alpha is not multiplied yet
-    EXPECT_TRUE(samePicture(readImage(file("u.tif", tiff({2, 2}, kind, straight))), expected));
-    EXPECT_TRUE(samePicture(readImage(file("v.tif", tiff({2, 2}, kind, multiplied))), expected));
-
-    TiffKind grey;
-    grey.samples = 1;
-    grey.photometric = 0;
-    EXPECT_EQ(readImage(file("w.tif", tiff({1, 1}, grey, "\x0a"))).at<cv::Vec3b>(0, 0)[0], 245);
-    grey.bits = 16;
-    EXPECT_EQ(
-        readImage(file("x.tif", tiff({1, 1}, grey, littleEndian(3000, 2)))).at<cv::Vec3w>(0, 0)[0],
-        62535);
-
-    TiffKind ink;
-    ink.samples = 4;
-    ink.photometric = 5;
-    const cv::Mat inks =
-        readImage(file("c.tif", tiff({1, 1}, ink, std::string("\xc8\x64\x32\0", 4))));
-    EXPECT_EQ(inks.at<cv::Vec3b>(0, 0), cv::Vec3b(205, 155, 55));
-}
-
 TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
-    const cv::Mat deep = randomPicture({17, 11}, CV_16UC1, 5);
+    const cv::Mat deep = randomPicture({17, 11}, CV_16UC1, 5, 0, 65536);
     cv::Mat expected;
     deep.convertTo(expected, CV_32F);
     for (const char* extension : {".png", ".pgm", ".tif"}) {
@@ -509,22 +323,11 @@ TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
         const fs::path path = file(std::string("f") + extension, encoded(extension, numbers));
         EXPECT_TRUE(samePicture(readDepthImage(path), numbers)) << extension;
     }
-    TiffKind kind;
-    kind.bits = 16;
-    kind.samples = 1;
-    kind.photometric = 1;
-    kind.sampleFormat = 2;
-    EXPECT_EQ(
-        readDepthImage(file("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2)))).at<float>(0, 0),
-        -300);
-    EXPECT_EQ(problemOf("s.tif", tiff({1, 1}, kind, littleEndian(0xfed4, 2))),
-              "has signed whole numbers, expected numbers without sign or floats; convert it "
-              "first");
 }
 
 TEST_F(ImageIo, DepthSamplesKeepTheirTypeAndAreTheNumbersOfTheDepthImage) {
     for (const int type : {CV_8UC1, CV_16UC1, CV_8UC3, CV_16UC3}) {
-        cv::Mat picture = randomPicture({17, 11}, type, 5);
+        cv::Mat picture = randomPicture({17, 11}, type, 5, 0, 65536);
         const int colourful = picture.channels() == 3 ? CV_32FC1 : type;
         const fs::path path = file("d.png", encoded(".png", picture));
         EXPECT_EQ(readDepthSamples(path).type(), colourful);
@@ -548,8 +351,7 @@ TEST_F(ImageIo, ColouredDepthImagesGiveTheirGreyValue) {
     picture.at<cv::Vec3b>(0, 1) = cv::Vec3b(10, 100, 200);
     Notes notes;
     const cv::Mat depth = readDepthImage(file("c.png", encoded(".png", picture)), &notes);
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_NE(notes[0].text.find("has colours, and depth has none"), std::string::npos);
+    EXPECT_TRUE(contains(only(notes).text, "has colours, and depth has none"));
     EXPECT_EQ(depth.at<float>(0, 0), 77);
     EXPECT_FLOAT_EQ(depth.at<float>(0, 1), 0.114f * 10 + 0.587f * 100 + 0.299f * 200);
 }
@@ -649,7 +451,7 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
     EXPECT_EQ(problemOf("long.png", pngHeader(70000, 1)),
               "has 70000 x 1 px, expected at most 400 megapixels and sides of at most 65500 px");
     const std::vector<std::pair<std::string, std::string>> bombs = {
-        {"b.tif", tiff({60000, 60000}, {}, "")},
+        {"b.tif", tiff({60000, 60000}, "")},
         {"b.ppm", "P6 60000 60000 255\n"},
         {"b.pfm", "PF\n60000 60000\n-1\n"},
         {"b.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n"},
@@ -662,14 +464,9 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
         {"b.webp", "RIFF" + littleEndian(30) + "WEBPVP8X" + littleEndian(10) +
                        std::string(4, '\0') + littleEndian(59999, 3) + littleEndian(59999, 3)}};
     for (const auto& [name, contents] : bombs) {
-        EXPECT_EQ(problemOf(name, contents).rfind("has 60000 x 60000 px", 0), 0u) << name;
+        EXPECT_TRUE(startsWith(problemOf(name, contents), "has 60000 x 60000 px")) << name;
     }
-    try {
-        readImage(directory / "bomb.png");
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.code(), ErrorCode::TooLarge);
-    }
+    EXPECT_EQ(codeOf([&] { readImage(directory / "bomb.png"); }), ErrorCode::TooLarge);
 }
 
 TEST_F(ImageIo, TurnedAndMirroredHdrIsRefused) {
@@ -677,7 +474,7 @@ TEST_F(ImageIo, TurnedAndMirroredHdrIsRefused) {
         const std::string problem =
             problemOf("turned.hdr", std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n") + size +
                                         "\n" + std::string(256, '\x20'));
-        EXPECT_NE(problem.find("turned or mirrored HDR"), std::string::npos) << size << problem;
+        EXPECT_TRUE(contains(problem, "turned or mirrored HDR")) << size << problem;
     }
 }
 
@@ -686,9 +483,9 @@ TEST_F(ImageIo, TurnedAndMirroredHdrIsRefused) {
 TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
     const std::string small = pngHeader(1, 1).substr(kPngSignature.size());
     const std::string vp8x = "VP8X" + littleEndian(10) + std::string(4, '\0');
-    std::string wide = tiff({60000, 60000}, {}, "");
+    std::string wide = tiff({60000, 60000}, "");
     const std::string planes = littleEndian(284, 2) + littleEndian(3, 2);
-    ASSERT_NE(wide.find(planes), std::string::npos);
+    ASSERT_TRUE(contains(wide, planes));
     wide.replace(wide.find(planes), 2, littleEndian(256, 2)); // has the value 1
     const std::vector<std::pair<std::string, std::string>> bombs = {
         {"b.png", pngHeader(60000, 60000) + small + pngChunk("IEND", "")},
@@ -696,13 +493,13 @@ TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
                        littleEndian(59999, 3) + vp8x + std::string(6, '\0')},
         {"b.tif", wide}};
     for (const auto& [name, contents] : bombs)
-        EXPECT_EQ(problemOf(name, contents).rfind("has 60000 x 60000 px", 0), 0u) << name;
+        EXPECT_TRUE(startsWith(problemOf(name, contents), "has 60000 x 60000 px")) << name;
 
     const cv::Mat picture = randomPicture({5, 3}, CV_8UC3, 4);
     cv::Mat rgb;
     cv::cvtColor(picture, rgb, cv::COLOR_BGR2RGB);
     std::string readable =
-        tiff(rgb.size(), {}, {reinterpret_cast<const char*>(rgb.data), 3 * rgb.total()});
+        tiff(rgb.size(), {reinterpret_cast<const char*>(rgb.data), 3 * rgb.total()});
     readable.replace(readable.find(planes), 2, littleEndian(256, 2));
     EXPECT_TRUE(samePicture(readImage(file("r.tif", readable)), picture));
 }
@@ -715,17 +512,17 @@ TEST_F(ImageIo, TheSizeOfAJpeg2000IsThatOfItsCodestreamsBox) {
     std::string bytes = encoded(".jp2", picture, {cv::IMWRITE_JPEG2000_COMPRESSION_X1000, 1000});
     const std::size_t box = bytes.find("jp2c") - 4;
     ASSERT_LT(box, bytes.size());
-    bytes.insert(box, bigEndian(static_cast<std::uint32_t>(decoy.size() + 8)) + "free" + decoy);
+    bytes.insert(box, bigEndian(decoy.size() + 8) + "free" + decoy);
     EXPECT_EQ(readImageHeader(bytes, ".jp2").columns, 200u);
     EXPECT_TRUE(samePicture(readImage(file("a.jp2", bytes)), picture));
     const std::string codestream = bytes.substr(bytes.rfind(start));
     EXPECT_EQ(readImageHeader(codestream, ".j2k").rows, 100u);
     // A box with a long size says the same.
     bytes.replace(box, 4, bigEndian(1));
-    bytes.insert(box + 8, bigEndian(0) + bigEndian(static_cast<std::uint32_t>(decoy.size() + 16)));
+    bytes.insert(box + 8, bigEndian(0) + bigEndian(decoy.size() + 16));
     EXPECT_EQ(readImageHeader(bytes, ".jp2").columns, 200u);
     bytes.replace(bytes.rfind(start) + 8, 8, bigEndian(60000) + bigEndian(60000));
-    EXPECT_EQ(problemOf("b.jp2", bytes).rfind("has 60000 x 60000 px", 0), 0u);
+    EXPECT_TRUE(startsWith(problemOf("b.jp2", bytes), "has 60000 x 60000 px"));
     // Boxes that reach beyond the file, or nowhere, lead to no codestream.
     for (const std::uint32_t size : {0u, 7u, 0xffffffffu}) {
         bytes.replace(box, 4, bigEndian(size));
@@ -750,8 +547,8 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
     const std::pair<std::string, std::string> raws[] = {
         {"cr3", std::string("\0\0\0\x18", 4) + "ftypcrx " + zeros},
         {"cr2", std::string("II*\0\x10\0\0\0CR\2", 11) + zeros},
-        {"nef", tiff({1, 1}, {}, "abc")},
-        {"DNG", tiff({1, 1}, {}, "abc")}};
+        {"nef", tiff({1, 1}, "abc")},
+        {"DNG", tiff({1, 1}, "abc")}};
     for (const auto& [name, contents] : raws) {
         EXPECT_EQ(problemOf("a." + (name == "DNG" ? "dng" : name), contents),
                   "is a raw picture of a camera (" + name + "), which is not read, expected " +
@@ -770,9 +567,8 @@ TEST_F(ImageIo, FormatsWithoutAReaderAreRefusedByName) {
 TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
     EXPECT_EQ(problemOf("a.png", "hello\n"),
               "is not a picture that can be read (it holds text), expected " + readableFormats());
-    EXPECT_EQ(problemOf("a.jpg", std::string("\1\2\3\4", 4))
-                  .rfind("is not a picture that can be read", 0),
-              0u);
+    EXPECT_TRUE(startsWith(problemOf("a.jpg", std::string("\1\2\3\4", 4)),
+                           "is not a picture that can be read"));
     EXPECT_EQ(problemOf("a.png", ""), "is empty, expected a picture");
     EXPECT_EQ(errorOf([&] { readImage(directory / "none.png"); }),
               (directory / "none.png").string() + ": does not exist, expected a file");
@@ -788,9 +584,8 @@ TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
     const cv::Mat picture =
         readImage(file("cut.jpg", whole.substr(0, whole.size() * 3 / 4)), &notes);
     EXPECT_EQ(picture.size(), cv::Size(160, 120));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::CutOff);
-    EXPECT_EQ(notes[0].text, "the file is cut off: its lower part is missing");
+    EXPECT_EQ(only(notes).code, NoteCode::CutOff);
+    EXPECT_EQ(only(notes).text, "the file is cut off: its lower part is missing");
     EXPECT_EQ(cv::norm(picture.rowRange(0, 40), readImage(directory / "whole.jpg").rowRange(0, 40),
                        cv::NORM_INF),
               0);
@@ -798,9 +593,8 @@ TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
     const std::string progressive =
         encoded(".jpg", smoothPicture({160, 120}), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
     readImage(file("cut.jpg", progressive.substr(0, progressive.size() * 3 / 4)), &notes);
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::CutOff);
-    EXPECT_EQ(notes[0].text, "the file is cut off: its fine detail is missing");
+    EXPECT_EQ(only(notes).code, NoteCode::CutOff);
+    EXPECT_EQ(only(notes).text, "the file is cut off: its fine detail is missing");
     for (std::size_t size = progressive.size() / 2; size < progressive.size(); size += 7) {
         EXPECT_EQ(readImage(file("cut.jpg", progressive.substr(0, size))).cols, 160) << size;
     }
@@ -828,27 +622,24 @@ TEST_F(ImageIo, OfSeveralPagesTheFirstIsReadWithANote) {
                      std::vector<cv::Mat>{first, randomPicture({9, 9}, CV_8UC3, 2)});
     Notes notes;
     EXPECT_TRUE(samePicture(readImage(directory / "p.tif", &notes), first));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-    EXPECT_EQ(notes[0].text, "the file holds 2 pages: the first one is read");
+    EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
+    EXPECT_EQ(only(notes).text, "the file holds 2 pages: the first one is read");
 }
 
 // A frame of an animation: the chunks of a WebP file at a place.
 std::string webPFrame(const std::string& chunks, cv::Rect area) {
-    const std::string body = littleEndian(static_cast<std::uint32_t>(area.x / 2), 3) +
-                             littleEndian(static_cast<std::uint32_t>(area.y / 2), 3) +
-                             littleEndian(static_cast<std::uint32_t>(area.width - 1), 3) +
-                             littleEndian(static_cast<std::uint32_t>(area.height - 1), 3) +
+    const std::string body = littleEndian(area.x / 2, 3) + littleEndian(area.y / 2, 3) +
+                             littleEndian(area.width - 1, 3) + littleEndian(area.height - 1, 3) +
                              littleEndian(100, 3) + std::string(1, '\0') + chunks;
-    return "ANMF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
+    return "ANMF" + littleEndian(body.size()) + body;
 }
 
 std::string animatedWebP(cv::Size size, const std::string& frames) {
     const std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x12\0\0\0", 4) +
-                             littleEndian(static_cast<std::uint32_t>(size.width - 1), 3) +
-                             littleEndian(static_cast<std::uint32_t>(size.height - 1), 3) + "ANIM" +
-                             littleEndian(6) + std::string("\xff\xff\xff\xff\0\0", 6) + frames;
-    return "RIFF" + littleEndian(static_cast<std::uint32_t>(body.size())) + body;
+                             littleEndian(size.width - 1, 3) + littleEndian(size.height - 1, 3) +
+                             "ANIM" + littleEndian(6) + std::string("\xff\xff\xff\xff\0\0", 6) +
+                             frames;
+    return "RIFF" + littleEndian(body.size()) + body;
 }
 
 TEST_F(ImageIo, OfAnAnimatedWebPTheFirstPictureIsReadWithANote) {
@@ -865,9 +656,8 @@ TEST_F(ImageIo, OfAnAnimatedWebPTheFirstPictureIsReadWithANote) {
     cv::Mat expected = cv::Mat::zeros(size, CV_8UC3);
     first.copyTo(expected(cv::Rect(4, 2, 8, 6)));
     EXPECT_TRUE(samePicture(read(webPFrame(chunks, {4, 2, 8, 6})), expected));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-    EXPECT_EQ(notes[0].text, "the file holds 2 frames: the first one is read");
+    EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
+    EXPECT_EQ(only(notes).text, "the file holds 2 frames: the first one is read");
     EXPECT_TRUE(samePicture(read(last), second));
 
     cv::Mat halfClear(12, 16, CV_8UC4, cv::Scalar(40, 90, 200, 255)); // lossy, with alpha
@@ -916,32 +706,6 @@ TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {
     }
 }
 
-TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
-    const cv::Mat picture = smoothPicture({19, 13});
-    const std::vector<std::string> seeds = {
-        pngWithRawProfile(picture, 6, true),
-        jpegWithExif(picture, 6, true),
-        webPWithExif(picture, 6),
-        tiff({1, 1}, {}, "abc"),
-        encoded(".bmp", picture),
-        encoded(".hdr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1))),
-        encoded(".ppm", picture),
-        encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)))};
-    cv::RNG random(3);
-    for (int trial = 0; trial < 20000; ++trial) {
-        std::string bytes = seeds[static_cast<std::size_t>(trial) % seeds.size()];
-        for (int i = 0; i < 4; ++i) {
-            const int limit = std::min(static_cast<int>(bytes.size()), i % 2 == 0 ? 64 : 100000);
-            bytes[static_cast<std::size_t>(random.uniform(0, limit))] =
-                static_cast<char>(random.uniform(0, 256));
-        }
-        if (trial % 3 == 0) bytes.resize(static_cast<std::size_t>(random.uniform(0, 200)));
-        const ImageHeader header = readImageHeader(bytes, ".jpg");
-        ASSERT_GE(header.orientation, 1);
-        ASSERT_LE(header.orientation, 8);
-    }
-}
-
 TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
     // OpenEXR would take the 1.5 GB that the part claims
     std::string bytes = encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)));
@@ -953,17 +717,11 @@ TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
 }
 
 TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
-    const auto codeOf = [](const auto& work) {
-        try {
-            orOutOfMemory("a.png", "does not fit", work);
-        } catch (const Error& error) {
-            EXPECT_STREQ(error.what(), "a.png: does not fit");
-            return error.code();
-        }
-        return ErrorCode::NotFound;
+    const auto codeWith = [](const std::function<void()>& work) {
+        return codeOf([&] { orOutOfMemory("a.png", "does not fit", work); });
     };
-    EXPECT_EQ(codeOf([] { throw std::bad_alloc(); }), ErrorCode::OutOfMemory);
-    EXPECT_EQ(codeOf([] { CV_Error(cv::Error::StsNoMem, "as cv::Mat says it"); }),
+    EXPECT_EQ(codeWith([] { throw std::bad_alloc(); }), ErrorCode::OutOfMemory);
+    EXPECT_EQ(codeWith([] { CV_Error(cv::Error::StsNoMem, "as cv::Mat says it"); }),
               ErrorCode::OutOfMemory);
     EXPECT_THROW(orOutOfMemory("a", "b", [] { CV_Error(cv::Error::StsError, "other"); }),
                  cv::Exception);
@@ -975,9 +733,8 @@ TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
     std::string file = "P5 4000 4000 255\n";
     file.resize(file.size() + 16000000, 'g');
     spill(directory / "grey.pgm", file);
-    const auto codeOf = [&](std::size_t megabytes, const auto& work) {
-        const pid_t child = fork();
-        if (child == 0) {
+    const auto codeWith = [&](std::size_t megabytes, const std::function<void()>& work) {
+        return inChild([&] {
             cv::setNumThreads(1); // threads would take memory for their stacks
             long pages = 0;
             std::ifstream("/proc/self/statm") >> pages;
@@ -997,23 +754,17 @@ TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
             try {
                 work();
             } catch (const Error& error) {
-                _exit(static_cast<int>(error.code()));
-            } catch (...) {
-                _exit(100);
+                return std::string(error.code() == ErrorCode::OutOfMemory ? "memory" : "other");
             }
-            _exit(101);
-        }
-        int status = 0;
-        waitpid(child, &status, 0);
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+            return std::string("done");
+        });
     };
-    const int kOut = static_cast<int>(ErrorCode::OutOfMemory);
     // File and picture have room, three channels (48 MB) or floats (64 MB) have not.
-    EXPECT_EQ(codeOf(50, [&] { readImage(directory / "grey.pgm"); }), kOut);
-    EXPECT_EQ(codeOf(50, [&] { readDepthImage(directory / "grey.pgm"); }), kOut);
-    EXPECT_EQ(codeOf(50, [&] { readDepthSamples(directory / "grey.pgm"); }), 101);
+    EXPECT_EQ(codeWith(50, [&] { readImage(directory / "grey.pgm"); }), "memory");
+    EXPECT_EQ(codeWith(50, [&] { readDepthImage(directory / "grey.pgm"); }), "memory");
+    EXPECT_EQ(codeWith(50, [&] { readDepthSamples(directory / "grey.pgm"); }), "done");
     const cv::Mat picture = randomPicture({4000, 4000}, CV_8UC3, 1);
-    EXPECT_EQ(codeOf(16, [&] { writeImage(directory / "out.png", picture); }), kOut);
+    EXPECT_EQ(codeWith(16, [&] { writeImage(directory / "out.png", picture); }), "memory");
     EXPECT_FALSE(fs::exists(directory / "out.png"));
 }
 
@@ -1053,29 +804,25 @@ std::string chunkNames(const std::string& png) {
 
 } // namespace
 
-TEST_F(ImageIo, PngFilesHoldThePictureAndNothingElse) {
-    writeImage(directory / "a.png", randomPicture({20, 10}, CV_8UC3, 1));
-    EXPECT_EQ(chunkNames(slurp(directory / "a.png")), "IHDRIDATIEND");
-}
-
 TEST_F(ImageIo, NativesAreMarkedInPngFiles) {
     const cv::Mat picture = randomPicture({20, 10}, CV_8UC3, 1);
     const fs::path native = directory / "native.png";
     writeImage(native, picture, ImageMark::Native);
     const std::string png = slurp(native);
     EXPECT_EQ(chunkNames(png), "IHDRtEXtIDATIEND");
-    EXPECT_NE(png.find(std::string("tEXtaltiro3D\0Native", 19)), std::string::npos);
+    EXPECT_TRUE(contains(png, std::string("tEXtaltiro3D\0Native", 19)));
     imageData(png); // checks each sum
     EXPECT_TRUE(samePicture(readImage(native), picture));
     EXPECT_TRUE(isMarkedNative(native));
 
     writeImage(directory / "plain.png", picture);
+    EXPECT_EQ(chunkNames(slurp(directory / "plain.png")), "IHDRIDATIEND");
     writeImage(directory / "native.tif", picture, ImageMark::Native);
     // the words alone are no mark: not after the pixels' end, not with another keyword
     const std::string text = "tEXt" + std::string("altiro3D\0Native", 15);
     file("tail.png", slurp(directory / "plain.png") + text);
-    file("other.png", withPngChunk(encoded(".png", picture),
-                                   pngChunk("tEXt", std::string("Title\0Native", 12))));
+    file("other.png", withPngChunks(encoded(".png", picture),
+                                    pngChunk("tEXt", std::string("Title\0Native", 12))));
     file("cut.png", png.substr(0, 40));
     for (const char* name :
          {"plain.png", "native.tif", "tail.png", "other.png", "cut.png", "missing.png", "."})
@@ -1093,10 +840,10 @@ TEST_F(ImageIo, PngFilesOfAnyShapeAreSoundAndReadBack) {
           Case{{1000, 900}, CV_16UC1}, Case{{1100, 500}, CV_8UC1}, Case{{200, 2000}, CV_16UC3},
           Case{{60000, 2}, CV_16UC3}, Case{{1, 60000}, CV_8UC3}}) {
         cv::Mat smooth;
-        cv::resize(randomPicture({4, 3}, type, 21), smooth, size, 0, 0, cv::INTER_CUBIC);
+        cv::resize(randomPicture({4, 3}, type, 21, 0, 65536), smooth, size, 0, 0, cv::INTER_CUBIC);
         for (const cv::Mat& picture :
-             {randomPicture(size, type, 9), smooth, cv::Mat(size, type, cv::Scalar(0, 200, 77)),
-              cv::Mat(smooth.t())}) {
+             {randomPicture(size, type, 9, 0, 65536), smooth,
+              cv::Mat(size, type, cv::Scalar(0, 200, 77)), cv::Mat(smooth.t())}) {
             const fs::path path = directory / "a.png";
             writeImage(path, picture);
             const cv::Mat back = cv::imread(path.string(), cv::IMREAD_UNCHANGED);
@@ -1130,9 +877,15 @@ TEST_F(ImageIo, PngFilesAreSmallAndTheSameForAnyNumberOfThreads) {
 }
 
 TEST_F(ImageIo, JpegIsWrittenAtQuality95) {
-    const cv::Mat picture = smoothPicture({40, 30});
-    writeImage(directory / "a.jpg", picture);
-    EXPECT_EQ(slurp(directory / "a.jpg"), encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 95}));
+    const cv::Mat colour = smoothPicture({83, 61});
+    cv::Mat grey;
+    cv::extractChannel(colour, grey, 1);
+    const cv::Mat part = colour(cv::Rect(3, 5, 40, 31)); // rows with a gap
+    for (const cv::Mat& picture : {colour, grey, part, cv::Mat(colour(cv::Rect(0, 0, 1, 1)))}) {
+        writeImage(directory / "a.jpg", picture);
+        EXPECT_EQ(slurp(directory / "a.jpg"),
+                  encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 95}));
+    }
 }
 
 TEST_F(ImageIo, SixteenBitsAreRoundedForFormatsOfEight) {
@@ -1144,9 +897,7 @@ TEST_F(ImageIo, SixteenBitsAreRoundedForFormatsOfEight) {
 
 TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
     const auto problem = [&](const char* name, const cv::Mat& picture) {
-        const std::string said = errorOf([&] { writeImage(directory / name, picture); });
-        const std::string subject = (directory / name).string() + ": ";
-        return said.rfind(subject, 0) == 0 ? said.substr(subject.size()) : said;
+        return test::problemOf(directory / name, [&] { writeImage(directory / name, picture); });
     };
     const cv::Mat picture(4, 4, CV_8UC3, cv::Scalar::all(1));
     const std::string extensions =
@@ -1159,9 +910,8 @@ TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
     EXPECT_EQ(
         problem("a.webp", cv::Mat(1, 16384, CV_8UC3, cv::Scalar())),
         "16384 x 1 px are too many for WebP, expected sides of at most 16383 px; write a .png");
-    EXPECT_EQ(problem("a.jp2", cv::Mat(1, 1, CV_8UC3, cv::Scalar()))
-                  .rfind("cannot be encoded as JPEG 2000", 0),
-              0u);
+    EXPECT_TRUE(startsWith(problem("a.jp2", cv::Mat(1, 1, CV_8UC3, cv::Scalar())),
+                           "cannot be encoded as JPEG 2000"));
     EXPECT_EQ(problem("a.png", cv::Mat()),
               "picture: is empty, expected 8 or 16 bits and 1 or 3 channels");
     EXPECT_EQ(problem("a.png", cv::Mat(1, 1, CV_32FC3)),
@@ -1254,7 +1004,7 @@ TEST_F(ImageIo, EveryPhotoOpensOrIsRefusedWithOneLine) {
         } catch (const Error& error) {
             EXPECT_TRUE(isBroken || isOther) << error.what();
             const std::string said = error.what();
-            EXPECT_EQ(said.rfind(path.string() + ": ", 0), 0U);
+            EXPECT_TRUE(startsWith(said, path.string() + ": "));
             EXPECT_EQ(said.find('\n'), std::string::npos) << said;
         }
     }
@@ -1275,24 +1025,18 @@ TEST_F(ImageIo, WhatIsBrokenInItsMetadataAloneOpens) {
 TEST_F(ImageIo, PhotosOfAllOrientationsComeOutUpright) {
     ALTIRO3D_REQUIRE_DATA("photos/exif_orientation");
     const fs::path folder = dataPath("photos/exif_orientation");
-    const cv::Mat landscape = readPhoto(folder / "Landscape_1.jpg");
-    for (int i = 2; i <= 8; ++i) {
-        const cv::Mat photo = readPhoto(folder / ("Landscape_" + std::to_string(i) + ".jpg"));
-        ASSERT_EQ(photo.size(), landscape.size()) << i;
-        EXPECT_GT(psnr(photo, landscape), 27) << i; // each was compressed anew; turned wrongly: 10
+    for (const char* name : {"Landscape", "Portrait"}) {
+        const cv::Mat first = readPhoto(folder / (std::string(name) + "_1.jpg"));
+        for (const char* turn :
+             {"_2.jpg", "_3.jpg", "_4.jpg", "_5.jpg", "_6.jpg", "_7.jpg", "_8.jpg"}) {
+            if (!fs::exists(folder / (std::string(name) + turn))) continue;
+            const cv::Mat photo = readPhoto(folder / (std::string(name) + turn));
+            ASSERT_EQ(photo.size(), first.size()) << name << turn;
+            EXPECT_GT(psnr(photo, first), 27)
+                << name << turn; // compressed anew; turned wrongly: 10
+        }
     }
-    const cv::Mat portrait = readPhoto(folder / "Portrait_1.jpg");
-    for (const int i : {3, 6, 8}) {
-        const cv::Mat photo = readPhoto(folder / ("Portrait_" + std::to_string(i) + ".jpg"));
-        ASSERT_EQ(photo.size(), portrait.size()) << i;
-        EXPECT_GT(psnr(photo, portrait), 27) << i;
-    }
-    ALTIRO3D_REQUIRE_DATA("photos/pillow/hopper_orientation_2.jpg");
-    const cv::Mat hopper = readPhoto(dataPath("photos/pillow/hopper_orientation_2.jpg"));
-    for (int i = 3; i <= 8; ++i) {
-        const std::string name = "photos/pillow/hopper_orientation_" + std::to_string(i) + ".jpg";
-        EXPECT_GT(psnr(readPhoto(dataPath(name)), hopper), 27) << i;
-    }
+    ALTIRO3D_REQUIRE_DATA("photos/pillow/g4_orientation_5.tif");
     EXPECT_EQ(readPhoto(dataPath("photos/pillow/g4_orientation_5.tif")).size(), cv::Size(590, 88));
 }
 

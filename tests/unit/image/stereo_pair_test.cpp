@@ -5,12 +5,12 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/photo_files.hpp"
+#include "support/picture_files.hpp"
 #include "support/random_pictures.hpp"
 
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,18 +21,12 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string jpegOf(const cv::Mat& picture) {
-    std::vector<unsigned char> bytes;
-    cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, 95});
-    return {bytes.begin(), bytes.end()};
+    return encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 95});
 }
 
-cv::Mat decodedJpeg(const std::string& bytes) {
-    return cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()),
-                        cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
-}
+class ReadStereoPair : public FileTest {};
 
-TEST(ReadStereoPair, AnMpoHoldsTheLeftPictureFirst) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, AnMpoHoldsTheLeftPictureFirst) {
     const std::string left = jpegOf(randomPhoto({64, 48}, 1));
     const std::string right = jpegOf(randomPhoto({64, 48}, 2));
     for (const char* name : {"a.mpo", "a.jpg"}) { // the name does not matter
@@ -40,19 +34,18 @@ TEST(ReadStereoPair, AnMpoHoldsTheLeftPictureFirst) {
         Notes notes;
         const auto pair = readStereoPair(directory / name, &notes);
         ASSERT_TRUE(pair);
-        EXPECT_TRUE(samePicture(pair->left, decodedJpeg(left)));
-        EXPECT_TRUE(samePicture(pair->right, decodedJpeg(right)));
+        EXPECT_TRUE(samePicture(pair->left, decoded(left)));
+        EXPECT_TRUE(samePicture(pair->right, decoded(right)));
         EXPECT_EQ(pair->origin, "MPO");
         EXPECT_TRUE(notes.empty()) << notes.front().text;
     }
 }
 
-TEST(ReadStereoPair, BothPicturesAreTurnedUpright) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, BothPicturesAreTurnedUpright) {
     const std::string left = jpegOf(randomPhoto({64, 48}, 1));
     const std::string right = jpegOf(randomPhoto({64, 48}, 2));
     cv::Mat turned;
-    cv::rotate(decodedJpeg(right), turned, cv::ROTATE_180);
+    cv::rotate(decoded(right), turned, cv::ROTATE_180);
     // the right picture may repeat the orientation or leave it out
     for (const std::string& second : {right, withSegments(right, exifSegment(3))}) {
         spill(directory / "a.mpo", mpoFile(withSegments(left, exifSegment(3)), second));
@@ -63,8 +56,7 @@ TEST(ReadStereoPair, BothPicturesAreTurnedUpright) {
     }
 }
 
-TEST(ReadStereoPair, OtherFilesAreNoPairs) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, OtherFilesAreNoPairs) {
     const std::string jpeg = jpegOf(randomPhoto({64, 48}, 1));
     const std::string other = jpegOf(randomPhoto({64, 48}, 2));
     const std::vector<std::string> files = {jpeg,
@@ -85,19 +77,16 @@ TEST(ReadStereoPair, OtherFilesAreNoPairs) {
     EXPECT_FALSE(readStereoPair(directory / "none.mpo"));
 }
 
-TEST(ReadStereoPair, ADamagedSecondPictureIsARemark) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, ADamagedSecondPictureIsARemark) {
     const std::string jpeg = jpegOf(randomPhoto({64, 48}, 1));
     spill(directory / "a.mpo", mpoFile(jpeg, jpeg.substr(0, jpeg.size() / 2)));
     Notes notes;
     EXPECT_FALSE(readStereoPair(directory / "a.mpo", &notes));
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0].text, "the right eye's picture is not used: it is damaged or too large");
+    EXPECT_EQ(only(notes).text, "the right eye's picture is not used: it is damaged or too large");
 }
 
-TEST(ReadStereoPair, ASpatialHeicNamesItsEyes) {
+TEST_F(ReadStereoPair, ASpatialHeicNamesItsEyes) {
     if (!hasHeif()) GTEST_SKIP() << "needs libheif";
-    const TemporaryDirectory directory;
     spill(directory / "plain.heic", heifFile("heic", {hevcColours(1)}));
     spill(directory / "ramp.heic", heifFile("heic", {hevcRamp(1)}));
     const cv::Mat colours = readPhoto(directory / "plain.heic");
@@ -115,8 +104,7 @@ TEST(ReadStereoPair, ASpatialHeicNamesItsEyes) {
     spill(directory / "a.heic", spatialHeic(1, 9)); // there is no such item
     Notes notes;
     EXPECT_FALSE(readStereoPair(directory / "a.heic", &notes));
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
+    EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
 }
 
 // Of a picture: where the left and the right eye's picture are, and their shape.
@@ -127,10 +115,9 @@ struct JpsCase {
     cv::Size shape;
 };
 
-TEST(ReadStereoPair, TheHeaderOfJpsSaysLayoutOrderAndShape) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, TheHeaderOfJpsSaysLayoutOrderAndShape) {
     const std::string jpeg = jpegOf(randomPhoto({64, 48}, 1));
-    const cv::Mat picture = decodedJpeg(jpeg);
+    const cv::Mat picture = decoded(jpeg);
     const cv::Rect left(0, 0, 32, 48);
     const cv::Rect right(32, 0, 32, 48);
     const cv::Rect upper(0, 0, 64, 24);
@@ -176,8 +163,7 @@ TEST(ReadStereoPair, TheHeaderOfJpsSaysLayoutOrderAndShape) {
     EXPECT_FALSE(readStereoLayout(directory / "a.jpg"));
 }
 
-TEST(ReadStereoPair, JpsThatIsNoPairIsSaid) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, JpsThatIsNoPairIsSaid) {
     const std::string jpeg = jpegOf(randomPhoto({64, 48}, 1));
     const auto tryHeader = [&](const char* name, const std::string& header, bool isPair) {
         spill(directory / name, withSegments(jpeg, header));
@@ -218,8 +204,7 @@ TEST(ReadStereoPair, JpsThatIsNoPairIsSaid) {
     }
 }
 
-TEST(ReadStereoPair, APngNamedPnsIsCrossed) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, APngNamedPnsIsCrossed) {
     const cv::Mat picture = randomPhoto({64, 48}, 1);
     writeImage(directory / "a.png", picture);
     EXPECT_FALSE(readStereoPair(directory / "a.png"));
@@ -235,12 +220,11 @@ TEST(ReadStereoPair, APngNamedPnsIsCrossed) {
 }
 
 // PNG's extension sTER: 0 crossed, 1 parallel; the right picture begins at a multiple of 8 px.
-TEST(ReadStereoPair, TheChunkOfAPngSaysTheOrder) {
-    const TemporaryDirectory directory;
+TEST_F(ReadStereoPair, TheChunkOfAPngSaysTheOrder) {
     const auto withMode = [&](const cv::Mat& picture, const std::string& mode) {
         writeImage(directory / "plain.png", picture);
         std::string file = slurp(directory / "plain.png"); // the checksum is not read
-        file.insert(33, heifNumber(mode.size(), 4) + "sTER" + mode + std::string(4, '\0'));
+        file.insert(33, bigEndian(mode.size(), 4) + "sTER" + mode + std::string(4, '\0'));
         spill(directory / "a.png", file);
     };
     for (const int width : {20, 24}) { // of an eye's picture
@@ -260,8 +244,7 @@ TEST(ReadStereoPair, TheChunkOfAPngSaysTheOrder) {
     withMode(randomPhoto({64, 30}, 2), "\7");
     Notes notes;
     EXPECT_FALSE(readStereoPair(directory / "a.png", &notes));
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_NE(notes[0].text.find("its chunk sTER is not used"), std::string::npos);
+    EXPECT_TRUE(contains(only(notes).text, "its chunk sTER is not used"));
 }
 
 TEST(FindHeifEyes, ReadsTheGroupAndNothingElse) {

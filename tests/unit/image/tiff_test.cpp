@@ -32,6 +32,7 @@ struct Kind {
     bool isTiled = false;
     std::string mode = "w"; // of libtiff: byte order, BigTIFF
     unsigned bitOrder = FILLORDER_MSB2LSB;
+    unsigned orientation = ORIENTATION_TOPLEFT;
     unsigned compression = COMPRESSION_NONE;
     std::vector<std::uint16_t> extras;
     cv::Size size{37, 21};
@@ -90,6 +91,7 @@ void setFields(TIFF* file, const Kind& kind) {
                  kind.isPlanar ? PLANARCONFIG_SEPARATE : PLANARCONFIG_CONTIG);
     TIFFSetField(file, TIFFTAG_COMPRESSION, kind.compression);
     TIFFSetField(file, TIFFTAG_FILLORDER, kind.bitOrder);
+    TIFFSetField(file, TIFFTAG_ORIENTATION, kind.orientation);
     if (!kind.extras.empty())
         TIFFSetField(file, TIFFTAG_EXTRASAMPLES, kind.extras.size(), kind.extras.data());
 }
@@ -177,17 +179,15 @@ std::string textOf(const Kind& kind) {
            kind.mode + (kind.isPlanar ? ", planar" : "") + (kind.isTiled ? ", tiled" : "");
 }
 
-class Tiff : public ::testing::Test {
+class Tiff : public FileTest {
   protected:
     // The refusal of a file, without its name.
     std::string problemOf(const Kind& kind) const {
         write(file, kind, [](int, int, unsigned) { return 0; });
-        const std::string said = errorOf([&] { readImage(file); });
-        return said.substr(std::min(said.size(), file.string().size() + 2));
+        return test::problemOf(file, [&] { readImage(file); });
     }
     cv::Vec3b photoPx() const { return readPhoto(file).at<cv::Vec3b>(0, 0); }
 
-    TemporaryDirectory directory;
     std::filesystem::path file = directory / "a.tif";
 };
 
@@ -268,6 +268,49 @@ TEST_F(Tiff, WhiteMayBeZero) {
     }
 }
 
+// Where row 0 and column 0 of the file are in the picture, for each orientation.
+TEST_F(Tiff, OrientationIsAppliedOnce) {
+    const cv::Point corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    for (unsigned orientation = 1; orientation <= 8; ++orientation) {
+        for (const unsigned bits : {8U, 16U}) {
+            Kind kind;
+            kind.bits = bits;
+            kind.samples = 1;
+            kind.photometric = PHOTOMETRIC_MINISBLACK;
+            kind.mode = bits == 8 ? "wl" : "wb";
+            kind.orientation = orientation;
+            kind.size = {3, 2};
+            write(file, kind, [](int x, int y, unsigned) { return 10 + 3 * y + x; });
+            const cv::Mat depth = readDepthImage(file);
+            const cv::Size size = orientation < 5 ? cv::Size(3, 2) : cv::Size(2, 3);
+            ASSERT_EQ(depth.size(), size);
+            EXPECT_EQ(readImage(file).size(), size);
+            const cv::Point corner = corners[orientation - 1];
+            for (int y = 0; y < size.height; ++y) {
+                for (int x = 0; x < size.width; ++x) {
+                    const int right = std::abs(x - corner.x * (size.width - 1)); // from the corner
+                    const int down = std::abs(y - corner.y * (size.height - 1));
+                    EXPECT_EQ(depth.at<float>(y, x),
+                              orientation < 5 ? 10 + 3 * down + right : 10 + 3 * right + down)
+                        << orientation << " " << x << " " << y;
+                }
+            }
+        }
+    }
+}
+
+// What is brighter than its alpha is not multiplied by it yet.
+TEST_F(Tiff, AlphaOfAnUnstatedKindIsRecognized) {
+    Kind kind;
+    kind.samples = 4;
+    kind.extras = {EXTRASAMPLE_UNSPECIFIED};
+    for (const double factor : {1.0, 0.5}) {
+        const double numbers[] = {200 * factor, 100 * factor, 50 * factor, 128};
+        write(file, kind, [&](int, int, unsigned s) { return numbers[s]; });
+        EXPECT_EQ(photoPx(), cv::Vec3b(25, 50, 100)) << factor;
+    }
+}
+
 TEST_F(Tiff, TheThumbnailBeforeThePhotoIsNotShown) {
     Kind photo;
     Kind thumbnail;
@@ -316,10 +359,9 @@ TEST_F(Tiff, FurtherChannelsAreLeftOutWithANote) {
             write(file, kind, levels(kind));
             Notes notes;
             EXPECT_TRUE(samePicture(readImage(file, &notes), photoOf(kind, levels(kind)), 1));
-            ASSERT_EQ(notes.size(), 1U);
-            EXPECT_EQ(notes[0].text, "the file has channels that are neither colours nor alpha (" +
-                                         std::to_string(kind.extras.size()) +
-                                         "): they are left out");
+            EXPECT_EQ(only(notes).text,
+                      "the file has channels that are neither colours nor alpha (" +
+                          std::to_string(kind.extras.size()) + "): they are left out");
         }
     }
 }
@@ -506,36 +548,27 @@ TEST_F(Tiff, JpegInTiffGivesItsColours) {
 }
 
 TEST_F(Tiff, KindsThatAreNotReadAreNamed) {
-    const auto said = [](const std::string& name) {
-        return name + " pictures are not read, expected an ordinary TIFF file; convert it first";
-    };
+    const struct {
+        unsigned bits, samples, photometric, format;
+        const char* name;
+    } cases[] = {
+        {64, 3, PHOTOMETRIC_RGB, SAMPLEFORMAT_COMPLEXIEEEFP, "complex-number TIFF"},
+        {24, 3, PHOTOMETRIC_RGB, SAMPLEFORMAT_UINT, "24-bit TIFF"},
+        {24, 3, PHOTOMETRIC_RGB, SAMPLEFORMAT_IEEEFP, "24-bit float TIFF"},
+        {32, 1, PHOTOMETRIC_MINISWHITE, SAMPLEFORMAT_IEEEFP, "32-bit float min-is-white TIFF"},
+        {32, 1, PHOTOMETRIC_CFA, SAMPLEFORMAT_IEEEFP, "TIFF (photometric interpretation 32803)"},
+        {8, 3, PHOTOMETRIC_SEPARATED, SAMPLEFORMAT_UINT, "TIFF (inks other than CMYK)"},
+        {32, 4, PHOTOMETRIC_SEPARATED, SAMPLEFORMAT_UINT, "32-bit CMYK TIFF"},
+        {32, 3, PHOTOMETRIC_CIELAB, SAMPLEFORMAT_UINT, "32-bit Lab TIFF"}};
     Kind kind;
-    kind.bits = 64;
-    kind.format = SAMPLEFORMAT_COMPLEXIEEEFP;
-    EXPECT_EQ(problemOf(kind), said("complex-number TIFF"));
-    kind = {};
-    kind.bits = 24;
-    EXPECT_EQ(problemOf(kind), said("24-bit TIFF"));
-    kind.format = SAMPLEFORMAT_IEEEFP;
-    EXPECT_EQ(problemOf(kind), said("24-bit float TIFF"));
-    kind = {};
-    kind.samples = 1;
-    kind.bits = 32;
-    kind.format = SAMPLEFORMAT_IEEEFP;
-    kind.photometric = PHOTOMETRIC_MINISWHITE;
-    EXPECT_EQ(problemOf(kind), said("32-bit float min-is-white TIFF"));
-    kind.photometric = PHOTOMETRIC_CFA;
-    EXPECT_EQ(problemOf(kind), said("TIFF (photometric interpretation 32803)"));
-    kind = {};
-    kind.photometric = PHOTOMETRIC_SEPARATED;
-    EXPECT_EQ(problemOf(kind), said("TIFF (inks other than CMYK)"));
-    kind.samples = 4;
-    kind.bits = 32;
-    EXPECT_EQ(problemOf(kind), said("32-bit CMYK TIFF"));
-    kind = {};
-    kind.photometric = PHOTOMETRIC_CIELAB;
-    kind.bits = 32;
-    EXPECT_EQ(problemOf(kind), said("32-bit Lab TIFF"));
+    for (const auto& [bits, samples, photometric, format, name] : cases) {
+        kind.bits = bits;
+        kind.samples = samples;
+        kind.photometric = photometric;
+        kind.format = format;
+        EXPECT_EQ(problemOf(kind), std::string(name) + " pictures are not read, expected an "
+                                                       "ordinary TIFF file; convert it first");
+    }
     kind = {};
     kind.samples = 1;
     kind.bits = 16;
@@ -553,8 +586,7 @@ TEST_F(Tiff, ACutOffFileIsRefused) {
         const std::string whole = slurp(file); // the directory stands at the end
         const std::size_t missing = 1000;
         spill(file, whole.substr(0, 8) + whole.substr(8 + missing)); // and its places are wrong
-        EXPECT_NE(errorOf([&] { readImage(file); }).find("expected a whole TIFF file"),
-                  std::string::npos);
+        EXPECT_TRUE(contains(errorOf([&] { readImage(file); }), "expected a whole TIFF file"));
     }
 }
 

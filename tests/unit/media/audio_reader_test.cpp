@@ -21,14 +21,6 @@ double sine(bool right, std::int64_t sample, double rate = 48000) {
     return 0.5 * std::sin(2 * kPi * (right ? 1000 : 440) * static_cast<double>(sample) / rate);
 }
 
-fs::path makeSines(const TemporaryDirectory& directory, const std::string& name,
-                   const std::string& options) {
-    fs::path file = directory / name;
-    ffmpeg("-f lavfi -i 'aevalsrc=0.5*sin(2*PI*440*t)|0.5*sin(2*PI*1000*t):s=48000:d=5' " +
-           options + " " + arg(file));
-    return file;
-}
-
 std::vector<float> readAll(AudioReader& reader, std::size_t most = 10'000'000) {
     std::vector<float> samples(2 * most);
     samples.resize(2 * reader.read(samples.data(), most));
@@ -58,19 +50,21 @@ double farthestWithinAMillisecond(const std::vector<float>& samples, std::int64_
     return best;
 }
 
-std::string problemOf(const fs::path& file, const AudioReaderOptions& options = {}) {
-    try {
-        AudioReader reader(file, options);
-    } catch (const Error& error) {
-        return error.what();
+class AudioReaderTest : public FfmpegTest {
+  protected:
+    fs::path makeSines(const std::string& name, const std::string& options) const {
+        return make(name, "-f lavfi -i "
+                          "'aevalsrc=0.5*sin(2*PI*440*t)|0.5*sin(2*PI*1000*t):s=48000:d=5' " +
+                              options);
     }
-    return "";
+};
+
+std::string openError(const fs::path& file, const AudioReaderOptions& options = {}) {
+    return errorOf([&] { AudioReader(file, options); });
 }
 
-TEST(AudioReader, DeliversEverySampleOfALosslessTrack) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    AudioReader reader(makeSines(directory, "s.mkv", "-c:a pcm_f32le"));
+TEST_F(AudioReaderTest, DeliversEverySampleOfALosslessTrack) {
+    AudioReader reader(makeSines("s.mkv", "-c:a pcm_f32le"));
     const std::vector<float> samples = readAll(reader);
     EXPECT_EQ(samples.size(), 2U * 5 * 48000);
     EXPECT_LT(farthest(samples, 0), 1e-4);
@@ -78,12 +72,10 @@ TEST(AudioReader, DeliversEverySampleOfALosslessTrack) {
     EXPECT_EQ(reader.read(more, 1), 0U);
 }
 
-TEST(AudioReader, SeeksToTheSample) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(AudioReaderTest, SeeksToTheSample) {
     for (const char* name : {"s.wav", "s.flac", "s.mov"}) {
-        const fs::path file = makeSines(
-            directory, name, std::string(name) == "s.flac" ? "-c:a flac" : "-c:a pcm_s16le");
+        const fs::path file =
+            makeSines(name, std::string(name) == "s.flac" ? "-c:a flac" : "-c:a pcm_s16le");
         AudioReader reader(file);
         for (const double at : {3.25, 0.0, 4.5, 0.1, 1.000125}) {
             reader.seek(at);
@@ -102,10 +94,8 @@ TEST(AudioReader, SeeksToTheSample) {
     }
 }
 
-TEST(AudioReader, KeepsTheTimeOfLossySoundAfterASeek) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    AudioReader reader(makeSines(directory, "s.mp4", "-c:a aac -b:a 256k"));
+TEST_F(AudioReaderTest, KeepsTheTimeOfLossySoundAfterASeek) {
+    AudioReader reader(makeSines("s.mp4", "-c:a aac -b:a 256k"));
     for (const double at : {0.5, 3.0, 0.25, 4.0}) {
         reader.seek(at);
         const std::vector<float> samples = readAll(reader, 9600);
@@ -114,12 +104,10 @@ TEST(AudioReader, KeepsTheTimeOfLossySoundAfterASeek) {
     }
 }
 
-TEST(AudioReader, ResamplesAndMixes) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(AudioReaderTest, ResamplesAndMixes) {
     AudioReaderOptions options;
     options.sampleRate = 96000;
-    AudioReader reader(makeSines(directory, "s.wav", "-c:a pcm_f32le"), options);
+    AudioReader reader(makeSines("s.wav", "-c:a pcm_f32le"), options);
     reader.seek(1);
     const std::vector<float> samples = readAll(reader, 9600);
     EXPECT_LT(farthest(samples, 96000, 96000), 2e-3);
@@ -135,11 +123,9 @@ TEST(AudioReader, ResamplesAndMixes) {
 }
 
 // Sound that begins after the picture, and sound with a gap.
-TEST(AudioReader, ReplacesMissingSoundBySilence) {
+TEST_F(AudioReaderTest, ReplacesMissingSoundBySilence) {
     ALTIRO3D_TAKES(3);
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path tone = makeSines(directory, "s.wav", "-c:a pcm_s16le");
+    const fs::path tone = makeSines("s.wav", "-c:a pcm_s16le");
     ffmpeg("-f lavfi -i color=size=32x32:rate=25:duration=8 -itsoffset 2 -i " + arg(tone) +
            " -c:v ffv1 -c:a pcm_s16le " + arg(directory / "late.mkv"));
     AudioReader late(directory / "late.mkv");
@@ -155,9 +141,7 @@ TEST(AudioReader, ReplacesMissingSoundBySilence) {
     EXPECT_LT(farthestWithinAMillisecond(readAll(late, 4800), 48000), 1e-3);
 }
 
-TEST(AudioReader, ChoosesTheTrack) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(AudioReaderTest, ChoosesTheTrack) {
     const fs::path file = directory / "two.mkv";
     ffmpeg("-f lavfi -i color=size=32x32:rate=25:duration=1 -f lavfi -i "
            "sine=frequency=440:duration=1 -f lavfi -i anullsrc=r=48000:d=1 -map 0 -map 1 -map 2 "
@@ -174,36 +158,32 @@ TEST(AudioReader, ChoosesTheTrack) {
     const std::vector<float> loud = readAll(tone);
     EXPECT_GT(*std::max_element(loud.begin(), loud.end()), 0.05F);
     options.stream = 0;
-    EXPECT_NE(problemOf(file, options).find("has no sound in stream 0"), std::string::npos);
+    EXPECT_TRUE(contains(openError(file, options), "has no sound in stream 0"));
     options.stream = 7;
-    EXPECT_NE(problemOf(file, options).find("has no sound in stream 7"), std::string::npos);
+    EXPECT_TRUE(contains(openError(file, options), "has no sound in stream 7"));
 }
 
-TEST(AudioReader, RefusesWhatItCannotRead) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    EXPECT_NE(problemOf(directory / "none.mp4").find("does not exist"), std::string::npos);
+TEST_F(AudioReaderTest, RefusesWhatItCannotRead) {
+    EXPECT_TRUE(contains(openError(directory / "none.mp4"), "does not exist"));
     spill(directory / "text.mp4", "no sound");
-    EXPECT_NE(problemOf(directory / "text.mp4").find("text.mp4"), std::string::npos);
+    EXPECT_TRUE(contains(openError(directory / "text.mp4"), "text.mp4"));
     ffmpeg("-f lavfi -i color=size=32x32:rate=25:duration=1 -c:v ffv1 " +
            arg(directory / "mute.mkv"));
-    EXPECT_NE(problemOf(directory / "mute.mkv").find("holds no sound"), std::string::npos);
-    const fs::path file = makeSines(directory, "s.wav", "-c:a pcm_s16le");
+    EXPECT_TRUE(contains(openError(directory / "mute.mkv"), "holds no sound"));
+    const fs::path file = makeSines("s.wav", "-c:a pcm_s16le");
     AudioReaderOptions options;
     options.sampleRate = 1;
-    EXPECT_NE(problemOf(file, options).find("sampleRate: is 1"), std::string::npos);
+    EXPECT_TRUE(contains(openError(file, options), "sampleRate: is 1"));
     options = {};
     options.from = -1;
-    EXPECT_NE(problemOf(file, options).find("from: is -1 s"), std::string::npos);
+    EXPECT_TRUE(contains(openError(file, options), "from: is -1 s"));
     AudioReader reader(file);
     EXPECT_THROW(reader.seek(std::nan("")), Error);
 }
 
 // Each damaged copy is read to its end or refused; the sanitizers watch.
-TEST(AudioReader, SurvivesDamagedFiles) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const std::string whole = slurp(makeSines(directory, "s.mp4", "-c:a aac"));
+TEST_F(AudioReaderTest, SurvivesDamagedFiles) {
+    const std::string whole = slurp(makeSines("s.mp4", "-c:a aac"));
     unsigned state = 1;
     for (int run = 0; run < 40; ++run) {
         std::string damaged = whole;
@@ -219,7 +199,7 @@ TEST(AudioReader, SurvivesDamagedFiles) {
             reader.seek(2);
             (void)readAll(reader, 4800);
         } catch (const Error& error) {
-            EXPECT_NE(std::string(error.what()).find("d.mp4"), std::string::npos);
+            EXPECT_TRUE(contains(std::string(error.what()), "d.mp4"));
         }
     }
 }

@@ -1,7 +1,7 @@
 #include "media/resumable_video.hpp"
 
 #include "altiro3D/error.hpp"
-#include "support/file_limit.hpp"
+#include "support/child.hpp"
 #include "support/files.hpp"
 #include "support/slow.hpp"
 #include "support/video.hpp"
@@ -15,17 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSegmentFrames = 10;
-
-// A clip with moving pictures, two tracks of sound, and chapters.
-void makeClip(const fs::path& file, const std::string& timing = "") {
-    const fs::path chapters = file.parent_path() / "chapters.txt";
-    spill(chapters, ";FFMETADATA1\ntitle=A clip\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=700\n"
-                    "title=One\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=700\nEND=1800\ntitle=Two\n");
-    ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=25:duration=1.8 -f lavfi -i "
-           "sine=440:duration=1.8 -f lavfi -i sine=880:duration=1.8 -i " +
-           arg(chapters) + " -map 0 -map 1 -map 2 -map_metadata 3 -map_chapters 3 " + timing +
-           " -c:v libx264 -bf 2 -g 12 -pix_fmt yuv444p -c:a aac " + arg(file));
-}
 
 VideoWriterOptions optionsFor(const VideoFacts& facts) {
     VideoWriterOptions options;
@@ -80,15 +69,32 @@ std::string times(const fs::path& file) {
     return text;
 }
 
-TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
+class ResumableVideo : public FfmpegTest {
+  protected:
+    // A clip with moving pictures, two tracks of sound, and chapters.
+    fs::path makeClip(const std::string& timing = "") const {
+        spill(directory / "chapters.txt",
+              ";FFMETADATA1\ntitle=A clip\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=700\n"
+              "title=One\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=700\nEND=1800\ntitle=Two\n");
+        return make("clip.mp4", "-f lavfi -i testsrc2=size=96x64:rate=25:duration=1.8 -f lavfi -i "
+                                "sine=440:duration=1.8 -f lavfi -i sine=880:duration=1.8 -i " +
+                                    arg(directory / "chapters.txt") +
+                                    " -map 0 -map 1 -map 2 -map_metadata 3 -map_chapters 3 " +
+                                    timing + " -c:v libx264 -bf 2 -g 12 -pix_fmt yuv444p -c:a aac");
+    }
+
+    // The clip, copied in one run.
+    fs::path makeWhole(const fs::path& clip) const {
+        EXPECT_TRUE(copyClip(clip, directory / "whole.mp4", false));
+        return directory / "whole.mp4";
+    }
+};
+
+TEST_F(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
     ALTIRO3D_TAKES(7);
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path clip = directory / "clip.mp4";
     for (const char* timing :
          {"", "-vf setpts=N*N*0.001/TB -fps_mode vfr -enc_time_base 1/90000"}) {
-        fs::remove(clip);
-        makeClip(clip, timing);
+        const fs::path clip = makeClip(timing);
         for (const char* name : {"out.mp4", "out.mov", "out.mkv"}) {
             const fs::path out = directory / name;
             ASSERT_TRUE(copyClip(clip, out, false));
@@ -102,10 +108,8 @@ TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
             EXPECT_EQ(streamHash(out, "a:1"), streamHash(clip, "a:1"));
             EXPECT_EQ(ffprobe(out, "chapter=start_time:chapter_tags=title"),
                       ffprobe(clip, "chapter=start_time:chapter_tags=title"));
-            VideoReader from(clip);
-            VideoReader to(out);
-            const std::vector<VideoFrame> before = allFrames(from);
-            const std::vector<VideoFrame> after = allFrames(to);
+            const std::vector<VideoFrame> before = allFrames(clip);
+            const std::vector<VideoFrame> after = allFrames(out);
             ASSERT_EQ(after.size(), before.size());
             for (std::size_t i = 0; i < after.size(); ++i)
                 EXPECT_GT(cv::PSNR(after[i].picture, before[i].picture), 32) << i;
@@ -113,13 +117,9 @@ TEST(ResumableVideo, TimesSoundAndChaptersAreTheSources) {
     }
 }
 
-TEST(ResumableVideo, ARunInterruptedAnywhereContinuesToTheSameBytes) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path clip = directory / "clip.mp4";
-    makeClip(clip);
-    const fs::path whole = directory / "whole.mp4";
-    ASSERT_TRUE(copyClip(clip, whole, false));
+TEST_F(ResumableVideo, ARunInterruptedAnywhereContinuesToTheSameBytes) {
+    const fs::path clip = makeClip();
+    const fs::path whole = makeWhole(clip);
     const fs::path out = directory / "out.mp4";
     for (const std::int64_t first : {0, 1, 9, 10, 11, 25}) {
         ASSERT_FALSE(copyClip(clip, out, false, first));
@@ -133,13 +133,9 @@ TEST(ResumableVideo, ARunInterruptedAnywhereContinuesToTheSameBytes) {
     }
 }
 
-TEST(ResumableVideo, ARunEndedEarlyLeavesAWholeFileAndCanContinue) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path clip = directory / "clip.mp4";
-    makeClip(clip);
-    const fs::path whole = directory / "whole.mp4";
-    ASSERT_TRUE(copyClip(clip, whole, false));
+TEST_F(ResumableVideo, ARunEndedEarlyLeavesAWholeFileAndCanContinue) {
+    const fs::path clip = makeClip();
+    const fs::path whole = makeWhole(clip);
     const fs::path out = directory / "out.mp4";
     {
         VideoReader reader(clip);
@@ -162,11 +158,8 @@ TEST(ResumableVideo, ARunEndedEarlyLeavesAWholeFileAndCanContinue) {
     EXPECT_TRUE(slurp(out) == slurp(whole));
 }
 
-TEST(ResumableVideo, SoundKeepsStepInWhateverUnitTheTimesAre) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path clip = directory / "clip.mp4"; // its unit: 1/12800 s
-    makeClip(clip);
+TEST_F(ResumableVideo, SoundKeepsStepInWhateverUnitTheTimesAre) {
+    const fs::path clip = makeClip(); // its unit: 1/12800 s
     VideoReader reader(clip);
     VideoWriterOptions options = optionsFor(reader.facts());
     options.timeBase = {1, 25};
@@ -185,11 +178,8 @@ TEST(ResumableVideo, SoundKeepsStepInWhateverUnitTheTimesAre) {
     EXPECT_NEAR(sound, 24.0 / 25, 0.05);
 }
 
-TEST(ResumableVideo, APartOfAVideoIsJoinedWithItsPartOfTheSound) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path clip = directory / "clip.mp4";
-    makeClip(clip);
+TEST_F(ResumableVideo, APartOfAVideoIsJoinedWithItsPartOfTheSound) {
+    const fs::path clip = makeClip();
     VideoReaderOptions part;
     part.from = 0.4;
     part.to = 1.4;
@@ -229,8 +219,9 @@ void writeFrames(ResumableVideoWriter& writer, int from, int to) {
         writer.write({movingPicture({64, 48}, i), i, 1}, {"state"});
 }
 
-TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
-    const TemporaryDirectory directory;
+class ResumableVideoFiles : public FileTest {};
+
+TEST_F(ResumableVideoFiles, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     const fs::path out = directory / "out.mp4";
     {
         ResumableVideoWriter writer(out, plainOptions(), resumable(false, {{"--crf", "18"}}));
@@ -257,10 +248,8 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
         EXPECT_EQ(writer.kept().frames, 10);
         EXPECT_EQ(writer.kept().nextPts, 10);
         EXPECT_EQ(writer.kept().state.bytes, "state");
-        EXPECT_NE(begin(true, {{"--crf", "18"}}).find("in use by another process"),
-                  std::string::npos);
-        EXPECT_NE(errorOf([&] { writeFrames(writer, 9, 10); }).find("expected 10 or more"),
-                  std::string::npos);
+        EXPECT_TRUE(contains(begin(true, {{"--crf", "18"}}), "in use by another process"));
+        EXPECT_TRUE(contains(errorOf([&] { writeFrames(writer, 9, 10); }), "expected 10 or more"));
     }
     discardUnfinishedVideo(out);
     EXPECT_FALSE(isVideoUnfinished(out));
@@ -268,8 +257,7 @@ TEST(ResumableVideo, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     discardUnfinishedVideo(out); // nothing is there: nothing to do
 }
 
-TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
-    const TemporaryDirectory directory;
+TEST_F(ResumableVideoFiles, ARunThatHasKeptNothingLeavesNothing) {
     const fs::path out = directory / "out.mkv";
     const VideoFrame frame{cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)), 0, 1};
     { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
@@ -299,8 +287,7 @@ TEST(ResumableVideo, ARunThatHasKeptNothingLeavesNothing) {
         EXPECT_FALSE(fs::exists(unfinishedVideoDirectory(file))) << file;
 }
 
-TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
-    const TemporaryDirectory directory;
+TEST_F(ResumableVideoFiles, ARunThatCannotBeginLeavesNothing) {
     const fs::path out = directory / "out.mkv";
     RunSettings settings;
     settings["long"] = std::string(20000, 'x');
@@ -313,8 +300,7 @@ TEST(ResumableVideo, ARunThatCannotBeginLeavesNothing) {
     EXPECT_TRUE(fs::is_empty(directory.path()));
 }
 
-TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
-    const TemporaryDirectory directory;
+TEST_F(ResumableVideoFiles, DamagedLeftoversAreRefusedByName) {
     const fs::path out = directory / "out.mp4";
     const fs::path parts = unfinishedVideoDirectory(out);
     {
@@ -330,7 +316,7 @@ TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
          {std::string(), std::string("{"), std::string("[]"), std::string("{\"format\": 3}"),
           run.substr(0, run.size() / 2)}) {
         spill(parts / "run.json", broken);
-        EXPECT_NE(resume().find("run.json: is"), std::string::npos) << broken << resume();
+        EXPECT_TRUE(contains(resume(), "run.json: is")) << broken << resume();
     }
     const auto with = [&](const std::string& part, const std::string& other) {
         std::string changed = run;
@@ -346,7 +332,7 @@ TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
           with("\"reorderedPlaces\": ", "\"reorderedPlaces\": -1, \"x\": "),
           with("\"settings\": {", "\"settings\": {\"a\": " + deep + ", ")}) {
         spill(parts / "run.json", forged);
-        EXPECT_NE(resume().find("run.json: "), std::string::npos) << resume();
+        EXPECT_TRUE(contains(resume(), "run.json: "));
     }
     // Names that lead elsewhere: nothing there is read or removed.
     const fs::path outside = directory / "outside.txt";
@@ -371,49 +357,44 @@ TEST(ResumableVideo, DamagedLeftoversAreRefusedByName) {
     spill(parts / "run.json", run);
     const std::string segment = slurp(parts / "000001.mp4");
     spill(parts / "000001.mp4", segment.substr(0, 100));
-    EXPECT_NE(resume().find("lists 000001.mp4, which is missing or damaged"), std::string::npos);
+    EXPECT_TRUE(contains(resume(), "lists 000001.mp4, which is missing or damaged"));
     spill(parts / "000001.mp4", std::string(segment.size(), 'x')); // found when it is joined
     ResumableVideoWriter writer(out, plainOptions(), resumable(true));
     const std::string error = errorOf([&] { writer.finish(nullptr); });
-    EXPECT_NE(error.find("000001.mp4: cannot be read"), std::string::npos) << error;
+    EXPECT_TRUE(contains(error, "000001.mp4: cannot be read"));
     EXPECT_FALSE(fs::exists(out));
     EXPECT_TRUE(fs::exists(parts / "000002.mp4"));
 }
 
-TEST(ResumableVideo, WhatTheFileCannotHoldIsSaidBeforeAnyWork) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path clip = directory / "clip.mkv";
-    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=25:duration=0.4 -f lavfi -i sine=duration=0.4 "
-           "-c:v libx264 -c:a wavpack " +
-           arg(clip));
-    VideoReader reader(clip);
+TEST_F(ResumableVideo, WhatTheFileCannotHoldIsSaidBeforeAnyWork) {
+    VideoReader reader(make("clip.mkv", "-f lavfi -i testsrc2=size=64x48:rate=25:duration=0.4 -f "
+                                        "lavfi -i sine=duration=0.4 -c:v libx264 -c:a wavpack"));
     const std::string error = errorOf([&] {
         const ResumableVideoWriter writer(directory / "out.mp4", optionsFor(reader.facts()),
                                           resumable(), &reader);
     });
-    EXPECT_NE(error.find("cannot hold the sound wavpack"), std::string::npos) << error;
-    EXPECT_NE(error.find(".mkv"), std::string::npos) << error;
+    EXPECT_TRUE(contains(error, "cannot hold the sound wavpack"));
+    EXPECT_TRUE(contains(error, ".mkv"));
     EXPECT_FALSE(fs::exists(directory / "out.mp4.parts"));
     VideoWriterOptions prores = plainOptions();
     prores.codec = VideoCodec::ProRes;
-    EXPECT_NE(errorOf([&] {
-                  const ResumableVideoWriter writer(directory / "out.mp4", prores, resumable());
-              }).find("cannot hold prores"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] {
+                             const ResumableVideoWriter writer(directory / "out.mp4", prores,
+                                                               resumable());
+                         }),
+                         "cannot hold prores"));
     ResumableVideoOptions options;
     options.segmentFrames = 0;
-    EXPECT_NE(errorOf([&] {
-                  const ResumableVideoWriter writer(directory / "o.mp4", plainOptions(), options);
-              }).find("segmentFrames: is 0"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] {
+                             const ResumableVideoWriter writer(directory / "o.mp4", plainOptions(),
+                                                               options);
+                         }),
+                         "segmentFrames: is 0"));
     ResumableVideoWriter writer(directory / "o.mp4", plainOptions(), resumable());
-    EXPECT_NE(errorOf([&] { writer.finish(nullptr); }).find("before the first frame"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { writer.finish(nullptr); }), "before the first frame"));
 }
 
-TEST(ResumableVideo, EveryCodecIsJoined) {
-    const TemporaryDirectory directory;
+TEST_F(ResumableVideoFiles, EveryCodecIsJoined) {
     const std::pair<VideoCodec, const char*> cases[] = {
         {VideoCodec::H264Rgb, "a.mp4"}, {VideoCodec::Hevc, "b.mp4"},
         {VideoCodec::Hevc, "b.mkv"},    {VideoCodec::Ffv1, "c.mkv"},
@@ -425,10 +406,9 @@ TEST(ResumableVideo, EveryCodecIsJoined) {
         ResumableVideoWriter writer(out, options, resumable());
         writeFrames(writer, 0, 24);
         writer.finish(nullptr);
-        VideoReader reader(out);
-        const std::vector<VideoFrame> frames = allFrames(reader);
+        const std::vector<VideoFrame> frames = allFrames(out);
         ASSERT_EQ(frames.size(), 24u) << name;
-        const double unit = reader.facts().timeBase.value();
+        const double unit = VideoReader(out).facts().timeBase.value();
         for (int i = 0; i < 24; ++i) {
             const VideoFrame& frame = frames[static_cast<std::size_t>(i)];
             EXPECT_NEAR(static_cast<double>(frame.pts) * unit, i / 25.0, 0.0011) << name;

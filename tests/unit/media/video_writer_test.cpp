@@ -5,8 +5,8 @@
 #include "media/other_streams.hpp"
 #include "media/video_container.hpp"
 #include "media/video_input.hpp"
+#include "support/child.hpp"
 #include "support/displays.hpp"
-#include "support/file_limit.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
@@ -55,11 +55,6 @@ void writeClip(const fs::path& file, const VideoWriterOptions& options, int coun
     writer.finish();
 }
 
-std::size_t filesIn(const fs::path& directory) {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(directory), fs::directory_iterator()));
-}
-
 // The check sum of the packets of each stream of a kind ("a", "s"), in their order.
 std::vector<std::string> streamHashes(const fs::path& file, const std::string& kind) {
     std::vector<std::string> sums;
@@ -68,17 +63,6 @@ std::vector<std::string> streamHashes(const fs::path& file, const std::string& k
         sums.push_back(line.substr(line.find("MD5=")));
     }
     return sums;
-}
-
-// Times of all packets of a stream, in seconds, in the order they are shown.
-std::vector<double> packetTimes(const fs::path& file, const std::string& stream) {
-    std::vector<double> times;
-    for (const std::string& line :
-         lines(ffprobe(file, "packet=pts_time", "-select_streams " + stream))) {
-        times.push_back(std::stod(line));
-    }
-    std::sort(times.begin(), times.end());
-    return times;
 }
 
 // When a file begins: before 0 where sound begins before the picture (Matroska, FFmpeg 7).
@@ -126,25 +110,6 @@ void expectNear(const std::vector<double>& a, const std::vector<double>& b, doub
         ASSERT_NEAR(a[i], b[i], tolerance) << i;
 }
 
-// A film with two sounds, subtitles, chapters and tags; AAC begins a little before 0 in it.
-fs::path makeFilm(const TemporaryDirectory& directory, const std::string& name,
-                  const std::string& options = "-c:a:0 aac -c:a:1 pcm_s16le -c:s srt") {
-    spill(directory / "text.srt", "1\n00:00:00,200 --> 00:00:00,900\nHello\n\n"
-                                  "2\n00:00:01,250 --> 00:00:01,750\n<i>World</i>\n");
-    spill(directory / "film.txt", ";FFMETADATA1\ntitle=A film\nartist=Somebody\n"
-                                  "[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=800\ntitle=One\n"
-                                  "[CHAPTER]\nTIMEBASE=1/1000\nSTART=800\nEND=2000\ntitle=Two\n");
-    fs::path file = directory / name;
-    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=24000/1001:duration=2 -f lavfi -i "
-           "sine=duration=2.3 -f lavfi -i sine=f=300:duration=2 -i " +
-           arg(directory / "text.srt") + " -i " + arg(directory / "film.txt") +
-           " -map 0:v -map 1:a -map 2:a -map 3:s -map_metadata 4 -c:v libx264 -g 12 -bf 2 "
-           "-pix_fmt yuv420p -metadata:s:a:0 language=eng -metadata:s:a:1 language=slv "
-           "-metadata:s:s:0 language=deu " +
-           options + " " + arg(file));
-    return file;
-}
-
 VideoWriterOptions optionsFor(const VideoReader& reader) {
     VideoWriterOptions options;
     options.size = reader.facts().size;
@@ -168,6 +133,27 @@ Notes copyFilm(const fs::path& from, const fs::path& to, const VideoReaderOption
     return writer.notes();
 }
 
+class VideoWriterTest : public FfmpegTest {
+  protected:
+    // A film with two sounds, subtitles, chapters and tags; AAC begins a little before 0 in it.
+    fs::path makeFilm(const std::string& name,
+                      const std::string& options = "-c:a:0 aac -c:a:1 pcm_s16le -c:s srt") const {
+        spill(directory / "text.srt", "1\n00:00:00,200 --> 00:00:00,900\nHello\n\n"
+                                      "2\n00:00:01,250 --> 00:00:01,750\n<i>World</i>\n");
+        spill(directory / "film.txt",
+              ";FFMETADATA1\ntitle=A film\nartist=Somebody\n"
+              "[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=800\ntitle=One\n"
+              "[CHAPTER]\nTIMEBASE=1/1000\nSTART=800\nEND=2000\ntitle=Two\n");
+        return make(name, "-f lavfi -i testsrc2=size=64x48:rate=24000/1001:duration=2 -f lavfi -i "
+                          "sine=duration=2.3 -f lavfi -i sine=f=300:duration=2 -i " +
+                              arg(directory / "text.srt") + " -i " + arg(directory / "film.txt") +
+                              " -map 0:v -map 1:a -map 2:a -map 3:s -map_metadata 4 -c:v libx264 "
+                              "-g 12 -bf 2 -pix_fmt yuv420p -metadata:s:a:0 language=eng "
+                              "-metadata:s:a:1 language=slv -metadata:s:s:0 language=deu " +
+                              options);
+    }
+};
+
 struct Encoding {
     VideoCodec codec;
     const char* extension;
@@ -176,12 +162,10 @@ struct Encoding {
     const char* pixels; // empty: the decoder's choice
 };
 
-class Encodings : public testing::TestWithParam<Encoding> {};
+class Encodings : public VideoWriterTest, public testing::WithParamInterface<Encoding> {};
 
 // The program ffmpeg reads the picture back, so errors of reader and writer cannot cancel.
 TEST_P(Encodings, KeepPicturesAndTimes) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
     const fs::path file = directory / (std::string("clip") + GetParam().extension);
     VideoWriterOptions options = smallOptions();
     options.codec = GetParam().codec;
@@ -257,10 +241,8 @@ std::vector<cv::Mat> movingNatives(int count) {
 }
 
 // What each sub-pixel shows counts, not a texture that looks alike, and colours as much as grey.
-TEST(VideoWriter, NativesAreMoreAccurateThanOtherPicturesOfTheirSizeInTheFile) {
+TEST_F(VideoWriterTest, NativesAreMoreAccurateThanOtherPicturesOfTheirSizeInTheFile) {
     ALTIRO3D_TAKES(15);
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
     const std::vector<cv::Mat> natives = movingNatives(12);
     const auto encoded = [&](VideoWriterOptions options, bool native) {
         options.native = native;
@@ -315,10 +297,8 @@ void writeNoise(const fs::path& file, const VideoWriterOptions& options, int cou
     writer.finish();
 }
 
-TEST(VideoWriter, MaxRateHoldsInEachSecondAndGivesTheSameBytes) {
-    ALTIRO3D_REQUIRE_FFMPEG();
+TEST_F(VideoWriterTest, MaxRateHoldsInEachSecondAndGivesTheSameBytes) {
     constexpr int kSeconds = 6;
-    const TemporaryDirectory directory;
     VideoWriterOptions options = smallOptions();
     options.size = {192, 128};
     options.native = true;
@@ -353,9 +333,7 @@ TEST(VideoWriter, MaxRateHoldsInEachSecondAndGivesTheSameBytes) {
 }
 
 // Arithmetic coding and deblocking take more than half of the time to decode.
-TEST(VideoWriter, NativesAreCodedToBeDecodedQuickly) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, NativesAreCodedToBeDecodedQuickly) {
     const fs::path file = directory / "native.mkv";
     for (const EncoderPreset preset :
          {EncoderPreset::UltraFast, EncoderPreset::SuperFast, EncoderPreset::Fast}) {
@@ -378,9 +356,7 @@ TEST(VideoWriter, NativesAreCodedToBeDecodedQuickly) {
     }
 }
 
-TEST(VideoWriter, OddSizesAreKept) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, OddSizesAreKept) {
     for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::H264Rgb, VideoCodec::Hevc,
                                    VideoCodec::Ffv1, VideoCodec::ProRes}) {
         VideoWriterOptions options = smallOptions();
@@ -395,10 +371,8 @@ TEST(VideoWriter, OddSizesAreKept) {
     }
 }
 
-TEST(VideoWriter, KnownColoursSurviveInEveryMatrixAndRange) {
+TEST_F(VideoWriterTest, KnownColoursSurviveInEveryMatrixAndRange) {
     ALTIRO3D_TAKES(3);
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
     // Fields of 16 px: black, white, grey and strong colours.
     const cv::Vec3b colours[] = {{0, 0, 0},     {255, 255, 255}, {128, 128, 128}, {0, 0, 255},
                                  {0, 255, 0},   {255, 0, 0},     {0, 255, 255},   {255, 0, 255},
@@ -440,9 +414,7 @@ TEST(VideoWriter, KnownColoursSurviveInEveryMatrixAndRange) {
     }
 }
 
-TEST(VideoWriter, HighDefinitionIsBt709AndLimitedByItself) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, HighDefinitionIsBt709AndLimitedByItself) {
     VideoWriterOptions options = smallOptions();
     options.size = {32, 720};
     writeClip(directory / "high.mp4", options, 1);
@@ -454,9 +426,7 @@ TEST(VideoWriter, HighDefinitionIsBt709AndLimitedByItself) {
               "tv|smpte170m");
 }
 
-TEST(VideoWriter, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
     const struct {
         Fraction timeBase;
         std::vector<std::int64_t> times;
@@ -497,11 +467,9 @@ TEST(VideoWriter, TimesOfAnyBaseAreExactInMp4AndTo1msInMkv) {
     }
 }
 
-TEST(VideoWriter, EverythingBesideThePicturesIsKept) {
+TEST_F(VideoWriterTest, EverythingBesideThePicturesIsKept) {
     ALTIRO3D_TAKES(4);
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv");
+    const fs::path film = makeFilm("film.mkv");
     const fs::path copy = directory / "copy.mkv";
     EXPECT_TRUE(copyFilm(film, copy).empty());
     EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name")),
@@ -520,14 +488,11 @@ TEST(VideoWriter, EverythingBesideThePicturesIsKept) {
               lines(ffprobe(film, "packet=duration_time", "-select_streams s")));
 }
 
-TEST(VideoWriter, Mp4GetsTextSubtitlesAsMovText) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv", "-c:a:0 aac -c:a:1 aac -c:s srt");
+TEST_F(VideoWriterTest, Mp4GetsTextSubtitlesAsMovText) {
+    const fs::path film = makeFilm("film.mkv", "-c:a:0 aac -c:a:1 aac -c:s srt");
     const fs::path copy = directory / "copy.mp4";
     const Notes notes = copyFilm(film, copy);
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0].text, film.string() + ": subtitles subrip (deu) become mov_text");
+    EXPECT_EQ(only(notes).text, film.string() + ": subtitles subrip (deu) become mov_text");
     EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name", "-select_streams s"))[0], "mov_text");
     EXPECT_EQ(lines(ffprobe(copy, "stream_tags=language", "-select_streams s"))[0], "deu");
     EXPECT_EQ(ffmpeg("-i " + arg(copy) + " -map 0:s -f srt -"),
@@ -543,12 +508,12 @@ TEST(VideoWriter, Mp4GetsTextSubtitlesAsMovText) {
               ffmpeg("-i " + arg(film) + " -map 0:s -f srt -"));
 }
 
-TEST(VideoWriter, SoundThatBeginsBeforeThePicturesDoesNotMoveThem) {
+TEST_F(VideoWriterTest, SoundThatBeginsBeforeThePicturesDoesNotMoveThem) {
     ALTIRO3D_TAKES(3);
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mp4", "-c:a aac -c:s mov_text");
+    const fs::path film = makeFilm("film.mp4", "-c:a aac -c:s mov_text");
     ASSERT_LT(packetTimes(film, "a:0").front(), 0);
+    copyFilm(makeFilm("pcm.mkv"), directory / "pcm.mov"); // which holds uncompressed sound
+    EXPECT_EQ(streamHashes(directory / "pcm.mov", "a"), streamHashes(directory / "pcm.mkv", "a"));
     for (const char* const name : {"copy.mp4", "copy.mkv", "copy.mov"}) {
         const fs::path copy = directory / name;
         copyFilm(film, copy);
@@ -559,20 +524,9 @@ TEST(VideoWriter, SoundThatBeginsBeforeThePicturesDoesNotMoveThem) {
     }
 }
 
-TEST(VideoWriter, QuickTimeTakesUncompressedSound) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv");
-    const fs::path copy = directory / "copy.mov";
-    copyFilm(film, copy);
-    EXPECT_EQ(streamHashes(copy, "a"), streamHashes(film, "a"));
-}
-
-TEST(VideoWriter, AContainerForTheSoundAndSubtitlesIsFound) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, AContainerForTheSoundAndSubtitlesIsFound) {
     const auto extensionOf = [&](const std::string& codecs, const VideoWriterOptions& options) {
-        const fs::path film = makeFilm(directory, "film.mkv", codecs);
+        const fs::path film = makeFilm("film.mkv", codecs);
         VideoReader reader(film);
         const std::string extension = VideoWriter::extensionFor(reader, options);
         VideoReader again(film);
@@ -594,11 +548,9 @@ TEST(VideoWriter, AContainerForTheSoundAndSubtitlesIsFound) {
     EXPECT_EQ(extensionOf("-c:a aac -c:s srt", options), ".mkv");
 }
 
-TEST(VideoWriter, WhatAContainerCannotHoldIsNamedBeforeWork) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, WhatAContainerCannotHoldIsNamedBeforeWork) {
     // FFmpeg 7 puts PCM into MP4
-    const fs::path film = makeFilm(directory, "film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");
+    const fs::path film = makeFilm("film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");
     const fs::path copy = directory / "copy.mp4";
     VideoReader reader(film);
     EXPECT_EQ(errorOf([&] { VideoWriter(copy, optionsFor(reader), &reader); }),
@@ -636,13 +588,11 @@ TEST(VideoWriter, WhatAContainerCannotHoldIsNamedBeforeWork) {
     EXPECT_EQ(lines(ffprobe(copy, "format_tags=title,artist"))[0], "Mine");
 }
 
-TEST(VideoWriter, APartHasTheSoundOfThePart) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, APartHasTheSoundOfThePart) {
     for (const char* const name : {"film.mkv", "film.mp4"}) {
-        const fs::path film = makeFilm(directory, name,
-                                       std::string(name) == "film.mkv" ? "-c:a pcm_s16le -c:s srt"
-                                                                       : "-c:a aac -c:s mov_text");
+        const fs::path film =
+            makeFilm(name, std::string(name) == "film.mkv" ? "-c:a pcm_s16le -c:s srt"
+                                                           : "-c:a aac -c:s mov_text");
         VideoReaderOptions part;
         part.from = 0.5;
         part.to = 1.5;
@@ -666,10 +616,8 @@ TEST(VideoWriter, APartHasTheSoundOfThePart) {
     }
 }
 
-TEST(VideoWriter, AnEarlyStopEndsTheSoundWithThePictures) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv");
+TEST_F(VideoWriterTest, AnEarlyStopEndsTheSoundWithThePictures) {
+    const fs::path film = makeFilm("film.mkv");
     const fs::path copy = directory / "copy.mkv";
     copyFilm(film, copy, {}, 12);
     EXPECT_EQ(packetTimes(copy, "v:0").size(), 12u);
@@ -680,10 +628,8 @@ TEST(VideoWriter, AnEarlyStopEndsTheSoundWithThePictures) {
     EXPECT_GT(packetTimes(whole, "a:0").back(), 2.2);
 }
 
-TEST(VideoWriter, ItsSourceMayBeReadInAnotherThread) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv");
+TEST_F(VideoWriterTest, ItsSourceMayBeReadInAnotherThread) {
+    const fs::path film = makeFilm("film.mkv");
     const fs::path alone = directory / "alone.mkv";
     copyFilm(film, alone);
 
@@ -723,10 +669,8 @@ TEST(VideoWriter, ItsSourceMayBeReadInAnotherThread) {
 }
 
 // AAC of a transport stream has headers that .mp4 takes off; damaged ones cannot be.
-TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv", "-map -0:s -c:a aac");
+TEST_F(VideoWriterTest, DamagedSoundIsLeftOutWithANote) {
+    const fs::path film = makeFilm("film.mkv", "-map -0:s -c:a aac");
     const fs::path stream = directory / "film.ts";
     ffmpeg("-i " + arg(film) + " -map 0:v -map 0:a:0 -c copy " + arg(stream));
     std::string bytes = slurp(stream);
@@ -747,10 +691,10 @@ TEST(VideoWriter, DamagedSoundIsLeftOutWithANote) {
     EXPECT_LT(packetTimes(copy, "a:0").size(), whole);
     EXPECT_FALSE(notes.empty());
     for (const Note& note : notes)
-        EXPECT_NE(note.text.find("could not be kept"), std::string::npos) << note.text;
+        EXPECT_TRUE(contains(note.text, "could not be kept"));
 }
 
-TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
+TEST(VideoWriterOptions, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
     constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
     const auto taken = [](std::int64_t pts, std::int64_t duration, std::int64_t origin) {
         OtherStreams others;
@@ -775,8 +719,9 @@ TEST(VideoWriter, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
     EXPECT_EQ(taken(7, 1, kMax / 3), nullptr) << "the origin is none in the stream's unit";
 }
 
-TEST(VideoWriter, ChaptersOfTimesThatNoNumberHoldsAreLeftOut) {
-    const TemporaryDirectory directory;
+class VideoWriterFile : public FileTest {};
+
+TEST_F(VideoWriterFile, ChaptersOfTimesThatNoNumberHoldsAreLeftOut) {
     writeClip(directory / "clip.mkv", smallOptions(), 2);
     VideoInput input = openVideoInput(directory / "clip.mkv", {});
     input.facts.chapters = {{0, 1, "One"}, {1, 1e300, "Long"}, {1e10, 2e10, "Late"}};
@@ -787,22 +732,20 @@ TEST(VideoWriter, ChaptersOfTimesThatNoNumberHoldsAreLeftOut) {
     EXPECT_LT(others.chapters[1].end, 9.2e9);
 }
 
-TEST(VideoWriter, AfterAFailureAtTheEndItIsLost) {
+TEST_F(VideoWriterFile, AfterAFailureAtTheEndItIsLost) {
     for (const char* const name : {"clip.mkv", "clip.mp4"}) {
-        const TemporaryDirectory directory;
         const fs::path file = directory / name;
         VideoWriter writer(file, smallOptions());
         writer.write({movingPicture(kSize, 0), 0, 1});
         fs::create_directory(file);
-        EXPECT_EQ(errorOf([&] { writer.finish(); }).find(file.string() + ": cannot be "), 0u);
+        EXPECT_TRUE(startsWith(errorOf([&] { writer.finish(); }), file.string() + ": cannot be "));
         const std::string lost = file.string() + ": cannot be written any further after a failure";
         EXPECT_EQ(errorOf([&] { writer.finish(); }), lost);
         EXPECT_EQ(errorOf([&] { writer.write({movingPicture(kSize, 1), 1, 1}); }), lost);
     }
 }
 
-TEST(VideoWriter, APictureThatTheContainerRefusesIsNoDamagedSound) {
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterFile, APictureThatTheContainerRefusesIsNoDamagedSound) {
     VideoContainer container(directory / "clip.mkv");
     const ParametersPtr parameters(avcodec_parameters_alloc());
     parameters->codec_type = AVMEDIA_TYPE_VIDEO;
@@ -828,10 +771,8 @@ TEST(VideoWriter, APictureThatTheContainerRefusesIsNoDamagedSound) {
     EXPECT_TRUE(notes.empty());
 }
 
-TEST(VideoWriter, PacketsAreInterleaved) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mkv", "-c:a aac -c:s srt");
+TEST_F(VideoWriterTest, PacketsAreInterleaved) {
+    const fs::path film = makeFilm("film.mkv", "-c:a aac -c:s srt");
     for (const char* const name : {"copy.mkv", "copy.mp4"}) {
         const fs::path copy = directory / name;
         copyFilm(film, copy);
@@ -853,10 +794,8 @@ TEST(VideoWriter, PacketsAreInterleaved) {
     }
 }
 
-TEST(VideoWriter, TheRotationOfTheSourceIsNotWrittenAgain) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    const fs::path film = makeFilm(directory, "film.mp4", "-c:a aac -c:s mov_text");
+TEST_F(VideoWriterTest, TheRotationOfTheSourceIsNotWrittenAgain) {
+    const fs::path film = makeFilm("film.mp4", "-c:a aac -c:s mov_text");
     const fs::path turned = directory / "turned.mp4";
     spill(turned, turnedClockwise(slurp(film), 90)); // the video is the first track
     ASSERT_NE(VideoReader(turned).facts().rotationDegrees, 0);
@@ -869,9 +808,7 @@ TEST(VideoWriter, TheRotationOfTheSourceIsNotWrittenAgain) {
     }
 }
 
-TEST(VideoWriter, AttachmentsGoIntoMatroskaOnly) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, AttachmentsGoIntoMatroskaOnly) {
     spill(directory / "font.ttf", std::string(1000, 'f'));
     const fs::path film = directory / "film.mkv";
     ffmpeg("-f lavfi -i testsrc2=size=64x48:duration=1 -c:v libx264 -attach " +
@@ -880,17 +817,14 @@ TEST(VideoWriter, AttachmentsGoIntoMatroskaOnly) {
     EXPECT_EQ(lines(ffprobe(directory / "copy.mkv", "stream=codec_type")),
               (std::vector<std::string>{"video", "attachment"}));
     const Notes notes = copyFilm(film, directory / "copy.mp4");
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_EQ(notes[0].text, film.string() + ": attachment is left out");
+    EXPECT_EQ(only(notes).text, film.string() + ": attachment is left out");
 }
 
-TEST(VideoWriter, RealClipsKeepTheirSoundAndTimes) {
+TEST_F(VideoWriterTest, RealClipsKeepTheirSoundAndTimes) {
     ALTIRO3D_TAKES(5);
-    ALTIRO3D_REQUIRE_FFMPEG();
     for (const char* const name : {"flower.mp4", "realshort.mp4", "bigbuckbunny.mp4"}) {
         ALTIRO3D_REQUIRE_DATA(std::string("videos/") + name);
         const fs::path film = dataPath(std::string("videos/") + name);
-        const TemporaryDirectory directory;
         VideoReader reader(film);
         VideoWriterOptions options = optionsFor(reader);
         options.size = kSize; // pictures of another size, as a Native has
@@ -909,8 +843,7 @@ TEST(VideoWriter, RealClipsKeepTheirSoundAndTimes) {
     }
 }
 
-TEST(VideoWriter, EqualFramesGiveEqualBytes) {
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterFile, EqualFramesGiveEqualBytes) {
     for (const VideoCodec codec :
          {VideoCodec::H264, VideoCodec::Hevc, VideoCodec::Ffv1, VideoCodec::ProRes}) {
         for (const char* const extension : {".mkv", ".mov"}) {
@@ -928,16 +861,14 @@ TEST(VideoWriter, EqualFramesGiveEqualBytes) {
     }
 }
 
-TEST(VideoWriter, TheIndexOfAnMp4ComesFirst) {
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterFile, TheIndexOfAnMp4ComesFirst) {
     writeClip(directory / "clip.mp4", smallOptions(), 30);
     const std::string bytes = slurp(directory / "clip.mp4");
-    ASSERT_NE(bytes.find("moov"), std::string::npos);
+    ASSERT_TRUE(contains(bytes, "moov"));
     EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
 }
 
-TEST(VideoWriter, TheNameAppearsOnlyWhenTheFileIsWhole) {
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterFile, TheNameAppearsOnlyWhenTheFileIsWhole) {
     const fs::path file = directory / "clip.mkv";
     spill(file, "old");
     {
@@ -945,10 +876,8 @@ TEST(VideoWriter, TheNameAppearsOnlyWhenTheFileIsWhole) {
         writer.write({movingPicture(kSize, 0), 0, 1});
         EXPECT_TRUE(fs::exists(directory / "clip.mkv.part"));
         EXPECT_EQ(slurp(file), "old");
-        EXPECT_NE(errorOf([&] {
-                      VideoWriter(file, smallOptions());
-                  }).find("is being written by another process (clip.mkv.part)"),
-                  std::string::npos);
+        EXPECT_TRUE(contains(errorOf([&] { VideoWriter(file, smallOptions()); }),
+                             "is being written by another process (clip.mkv.part)"));
     }
     EXPECT_EQ(slurp(file), "old");
     EXPECT_EQ(filesIn(directory.path()), 1u);
@@ -961,33 +890,27 @@ TEST(VideoWriter, TheNameAppearsOnlyWhenTheFileIsWhole) {
     EXPECT_EQ(allFrames(reader).size(), 3u);
 }
 
-TEST(VideoWriter, LinksAreFollowedAndDevicesRefused) {
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterFile, LinksAreFollowedAndDevicesRefused) {
     fs::create_directory(directory / "sub");
     fs::create_symlink("sub/clip.mkv", directory / "link.mkv");
     writeClip(directory / "link.mkv", smallOptions(), 2);
     EXPECT_TRUE(fs::is_symlink(directory / "link.mkv"));
     EXPECT_TRUE(fs::is_regular_file(directory / "sub" / "clip.mkv"));
     fs::create_symlink("/dev/null", directory / "null.mkv");
-    EXPECT_NE(errorOf([&] {
-                  VideoWriter(directory / "null.mkv", smallOptions());
-              }).find("is a device or pipe"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { VideoWriter(directory / "null.mkv", smallOptions()); }),
+                         "is a device or pipe"));
     EXPECT_TRUE(fs::is_character_file("/dev/null"));
     fs::create_directory(directory / "folder.mkv");
-    EXPECT_NE(errorOf([&] {
-                  VideoWriter(directory / "folder.mkv", smallOptions());
-              }).find("is a directory"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { VideoWriter(directory / "folder.mkv", smallOptions()); }),
+                         "is a directory"));
     EXPECT_EQ(errorOf([&] { VideoWriter(directory / "no" / "clip.mkv", smallOptions()); }),
               (directory / "no" / "clip.mkv").string() +
                   ": cannot be written: No such file or directory; its directory must exist");
 }
 
 // A file at its size limit fails in the same way as one on a full disk.
-TEST(VideoWriter, AFileThatCannotGrowIsNamedAndRemoved) {
+TEST_F(VideoWriterFile, AFileThatCannotGrowIsNamedAndRemoved) {
     for (const char* const name : {"clip.mkv", "clip.mov"}) {
-        const TemporaryDirectory directory;
         const fs::path file = directory / name;
         const std::string text = withFileLimit(200000, [&] {
             return errorOf([&] {
@@ -1001,9 +924,8 @@ TEST(VideoWriter, AFileThatCannotGrowIsNamedAndRemoved) {
     }
 }
 
-TEST(VideoWriter, AFullDiskIsReportedBeforeTheFirstFrame) {
+TEST_F(VideoWriterFile, AFullDiskIsReportedBeforeTheFirstFrame) {
     for (const char* const name : {"clip.mkv", "clip.mp4"}) {
-        const TemporaryDirectory directory;
         const fs::path file = directory / name;
         const std::string text =
             withFileLimit(4, [&] { return errorOf([&] { VideoWriter(file, smallOptions()); }); });
@@ -1012,38 +934,25 @@ TEST(VideoWriter, AFullDiskIsReportedBeforeTheFirstFrame) {
     }
 }
 
-TEST(VideoWriter, FramesAreChecked) {
-    const TemporaryDirectory directory;
-    const fs::path file = directory / "clip.mkv";
-    VideoWriter writer(file, smallOptions());
+TEST_F(VideoWriterFile, FramesAreChecked) {
+    VideoWriter writer(directory / "clip.mkv", smallOptions());
+    const auto write = [&](const cv::Mat& picture, std::int64_t time) {
+        return errorOf([&, frame = VideoFrame{picture, time, 1}] { writer.write(frame); });
+    };
+    const cv::Mat picture = movingPicture(kSize, 0);
     EXPECT_EQ(errorOf([&] { writer.finish(); }), "finish: comes before the first frame");
-    EXPECT_EQ(errorOf([&] {
-                  writer.write({movingPicture({64, 50}, 0), 0, 1});
-              }),
+    EXPECT_EQ(write(cv::Mat(50, 64, CV_8UC3), 0),
               "frame: is 64 x 50 px of CV_8UC3, expected 64 x 48 px");
-    EXPECT_EQ(errorOf([&] {
-                  writer.write({cv::Mat(kSize, CV_8UC1), 0, 1});
-              }),
+    EXPECT_EQ(write(cv::Mat(kSize, CV_8UC1), 0),
               "frame: is 64 x 48 px of CV_8UC1, expected CV_8UC3");
-    EXPECT_EQ(errorOf([&] {
-                  writer.write({movingPicture(kSize, 0), -1, 1});
-              }),
-              "frame: has the time -1, expected 0 or more");
-    writer.write({movingPicture(kSize, 0), 5, 1});
-    EXPECT_EQ(errorOf([&] {
-                  writer.write({movingPicture(kSize, 0), 5, 1});
-              }),
-              "frame: has the time 5, expected more than the last one's, 5");
+    EXPECT_EQ(write(picture, -1), "frame: has the time -1, expected 0 or more");
+    EXPECT_EQ(write(picture, 5), "(no error)");
+    EXPECT_EQ(write(picture, 5), "frame: has the time 5, expected more than the last one's, 5");
     writer.finish();
-    EXPECT_EQ(errorOf([&] {
-                  writer.write({movingPicture(kSize, 0), 6, 1});
-              }),
-              "write: comes after finish()");
+    EXPECT_EQ(write(picture, 6), "write: comes after finish()");
 }
 
-TEST(VideoWriter, SubMatricesAreTaken) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
+TEST_F(VideoWriterTest, SubMatricesAreTaken) {
     for (const VideoCodec codec : {VideoCodec::Ffv1, VideoCodec::H264}) {
         for (const bool compatible : {false, true}) {
             if (compatible && codec == VideoCodec::Ffv1) continue;
@@ -1061,70 +970,55 @@ TEST(VideoWriter, SubMatricesAreTaken) {
     }
 }
 
-TEST(VideoWriter, ASourceThatHasBegunIsRefused) {
-    ALTIRO3D_REQUIRE_FFMPEG();
-    const TemporaryDirectory directory;
-    VideoReader reader(makeFilm(directory, "film.mkv"));
+TEST_F(VideoWriterTest, ASourceThatHasBegunIsRefused) {
+    VideoReader reader(makeFilm("film.mkv"));
     ASSERT_TRUE(reader.next());
     EXPECT_EQ(errorOf([&] { VideoWriter(directory / "x.mkv", optionsFor(reader), &reader); }),
               "source: has delivered a frame already, expected a writer before the first one");
 }
 
-TEST(VideoWriter, OptionsAreChecked) {
-    const auto problem = [](const std::function<void(VideoWriterOptions&)>& change) {
-        VideoWriterOptions options = smallOptions();
+TEST(VideoWriterOptions, AreChecked) {
+    using Options = VideoWriterOptions;
+    const std::pair<std::function<void(Options&)>, const char*> cases[] = {
+        {[](Options&) {}, "(no error)"},
+        {[](Options& o) { o.size = cv::Size(8, 48); },
+         "size: is 8 x 48 px, expected 16..16384 px a side"},
+        {[](Options& o) { o.crf = 52; }, "crf: is 52, expected 0..51"},
+        {[](Options& o) { o.preset = static_cast<EncoderPreset>(9); },
+         "preset: is 9, expected an EncoderPreset"},
+        {[](Options& o) { o.timeBase.numerator = 0; }, "timeBase: is 0/25, expected more than 0"},
+        {[](Options& o) { o.colour.emplace().primaries = 100000; },
+         "colour.primaries: is 100000, expected 1.."},
+        {[](Options& o) { o.colour.emplace().transfer = -1; },
+         "colour.transfer: is -1, expected 1.."},
+        {[](Options& o) { o.threads = -1; }, "threads: is -1, expected 0..64"}};
+    const auto problem = [](const std::function<void(Options&)>& change) {
+        Options options = smallOptions();
         change(options);
         return errorOf([&] { validate(options); });
     };
-    EXPECT_EQ(problem([](auto&) {}), "(no error)");
-    EXPECT_EQ(problem([](auto& o) {
-                  o.size = {8, 48};
-              }),
-              "size: is 8 x 48 px, expected 16..16384 px a side");
-    EXPECT_EQ(problem([](auto& o) { o.crf = 52; }), "crf: is 52, expected 0..51");
-    for (const double rate : {-1.0, 0.5, 100001.0, std::numeric_limits<double>::quiet_NaN()}) {
-        EXPECT_EQ(problem([&](auto& o) { o.maxRate = rate; }).find("maxRate: is "), 0u) << rate;
-    }
-    const auto withRate = [&](VideoCodec codec, double crf) {
-        return problem([&](auto& o) {
-            o.codec = codec;
-            o.crf = crf;
-            o.maxRate = 50;
-        });
-    };
-    EXPECT_EQ(withRate(VideoCodec::H264Rgb, 1), "(no error)");
-    EXPECT_EQ(withRate(VideoCodec::Hevc, 16),
-              "maxRate: is set, expected the codec H264 or H264Rgb with it");
-    EXPECT_EQ(withRate(VideoCodec::H264, 0),
-              "maxRate: is set, expected a crf of 1 or more with it");
-    EXPECT_EQ(problem([](auto& o) { o.preset = static_cast<EncoderPreset>(9); }),
-              "preset: is 9, expected an EncoderPreset");
-    EXPECT_EQ(problem([](auto& o) {
-                  o.timeBase = {0, 1};
-              }),
-              "timeBase: is 0/1, expected more than 0");
-    const auto withColour = [&](int primaries, int transfer) {
-        return problem([&](auto& o) {
-            o.colour.emplace();
-            o.colour->primaries = primaries;
-            o.colour->transfer = transfer;
-        });
-    };
-    EXPECT_EQ(withColour(9, 16), "(no error)");
-    EXPECT_EQ(withColour(100000, 16).find("colour.primaries: is 100000, expected 1.."), 0u);
-    EXPECT_EQ(withColour(9, -1).find("colour.transfer: is -1, expected 1.."), 0u);
-    EXPECT_EQ(problem([](auto& o) { o.threads = -1; }), "threads: is -1, expected 0..64");
-    EXPECT_EQ(problem([](auto& o) {
-                  o.size = {65, 48};
-                  o.compatible = true;
-              }),
+    for (const auto& [change, expected] : cases)
+        EXPECT_TRUE(startsWith(problem(change), expected));
+    for (const double rate : {-1.0, 0.5, 100001.0, std::numeric_limits<double>::quiet_NaN()})
+        EXPECT_TRUE(startsWith(problem([&](auto& o) { o.maxRate = rate; }), "maxRate: is "));
+    // what does not go together
+    Options together = smallOptions();
+    together.maxRate = 50;
+    const auto problemOfAll = [&] { return errorOf([&] { validate(together); }); };
+    together.codec = VideoCodec::H264Rgb;
+    EXPECT_EQ(problemOfAll(), "(no error)");
+    together.crf = 0;
+    EXPECT_EQ(problemOfAll(), "maxRate: is set, expected a crf of 1 or more with it");
+    together.codec = VideoCodec::Hevc;
+    EXPECT_EQ(problemOfAll(), "maxRate: is set, expected the codec H264 or H264Rgb with it");
+    together = smallOptions();
+    together.compatible = true;
+    together.size.width = 65;
+    EXPECT_EQ(problemOfAll(),
               "size: is 65 x 48 px, expected even sides for 4:2:0 (4:4:4 takes any, or change the "
               "size first)");
-    EXPECT_EQ(problem([](auto& o) {
-                  o.codec = VideoCodec::ProRes;
-                  o.compatible = true;
-              }),
-              "compatible: is set, expected the codec H264 or Hevc with it");
+    together.codec = VideoCodec::ProRes;
+    EXPECT_EQ(problemOfAll(), "compatible: is set, expected the codec H264 or Hevc with it");
     EXPECT_TRUE(canWriteVideo("a.MKV"));
     EXPECT_TRUE(canWriteVideo("a.m4v"));
     EXPECT_FALSE(canWriteVideo("a.webm"));

@@ -1,7 +1,5 @@
 #include "altiro3D/video_io.hpp"
-#include "image/downscale.hpp"
 #include "image/pixel_values.hpp"
-#include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
@@ -53,21 +51,7 @@ cv::Mat greyNoise(cv::Size size, int seed) {
 
 } // namespace
 
-// --- Shrinking, motion ---------------------------------------------------------------------------
-
-TEST(SmallPicture, IsTheMeanOfEqualBlocks) {
-    const cv::Mat photo = randomPhoto(cv::Size(4 * kSmallSide, 8), 3);
-    const cv::Mat small = smallImage(photo);
-    ASSERT_EQ(small.size(), cv::Size(kSmallSide, 2));
-    cv::Mat expected;
-    cv::resize(photo, expected, small.size(), 0, 0, cv::INTER_AREA);
-    EXPECT_TRUE(samePicture(small, expected, 1)); // halves are rounded in other ways
-    for (const cv::Size size : {cv::Size(1, 1), cv::Size(1, 5000), cv::Size(5000, 1)}) {
-        const cv::Mat thin = smallImage(randomPhoto(size));
-        EXPECT_GE(std::min(thin.cols, thin.rows), 1);
-        EXPECT_LE(std::max(thin.cols, thin.rows), kSmallSide);
-    }
-}
+// --- Motion --------------------------------------------------------------------------------------
 
 TEST(FindMotion, FindsAWholeShift) {
     const cv::Mat world = greyNoise(cv::Size(400, 300), 5);
@@ -105,33 +89,6 @@ TEST(FindMotion, IsExactlyZeroWhereNothingMovesDespiteNoiseAndExposure) {
     findMotion(before, now, motion);
     EXPECT_EQ(cv::norm(motion, cv::NORM_INF), 0);
     EXPECT_LT(cv::mean(misfit(before, now, motion))[0], 2.5);
-}
-
-TEST(FindMotion, TakesPicturesOfAnySize) {
-    for (const cv::Size size : {cv::Size(1, 1), cv::Size(2, 1), cv::Size(1, 7), cv::Size(5, 3),
-                                cv::Size(192, 1), cv::Size(1, 192), cv::Size(191, 13)}) {
-        cv::Mat motion;
-        findMotion(greyNoise(size, 1), greyNoise(size, 2), motion);
-        ASSERT_EQ(motion.size(), size);
-        EXPECT_TRUE(cv::checkRange(motion));
-    }
-}
-
-TEST(JoinMotion, AddsTheWays) {
-    const cv::Mat first(20, 30, CV_32FC2, cv::Scalar(1.5, -2));
-    const cv::Mat second(20, 30, CV_32FC2, cv::Scalar(-0.5, 4));
-    EXPECT_TRUE(
-        samePicture(joinMotion(first, second), cv::Mat(20, 30, CV_32FC2, cv::Scalar(1, 2))));
-}
-
-TEST(Carry, MovesByTheMotionInItsOwnScaleAndCopiesWhatIsStill) {
-    const cv::Mat depth = randomDepth(cv::Size(64, 32));
-    cv::Mat moved;
-    carry(depth, cv::Mat(8, 16, CV_32FC2, cv::Scalar(0, 0)), moved);
-    EXPECT_TRUE(samePicture(moved, depth));
-    carry(depth, cv::Mat(8, 16, CV_32FC2, cv::Scalar(1, 0.5)), moved); // 4 and 2 px of the depth
-    const cv::Rect inside(0, 0, 60, 30);
-    EXPECT_TRUE(samePicture(moved(inside), depth(inside + cv::Point(4, 2)), 1e-6));
 }
 
 TEST(PictureHash, DiffersForOneBitAndForOtherOrders) {

@@ -1,7 +1,6 @@
 #include "altiro3D/video_conversion.hpp"
 
 #include "altiro3D/error.hpp"
-#include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/slow.hpp"
@@ -22,15 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSegmentFrames = 12; // of a clip of 2 frames a second
-
-std::string errorOf(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "no error";
-}
 
 // A scene of its own for each seed, in which things move slowly.
 cv::Mat scenePicture(int seed, int number) {
@@ -80,7 +70,7 @@ Display smallDisplay() {
     return sixViewDisplay(48, 64, {24, 32});
 }
 
-class VideoChunksTest : public ::testing::Test {
+class VideoChunksTest : public FileTest {
   protected:
     VideoConversion conversion(const std::string& output) const {
         VideoConversion all;
@@ -151,7 +141,6 @@ class VideoChunksTest : public ::testing::Test {
         return {};
     }
 
-    TemporaryDirectory directory;
     std::function<void(VideoConversion&)> change;
 };
 
@@ -251,7 +240,7 @@ TEST_F(VideoChunksTest, DepthOf16BitsIsMeasuredOnceForAllChunks) {
     };
     expectSameBytes({6});
     plan(6);
-    EXPECT_NE(slurp(folder() / "plan.json").find("depth range"), std::string::npos);
+    EXPECT_TRUE(contains(slurp(folder() / "plan.json"), "depth range"));
     reads = 0;
     make(1);
     const std::int64_t whole = readVideoChunks(folder()).chunks[0].frames;
@@ -319,10 +308,10 @@ TEST_F(VideoChunksTest, OneChunkMakesTheDepthOfALongScene) {
     EXPECT_EQ(made.repeatedFrames, made.chunks.front().first);
     make(1);
     EXPECT_TRUE(isVideoChunkMade(folder(), 1));
-    EXPECT_NE(errorOf([&] {
-                  join();
-              }).find(" yet, expected chunks 2.." + std::to_string(made.chunks.size())),
-              std::string::npos); // the join needs the chunks with pictures only
+    EXPECT_TRUE(contains(
+        errorOf([&] { join(); }),
+        " yet, expected chunks 2.." +
+            std::to_string(made.chunks.size()))); // the join needs the chunks with pictures only
     for (std::size_t i = 1; i < made.chunks.size(); ++i) {
         // with the states that it has left, no depth is made twice: each chunk estimates the depth
         // of its own frames only
@@ -358,8 +347,8 @@ TEST_F(VideoChunksTest, AChunkThatIsMadeIsNotMadeAgain) {
     const VideoConversionResult again = make(1);
     EXPECT_EQ(again.keptFrames, made.chunks[0].frames);
     EXPECT_EQ(fs::last_write_time(fileOf(1, ".mp4")), time);
-    EXPECT_NE(errorOf([&] { make(0); }).find("chunk: is 0, expected 1.."), std::string::npos);
-    EXPECT_NE(errorOf([&] { make(99); }).find("chunk: is 99, expected 1.."), std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { make(0); }), "chunk: is 0, expected 1.."));
+    EXPECT_TRUE(contains(errorOf([&] { make(99); }), "chunk: is 99, expected 1.."));
 }
 
 TEST_F(VideoChunksTest, JoiningNamesChunksThatAreNotMade) {
@@ -369,10 +358,8 @@ TEST_F(VideoChunksTest, JoiningNamesChunksThatAreNotMade) {
     ASSERT_GT(count, 3u);
     for (int number = 1; number <= static_cast<int>(count); ++number)
         if (number != 2 && number != 4) make(number);
-    EXPECT_NE(errorOf([&] {
-                  join();
-              }).find("has no chunks 2, 4 yet, expected chunks 1.." + std::to_string(count)),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { join(); }),
+                         "has no chunks 2, 4 yet, expected chunks 1.." + std::to_string(count)));
     EXPECT_FALSE(fs::exists(directory / "out.mp4"));
     make(2);
     make(4);
@@ -394,8 +381,8 @@ TEST_F(VideoChunksTest, ADamagedChunkIsNamedAndCanBeMadeAgain) {
     for (const std::string& bad : {flipped, good.substr(0, good.size() - 7), std::string()}) {
         spill(segment, bad);
         const std::string error = errorOf([&] { join(); });
-        EXPECT_EQ(error.rfind(segment.string() + ": ", 0), 0u) << error;
-        EXPECT_NE(error.find("make this chunk again"), std::string::npos) << error;
+        EXPECT_TRUE(startsWith(error, segment.string() + ": "));
+        EXPECT_TRUE(contains(error, "make this chunk again"));
         EXPECT_FALSE(fs::exists(directory / "out.mp4"));
         EXPECT_FALSE(isVideoChunkMade(folder(), 1)); // a scheduler sees that it must be made
         EXPECT_TRUE(isVideoChunkMade(folder(), 2));
@@ -404,7 +391,7 @@ TEST_F(VideoChunksTest, ADamagedChunkIsNamedAndCanBeMadeAgain) {
     }
     for (const char* bad : {"{}", "[", "", "{\"format\":\"altiro3D video chunk\"}"}) {
         spill(fileOf(1, ".json"), bad);
-        EXPECT_NE(errorOf([&] { join(); }).find("chunk.json: "), std::string::npos);
+        EXPECT_TRUE(contains(errorOf([&] { join(); }), "chunk.json: "));
         EXPECT_FALSE(isVideoChunkMade(folder(), 1));
         make(1);
         EXPECT_TRUE(join() == whole);
@@ -421,16 +408,15 @@ TEST_F(VideoChunksTest, AnotherConversionOrInputIsRefused) {
              {std::function<void()>([&] { make(2); }), std::function<void()>([&] { join(); }),
               std::function<void()>([&] { plan(30); })}) {
             const std::string error = errorOf(call);
-            EXPECT_EQ(error.rfind(folder().string() + ": ", 0), 0u) << error;
-            EXPECT_NE(error.find("with other settings (" + what), std::string::npos) << error;
+            EXPECT_TRUE(startsWith(error, folder().string() + ": "));
+            EXPECT_TRUE(contains(error, "with other settings (" + what));
         }
     };
     isRefused("encoder was ");
     change = [](VideoConversion& all) { all.encoding.maxRate = 50; };
     isRefused("encoder was ");
     change = {};
-    EXPECT_NE(errorOf([&] { plan(40); }).find("length of chunks was 30 and is 40"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { plan(40); }), "length of chunks was 30 and is 40"));
     const int threads = cv::getNumThreads();
     cv::setNumThreads(threads == 1 ? 2 : 1);
     isRefused("threads of OpenCV was ");
@@ -459,8 +445,8 @@ TEST_F(VideoChunksTest, ChunksOfAnotherPlanDoNotCount) {
 
 TEST_F(VideoChunksTest, PlansAreKeptAndOtherFoldersAreLeftAlone) {
     writeClip(directory / "clip.mkv", kFewScenes);
-    EXPECT_NE(errorOf([&] { static_cast<void>(readVideoChunks(folder())); }).find("holds no plan"),
-              std::string::npos);
+    EXPECT_TRUE(
+        contains(errorOf([&] { static_cast<void>(readVideoChunks(folder())); }), "holds no plan"));
     plan(30);
     const std::string text = slurp(folder() / "plan.json");
     make(1);
@@ -470,15 +456,14 @@ TEST_F(VideoChunksTest, PlansAreKeptAndOtherFoldersAreLeftAlone) {
     for (const std::string& bad : {std::string("{}"), text.substr(0, text.size() / 2),
                                    std::string("{\"format\":\"altiro3D video plan\"}")}) {
         spill(folder() / "plan.json", bad);
-        EXPECT_NE(errorOf([&] { make(1); }).find("plan.json: "), std::string::npos);
+        EXPECT_TRUE(contains(errorOf([&] { make(1); }), "plan.json: "));
     }
     const fs::path mine = directory / "mine";
     fs::create_directory(mine);
     spill(mine / "letter.txt", "dear");
-    EXPECT_NE(errorOf([&] {
-                  static_cast<void>(planVideoChunks(conversion("out.mp4"), mine));
-              }).find("holds other files (letter.txt), expected a new folder"),
-              std::string::npos);
+    EXPECT_TRUE(
+        contains(errorOf([&] { static_cast<void>(planVideoChunks(conversion("out.mp4"), mine)); }),
+                 "holds other files (letter.txt), expected a new folder"));
     EXPECT_EQ(std::distance(fs::directory_iterator(mine), fs::directory_iterator()), 1);
 }
 
@@ -504,11 +489,10 @@ TEST_F(VideoChunksTest, CancellingLeavesNothing) {
 TEST_F(VideoChunksTest, AnInputThatCanBeReadOnceIsRefused) {
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) { all.input = "/dev/null"; };
-    EXPECT_NE(errorOf([&] { plan(30); }).find("/dev/null: can be read only once, expected a file"),
-              std::string::npos);
+    EXPECT_TRUE(
+        contains(errorOf([&] { plan(30); }), "/dev/null: can be read only once, expected a file"));
     change = {};
-    EXPECT_NE(errorOf([&] { plan(0); }).find("seconds: is 0, expected 1..86400"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { plan(0); }), "seconds: is 0, expected 1..86400"));
 }
 
 } // namespace

@@ -24,7 +24,7 @@ std::string endedProcess() {
     return std::to_string(child);
 }
 
-class WorkFolderTest : public ::testing::Test {
+class WorkFolderTest : public FileTest {
   protected:
     // Makes a folder with a file in it, as old as this.
     void makeFolder(const std::string& name, std::chrono::minutes age = {}) const {
@@ -40,7 +40,6 @@ class WorkFolderTest : public ::testing::Test {
         return all;
     }
     const std::string here = hostName();
-    TemporaryDirectory directory;
 };
 
 TEST_F(WorkFolderTest, IsRemovedUnlessItIsFinished) {
@@ -48,7 +47,7 @@ TEST_F(WorkFolderTest, IsRemovedUnlessItIsFinished) {
     EXPECT_TRUE(names().empty());
     {
         WorkFolder work(directory / "000007");
-        EXPECT_EQ(work.path().filename().string().rfind("000007." + here + "-", 0), 0u);
+        EXPECT_TRUE(startsWith(work.path().filename().string(), "000007." + here + "-"));
         spill(work.path() / "chunk.json", "{}");
         EXPECT_TRUE(work.finish());
     }

@@ -30,7 +30,9 @@ std::unique_ptr<DepthSource> ownSource() {
     return depthFromNetwork(DepthNetwork(network.file, network.profile));
 }
 
-TEST(DepthSource, ANetworkOrdersThePhotoAsItsRunsDo) {
+class DepthSourceTest : public FileTest {};
+
+TEST_F(DepthSourceTest, ANetworkOrdersThePhotoAsItsRunsDo) {
     const InstalledNetwork network = ownNetwork();
     DepthNetwork runs(network.file, network.profile);
     const auto source = ownSource();
@@ -68,7 +70,7 @@ TEST(DepthSource, ANetworkOrdersThePhotoAsItsRunsDo) {
     EXPECT_EQ(storedDepthOr(ownSource())->origin(), DepthOrigin::Estimated); // so far
 }
 
-TEST(DepthSource, ASideThatTheInputCannotHaveIsRefused) {
+TEST_F(DepthSourceTest, ASideThatTheInputCannotHaveIsRefused) {
     const InstalledNetwork network = ownNetwork();
     DepthNetwork own(network.file, network.profile);
     cv::Mat depth;
@@ -81,7 +83,7 @@ TEST(DepthSource, ASideThatTheInputCannotHaveIsRefused) {
     }
 }
 
-TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
+TEST_F(DepthSourceTest, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
     const InstalledNetwork own = ownNetwork();
     const auto loaded = ownSource();
     const auto later = depthFromNetworkFile(own.file, own.profile);
@@ -98,7 +100,6 @@ TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
     EXPECT_EQ(later->network()->file(), own.file);
 
     // a photo with depth of its own needs no network, so that a missing file does not matter
-    const TemporaryDirectory directory;
     writePhotoWithDepth(directory / "with.jpg", photo, expected.depth);
     writeImage(directory / "without.png", photo);
     const auto inPhoto =
@@ -111,7 +112,7 @@ TEST(DepthSource, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
 }
 
 // Requirements for the default depth of every photo.
-TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
+TEST_F(DepthSourceTest, TheStandardDepthIsDefinedForEveryPhoto) {
     const auto source = ownSource();
     cv::Mat text(300, 400, CV_8UC3, cv::Scalar::all(255));
     for (int line = 0; line < 14; ++line)
@@ -132,7 +133,7 @@ TEST(DepthSource, TheStandardDepthIsDefinedForEveryPhoto) {
     }
 }
 
-TEST(DepthSource, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
+TEST_F(DepthSourceTest, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
     ALTIRO3D_TAKES(4);
     const auto source = ownSource();
     std::vector<std::filesystem::path> files{sourcePath("docs/examples/sample.jpg")};
@@ -157,8 +158,7 @@ TEST(DepthSource, AMirroredPhotoHasTheMirroredDepthWithinATolerance) {
     }
 }
 
-TEST(DepthSource, AFileIsNormalizedByItsKind) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, AFileIsNormalizedByItsKind) {
     cv::Mat samples(2, 4, CV_16UC1);
     for (int i = 0; i < 8; ++i)
         samples.at<std::uint16_t>(i / 4, i % 4) = static_cast<std::uint16_t>(1000 * i);
@@ -184,15 +184,14 @@ TEST(DepthSource, AFileIsNormalizedByItsKind) {
         Error);
 }
 
-TEST(DepthSource, FlatDepthTakesTheGivenValue) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, FlatDepthTakesTheGivenValue) {
     writeImage(directory / "flat.png", cv::Mat(3, 3, CV_8UC1, cv::Scalar(77)));
     altiro3D::Scene scene;
     depthFromFile(directory / "flat.png")->readScene(randomPhoto({9, 9}), 0.25, scene);
     EXPECT_TRUE(samePicture(scene.depth, cv::Mat(3, 3, CV_32FC1, cv::Scalar(0.25))));
 }
 
-TEST(DepthSource, AnRgbdImageIsSplit) {
+TEST_F(DepthSourceTest, AnRgbdImageIsSplit) {
     const cv::Mat photo = randomPhoto({30, 20});
     const cv::Mat depth = randomDepth({30, 20});
     for (const DepthSide side :
@@ -207,8 +206,7 @@ TEST(DepthSource, AnRgbdImageIsSplit) {
     }
 }
 
-TEST(DepthSource, ReadsFilesAsReadTakesThem) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, ReadsFilesAsReadTakesThem) {
     const cv::Mat photo = randomPhoto({30, 20});
     const cv::Mat depth = randomDepth({30, 20});
     writeImage(directory / "photo.png", photo);
@@ -239,7 +237,7 @@ TEST(DepthSource, ReadsFilesAsReadTakesThem) {
 }
 
 // Record3D: metres = 3 x hue, beside the photo; black is unknown.
-TEST(DepthSource, DistancesThatAreCodedAsHueAreRead) {
+TEST_F(DepthSourceTest, DistancesThatAreCodedAsHueAreRead) {
     cv::Mat metres(40, 60, CV_32FC1);
     for (int x = 0; x < metres.cols; ++x)
         metres.col(x).setTo(0.5 + 0.04 * x);
@@ -262,25 +260,20 @@ TEST(DepthSource, DistancesThatAreCodedAsHueAreRead) {
     EXPECT_TRUE(samePicture(scene.depth, expected, 0.02)); // a level is 1/85 m
 }
 
-TEST(DepthSource, NotesNameTheirFile) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, NotesNameTheirFile) {
     writeImage(directory / "photo.png", randomPhoto({30, 20}));
     writeImage(directory / "coloured.png", randomPhoto({30, 20}));
     Notes notes;
     depthFromFile(directory / "coloured.png")->readImage(directory / "photo.png", &notes);
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].text.rfind((directory / "coloured.png").string() + ": ", 0), 0U)
-        << notes[0].text;
+    EXPECT_TRUE(startsWith(only(notes).text, (directory / "coloured.png").string() + ": "));
     notes.clear();
     depthFromRgbd(DepthSide::Left)->readImage(directory / "coloured.png", &notes);
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].text, (directory / "coloured.png").string() +
-                                 ": the depth half has colours, and depth has none: their grey "
-                                 "value is taken");
+    EXPECT_EQ(only(notes).text, (directory / "coloured.png").string() +
+                                    ": the depth half has colours, and depth has none: their grey "
+                                    "value is taken");
 }
 
-TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, DepthBesideAPhotoIsUsedOrReported) {
     const cv::Mat photo = randomPhoto({64, 48});
     writeImage(directory / "photo.png", photo);
     cv::Mat ramp(48, 64, CV_8UC1);
@@ -308,16 +301,14 @@ TEST(DepthSource, DepthBesideAPhotoIsUsedOrReported) {
         EXPECT_EQ(source->description(), ownSource()->description());
         EXPECT_TRUE(source->separateFile().empty());
         EXPECT_TRUE(samePicture(scene.photo, photo));
-        ASSERT_EQ(notes.size(), 1U);
-        EXPECT_EQ(notes[0].code, NoteCode::LeftOut);
-        EXPECT_EQ(notes[0].text.rfind((directory / "photo_depth.png").string() + ": is ", 0), 0U)
-            << notes[0].text;
-        EXPECT_NE(notes[0].text.find("; it is not used"), std::string::npos);
+        EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
+        EXPECT_TRUE(
+            startsWith(only(notes).text, (directory / "photo_depth.png").string() + ": is "));
+        EXPECT_TRUE(contains(only(notes).text, "; it is not used"));
     }
 }
 
-TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, APairBringsWhatOnlyTheRightEyeSees) {
     const Eyes eyes = wallAndThing(6, 26);
     writeImage(directory / "left.png", eyes.left);
     writeImage(directory / "right.png", eyes.right);
@@ -339,8 +330,7 @@ TEST(DepthSource, APairBringsWhatOnlyTheRightEyeSees) {
     EXPECT_EQ(scene.edges, DepthEdges::Decided);
 }
 
-TEST(DepthSource, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat beside;
     cv::Mat stacked;
@@ -355,7 +345,7 @@ TEST(DepthSource, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
         EXPECT_TRUE(samePicture(photo, eyes.left)) << name;
         EXPECT_TRUE(notes.empty()) << notes.front().text;
         EXPECT_EQ(source->origin(), DepthOrigin::Matched) << name;
-        EXPECT_EQ(source->description().find("stereo pair ("), 0U) << source->description();
+        EXPECT_TRUE(startsWith(source->description(), "stereo pair ("));
         altiro3D::Scene scene;
         source->readScene(photo, 0.5, scene);
         EXPECT_GT(scene.depth.at<float>(150, 200), scene.depth.at<float>(150, 350) + 0.5F) << name;
@@ -368,17 +358,15 @@ TEST(DepthSource, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
         Notes notes;
         EXPECT_TRUE(samePicture(source->readImage(directory / name, &notes), plain)) << name;
         EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
-        ASSERT_EQ(notes.size(), 1U) << name;
         const std::string tag = std::string(name).substr(2, std::string(name).size() - 6);
-        EXPECT_EQ(notes[0].text, (directory / name).string() + ": its name (" + tag +
-                                     ") may mean that it holds both eyes, but its halves do not "
-                                     "resemble each other: it is read as an ordinary photo" +
-                                     end);
+        EXPECT_EQ(only(notes).text, (directory / name).string() + ": its name (" + tag +
+                                        ") may mean that it holds both eyes, but its halves do not "
+                                        "resemble each other: it is read as an ordinary photo" +
+                                        end);
     }
 }
 
-TEST(DepthSource, NamesOfRgbdCountIfAHalfIsDepth) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, NamesOfRgbdCountIfAHalfIsDepth) {
     const cv::Mat photo = randomPhoto({64, 72}, 3); // 16:9 side by side
     cv::Mat ramp(photo.size(), CV_32FC1);
     for (int x = 0; x < ramp.cols; ++x)
@@ -410,14 +398,13 @@ TEST(DepthSource, NamesOfRgbdCountIfAHalfIsDepth) {
     writeImage(directory / "b_RGBD.png", plain);
     Notes notes;
     EXPECT_TRUE(samePicture(source->readImage(directory / "b_RGBD.png", &notes), plain));
-    ASSERT_EQ(notes.size(), 1U);
-    EXPECT_EQ(notes[0].text, (directory / "b_RGBD.png").string() +
-                                 ": its name (RGBD) says that it holds depth, but no half of it is "
-                                 "clearly depth: it is read as an ordinary photo");
+    EXPECT_EQ(only(notes).text,
+              (directory / "b_RGBD.png").string() +
+                  ": its name (RGBD) says that it holds depth, but no half of it is "
+                  "clearly depth: it is read as an ordinary photo");
 }
 
-TEST(DepthSource, PicturesForHeadsetsAreRefusedByName) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, PicturesForHeadsetsAreRefusedByName) {
     const auto file = directory / "a_180x180_LR.png";
     writeImage(file, randomPhoto({64, 48}, 8));
     EXPECT_EQ(errorOf([&] { storedDepthOr(ownSource())->readImage(file); }),
@@ -426,8 +413,7 @@ TEST(DepthSource, PicturesForHeadsetsAreRefusedByName) {
     EXPECT_EQ(storedDepthOr(ownSource(), {false, false})->readImage(file).cols, 64);
 }
 
-TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {
-    const TemporaryDirectory directory;
+TEST_F(DepthSourceTest, APairThatDoesNotMatchTakesItsDepthElsewhere) {
     const cv::Mat left = scenery({320, 240}, 4);
     writeImage(directory / "left.png", left);
     writeImage(directory / "right.png", scenery({320, 240}, 5));
@@ -449,9 +435,8 @@ TEST(DepthSource, APairThatDoesNotMatchTakesItsDepthElsewhere) {
     input.right = directory / "tall.png";
     const std::string error =
         errorOf([&] { depthFromStereo(input, ownSource())->readImage(directory / "left.png"); });
-    EXPECT_EQ(error.rfind((directory / "tall.png").string() + ": ", 0), 0U) << error;
-    EXPECT_NE(errorOf([&] { depthFromStereo(input, nullptr); }).find("fallback: "),
-              std::string::npos);
+    EXPECT_TRUE(startsWith(error, (directory / "tall.png").string() + ": "));
+    EXPECT_TRUE(contains(errorOf([&] { depthFromStereo(input, nullptr); }), "fallback: "));
 }
 
 } // namespace

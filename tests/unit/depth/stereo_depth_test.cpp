@@ -8,14 +8,12 @@
 #include "support/slow.hpp"
 #include "support/stereo_scene.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <string>
 #include <vector>
 
 namespace altiro3D::test {
@@ -119,10 +117,8 @@ TEST(ScaleHiddenDepth, FollowsTheScaleOfTheDepth) {
     scaleHiddenDepth(disparity, depth, hidden);
     EXPECT_TRUE(hidden.photo.empty());
     hidden.photo.create(1, 3, CV_8UC3);
-    EXPECT_NE(errorOf([&] {
-                  scaleHiddenDepth(disparity, depth.row(0), hidden);
-              }).find("depth: has 5 x 1 px, expected those of the disparity, 5 x 2"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { scaleHiddenDepth(disparity, depth.row(0), hidden); }),
+                         "depth: has 5 x 1 px, expected those of the disparity, 5 x 2"));
 }
 
 class MatchStereoOf3dCamera : public testing::TestWithParam<Turned> {};

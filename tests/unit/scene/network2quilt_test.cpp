@@ -12,18 +12,17 @@
 namespace altiro3D::test {
 namespace {
 
-class Network2QuiltOfAFile : public ::testing::Test {
+class Network2QuiltOfAFile : public FileTest {
   protected:
     Network2QuiltOfAFile() {
         profile_.name = "mix";
         profile_.inputWidth = 32;
         profile_.inputHeight = 24;
         profile_.multipleOf = 8;
-        spill(directory_ / "mix.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {32, 24}));
+        spill(directory / "mix.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {32, 24}));
     }
-    DepthNetwork network() const { return {directory_ / "mix.onnx", profile_}; }
+    DepthNetwork network() const { return {directory / "mix.onnx", profile_}; }
 
-    TemporaryDirectory directory_;
     NetworkProfile profile_;
     const QuiltLayout layout_{3, 2, {30, 40}, 5};
 };
@@ -56,14 +55,13 @@ TEST_F(Network2QuiltOfAFile, IsReadSceneAndFitSceneAndDepth2Quilt) {
 TEST_F(Network2QuiltOfAFile, WhatIsWrongIsNamed) {
     ViewOptions options;
     options.focus = 2;
-    EXPECT_NE(
-        errorOf([&] { Network2Quilt(network(), layout_, options, 0.75); }).find("focus: is 2"),
-        std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { Network2Quilt(network(), layout_, options, 0.75); }),
+                         "focus: is 2"));
     Network2Quilt maker(network(), layout_, {}, 0.75);
     cv::Mat quilt;
-    EXPECT_NE(errorOf([&] { maker.render(cv::Mat(), quilt); }).find("expected"), std::string::npos);
-    EXPECT_NE(errorOf([&] { maker.render(cv::Mat(4, 4, CV_8UC1), quilt); }).find("photo: is "),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { maker.render(cv::Mat(), quilt); }), "expected"));
+    EXPECT_TRUE(
+        contains(errorOf([&] { maker.render(cv::Mat(4, 4, CV_8UC1), quilt); }), "photo: is "));
 }
 
 } // namespace

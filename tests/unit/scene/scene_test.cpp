@@ -1,11 +1,8 @@
-#include "support/compare.hpp"
-#include "support/processors.hpp"
 #include "support/scene.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utility.hpp>
 
 using namespace altiro3D::test;
 
@@ -125,14 +122,6 @@ TEST(Scene, BoxesAndFrustumsStandWhereTheyShould) {
     EXPECT_NEAR(distanceAt(0, 1, 5), 0.5 / down, kFloatNoise) << "the lid, seen from above";
 }
 
-TEST(Scene, NearestThingWins) {
-    Scene scene = emptyScene();
-    scene.horizon = 0.5; // the middle pixel looks straight ahead
-    scene.solids = {sphere({0, 1.5, 9}, 3), sphere({0, 1.5, 3}, 0.5), sphere({0, 1.5, 6}, 1)};
-    const cv::Mat metric = render(scene, cv::Size(3, 5), 0, 1).metric;
-    EXPECT_NEAR(metric.at<float>(2, 1), 2.5, kFloatNoise);
-}
-
 TEST(Scene, RelativeInverseDepthIsOneNearAndZeroFar) {
     Scene scene = emptyScene();
     EXPECT_EQ(relativeInverseDepth(scene, 1), 1);
@@ -170,35 +159,4 @@ TEST(Scene, ParallaxIsFocalLengthTimesBaselineTimesInverseDepthBeyondTheFocus) {
         // A ball 17 px wide: its middle of gravity is known to some tenths of a pixel.
         EXPECT_NEAR(seen, shift, 0.3) << z;
     }
-}
-
-TEST(Scene, RenderingDoesNotDependOnTheNumberOfThreads) {
-    const Scene scene = sampleScene();
-    const cv::Size size(30, 40);
-    const RestoredThreads restored;
-    cv::setNumThreads(1);
-    const Rendering one = render(scene, size, 0.1, 4);
-    cv::setNumThreads(2);
-    const Rendering two = render(scene, size, 0.1, 4);
-    EXPECT_TRUE(samePicture(one.photo, two.photo));
-    EXPECT_TRUE(samePicture(one.depth, two.depth));
-    EXPECT_TRUE(samePicture(one.metric, two.metric));
-}
-
-TEST(Scene, TheSampleUsesItsDepthRange) {
-    const Scene scene = sampleScene();
-    const Rendering picture = render(scene, cv::Size(60, 80), 0, 1);
-    double nearest = 0;
-    double farthest = 0;
-    cv::minMaxLoc(picture.depth, &farthest, &nearest);
-    EXPECT_GT(nearest, 0.9);
-    EXPECT_EQ(farthest, 0);
-    cv::Mat infinite = picture.metric == INFINITY;
-    cv::minMaxLoc(picture.metric, &nearest, nullptr, nullptr, nullptr, ~infinite);
-    EXPECT_GE(nearest, scene.nearDistance) << "nothing may be clamped";
-    EXPECT_GT(cv::countNonZero(infinite), 100) << "there is sky";
-    cv::Scalar mean;
-    cv::Scalar deviation;
-    cv::meanStdDev(picture.photo, mean, deviation);
-    EXPECT_GT(deviation[1], 25) << "the photo has contrast";
 }

@@ -13,13 +13,6 @@
 namespace altiro3D::test {
 namespace {
 
-cv::Mat noise(cv::Size size, int type, std::uint64_t seed) {
-    cv::RNG rng(seed);
-    cv::Mat picture(size, type);
-    rng.fill(picture, cv::RNG::UNIFORM, 0, 256);
-    return picture;
-}
-
 int reflected(int index, int count) {
     while (index < 0 || index >= count) {
         index = index < 0 ? -index : 2 * (count - 1) - index;
@@ -78,33 +71,23 @@ TEST(PictureQuality, PsnrIsTheClosedForm) {
 
 TEST(PictureQuality, SsimIsItsDefinition) {
     for (const cv::Size size : {cv::Size(23, 17), cv::Size(12, 40), cv::Size(7, 6)}) {
-        const cv::Mat a = noise(size, CV_8UC3, 1);
+        const cv::Mat a = randomPicture(size, CV_8UC3, 1);
         cv::Mat b;
-        cv::addWeighted(a, 0.7, noise(size, CV_8UC3, 2), 0.3, 0, b);
+        cv::addWeighted(a, 0.7, randomPicture(size, CV_8UC3, 2), 0.3, 0, b);
         EXPECT_NEAR(altiro3D::ssim(a, b), slowSsim(a, b), 1e-9) << size;
     }
-    const cv::Mat a = noise({20, 20}, CV_8UC1, 3);
+    const cv::Mat a = randomPicture({20, 20}, CV_8UC1, 3);
     EXPECT_NEAR(altiro3D::ssim(a, a), 1, 1e-12);
-}
-
-// Two constant pictures: only the luminance term is left.
-TEST(PictureQuality, SsimOfConstantPicturesIsTheLuminanceTerm) {
-    const cv::Mat a(20, 20, CV_8UC3, cv::Scalar::all(50));
-    const cv::Mat b(20, 20, CV_8UC3, cv::Scalar::all(150));
-    const double c1 = 2.55 * 2.55;
-    EXPECT_NEAR(altiro3D::ssim(a, b), (2 * 50 * 150 + c1) / (50 * 50 + 150 * 150 + c1), 1e-9);
 }
 
 TEST(PictureQuality, DifferentShapesAndTypesAreRefused) {
     const cv::Mat a(4, 5, CV_8UC3);
-    EXPECT_NE(errorOf([&] { altiro3D::psnr(a, cv::Mat(5, 4, CV_8UC3)); }).find("expected"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { altiro3D::psnr(a, cv::Mat(5, 4, CV_8UC3)); }), "expected"));
     const cv::Mat five(4, 5, CV_8UC(5), cv::Scalar::all(0));
     EXPECT_EQ(altiro3D::psnr(five, five), std::numeric_limits<double>::infinity());
     EXPECT_EQ(errorOf([&] { altiro3D::ssim(five, five); }),
               "picture: has 5 channels, expected at most 4");
-    EXPECT_NE(errorOf([&] { altiro3D::ssim(cv::Mat(4, 5, CV_16UC3), a); }).find("8-bit"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { altiro3D::ssim(cv::Mat(4, 5, CV_16UC3), a); }), "8-bit"));
 }
 
 // The rank of each value by counting: those below it, and half of its equals.
@@ -158,7 +141,7 @@ TEST(RankCorrelation, IsThatOfTheDefinition) {
     EXPECT_EQ(rankCorrelation(b, cv::Mat(b.size(), CV_32FC1, cv::Scalar(1))), 0);
     EXPECT_EQ(errorOf([&] { rankCorrelation(a, cv::Mat(2, 3, CV_32FC1)); }),
               "b: has 3 x 2 px, expected 17 x 13");
-    EXPECT_NE(errorOf([&] { rankCorrelation(cv::Mat(), a); }).find("a: "), std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { rankCorrelation(cv::Mat(), a); }), "a: "));
     cv::Mat unknown = a.clone();
     unknown.at<float>(2, 3) = std::numeric_limits<float>::quiet_NaN();
     EXPECT_EQ(errorOf([&] { rankCorrelation(a, unknown); }),
@@ -166,7 +149,7 @@ TEST(RankCorrelation, IsThatOfTheDefinition) {
     cv::Mat some(a.size(), CV_8UC1, cv::Scalar(1));
     some.at<uchar>(2, 3) = 0;
     EXPECT_NEAR(rankCorrelation(a, unknown, some), 1, 1e-12);
-    EXPECT_NE(errorOf([&] { rankCorrelation(a, a, a); }).find("mask: "), std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { rankCorrelation(a, a, a); }), "mask: "));
 }
 
 TEST(AlignedDepth, UndoesScaleAndShift) {

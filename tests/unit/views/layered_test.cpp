@@ -5,19 +5,16 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
-#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "views/layered/layered_ends.hpp"
 #include "views/layered/layered_scene.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <gtest/gtest.h>
 #include <limits>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
-#include <thread>
 
 namespace altiro3D::test {
 namespace {
@@ -42,6 +39,12 @@ cv::Mat rendered(const cv::Mat& photo, const cv::Mat& depth, double focus, doubl
     cv::Mat view(photo.size(), CV_8UC3, cv::Scalar(1, 2, 3));
     makeLayeredRenderer(photo, depth, focus, options)->render(shift, view);
     return view;
+}
+
+cv::Mat mirrored(const cv::Mat& picture) {
+    cv::Mat result;
+    cv::flip(picture, result, 1);
+    return result;
 }
 
 // As an 8-bit picture would hold it.
@@ -100,19 +103,19 @@ TEST(ViewsLayered, KnownBackgroundIsShownWhereThePhotoHidesIt) {
         EXPECT_EQ(view.at<cv::Vec3b>(y, 30), board.red);
         EXPECT_EQ(view.at<cv::Vec3b>(y, 50), board.green);
     }
-    cv::Mat mirroredPhoto;
-    cv::Mat mirroredDepth;
-    cv::Mat mirroredView;
-    cv::flip(board.photo, mirroredPhoto, 1);
-    cv::flip(board.depth, mirroredDepth, 1);
-    cv::flip(view, mirroredView, 1);
-    EXPECT_TRUE(
-        samePicture(rendered(mirroredPhoto, mirroredDepth, 0.5, -12, options), mirroredView));
+    EXPECT_TRUE(samePicture(
+        rendered(mirrored(board.photo), mirrored(board.depth), 0.5, -12, options), mirrored(view)));
     // what lies at another depth, or nowhere, is not used
     options.hidden.depth.setTo(0.75);
     EXPECT_TRUE(samePicture(rendered(board.photo, board.depth, 0.5, 12, options), painted));
     options.hidden.depth.setTo(std::numeric_limits<float>::quiet_NaN());
     EXPECT_TRUE(samePicture(rendered(board.photo, board.depth, 0.5, 12, options), painted));
+}
+
+std::vector<int> numbersFrom(int first, int count) {
+    std::vector<int> numbers(static_cast<std::size_t>(count));
+    std::iota(numbers.begin(), numbers.end(), first);
+    return numbers;
 }
 
 // Settings for photos with mixed px of this width.
@@ -122,19 +125,14 @@ LayeredSettings settingsFor(int mixedPixels) {
     return settings;
 }
 
-TEST(ViewsLayered, NoShiftGivesThePhotoBitForBit) {
+// In rows whose other sub-pixels move; view_methods_test.cpp has whole views.
+TEST(ViewsLayered, SubPixelsWithoutAShiftAreThoseOfThePhoto) {
     for (const int mixed : {0, 2}) {
         for (const cv::Size size : kSizes) {
             const cv::Mat photo = randomPhoto(size);
-            for (const double none : {0.0, -0.0})
-                EXPECT_TRUE(samePicture(
-                    rendered(photo, blobDepth(size), 0.4, none, settingsFor(mixed)), photo))
-                    << size;
-            // also where a row holds views that move
             const auto renderer =
                 makeLayeredRenderer(photo, blobDepth(size), 0.4, settingsFor(mixed));
-            std::vector<int> columns(static_cast<std::size_t>(size.width));
-            std::iota(columns.begin(), columns.end(), 0);
+            const std::vector<int> columns = numbersFrom(0, size.width);
             const auto sampler = renderer->sampler(columns, 32);
             const std::vector<float> shifts(columns.size() + kRowPadding);
             std::vector<std::uint8_t> values(columns.size() + kRowPadding);
@@ -148,41 +146,6 @@ TEST(ViewsLayered, NoShiftGivesThePhotoBitForBit) {
             }
         }
     }
-}
-
-TEST(ViewsLayered, DepthAtTheFocusGivesThePhotoBitForBit) {
-    for (const cv::Size size : kSizes) {
-        const cv::Mat photo = randomPhoto(size);
-        const cv::Mat depth(size, CV_32FC1, cv::Scalar(0.25));
-        for (const double shift : {0.3, -7.0, 31.9, 1e6})
-            EXPECT_TRUE(samePicture(rendered(photo, depth, 0.25, shift), photo)) << size << shift;
-        const cv::Mat unclean(size, CV_32FC1, cv::Scalar(0.3));
-        for (const double shift : {0.3, -7.0, 31.9, 1e6}) // 0.3F is not 0.3
-            EXPECT_TRUE(samePicture(rendered(photo, unclean, 0.3, shift), photo)) << size << shift;
-    }
-}
-
-TEST(ViewsLayered, WholePixelsAreMovedWithoutLoss) {
-    const cv::Mat photo = randomPhoto({64, 48});
-    const cv::Mat view =
-        rendered(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar(0.75)), 0.25, 8);
-    EXPECT_TRUE(samePicture(view.colRange(0, 60), photo.colRange(4, 64)));
-}
-
-TEST(ViewsLayered, NearThingsMoveAgainstTheCamera) {
-    cv::Mat photo(5, 200, CV_8UC3, cv::Scalar::all(0));
-    photo.colRange(100, 104).setTo(cv::Scalar::all(255)); // a bright bar
-    const auto barAt = [&](float depth, double shift) {
-        const cv::Mat flat(photo.size(), CV_32FC1, cv::Scalar(depth));
-        cv::Mat grey;
-        cv::cvtColor(rendered(photo, flat, 0.5, shift), grey, cv::COLOR_BGR2GRAY);
-        const cv::Moments moments = cv::moments(grey);
-        return moments.m10 / moments.m00;
-    };
-    EXPECT_NEAR(barAt(1, 10), 101.5 - 5, 0.01);
-    EXPECT_NEAR(barAt(1, -10), 101.5 + 5, 0.01);
-    EXPECT_NEAR(barAt(0, 10), 101.5 + 5, 0.01);
-    EXPECT_NEAR(barAt(1, 4.5), 101.5 - 2.25, 0.01);
 }
 
 // Shift 10: the board moves by 10 (0.75 - 0.25) = 5 px, the wall at the focus stays.
@@ -356,17 +319,12 @@ TEST(ViewsLayered, ThinThingsPassWhatTheyHide) {
     depth.colRange(44, 48).setTo(0.9F);
     photo.colRange(48, 96).setTo(cv::Scalar(wall));
     depth.colRange(48, 96).setTo(0.1F);
-    for (const bool isMirrored : {false, true}) {
-        if (isMirrored) {
-            cv::flip(photo, photo, 1);
-            cv::flip(depth, depth, 1);
-        }
-        cv::Mat view = rendered(photo, depth, 0.5, isMirrored ? -25 : 25);
-        if (isMirrored) cv::flip(view, view, 1);
+    for (const cv::Mat& view : {rendered(photo, depth, 0.5, 25),
+                                mirrored(rendered(mirrored(photo), mirrored(depth), 0.5, -25))}) {
         for (int x = 0; x < 96; ++x) {
             const cv::Vec3b expected = x < 34 ? board : x < 38 ? bar : x < 44 ? board : wall;
             if (x == 44) continue; // the board's border
-            EXPECT_EQ(view.at<cv::Vec3b>(2, x), expected) << x << " " << isMirrored;
+            EXPECT_EQ(view.at<cv::Vec3b>(2, x), expected) << x;
         }
     }
 }
@@ -484,169 +442,23 @@ TEST(ViewsLayered, FillContinueRepeatsTheBackgroundsBorderPixel) {
     EXPECT_TRUE(samePicture(view.colRange(40, 64), photo.colRange(40, 64)));
 }
 
-// What is left and right of the frame continues what is seen there.
-TEST(ViewsLayered, FrameBordersAreFilledFromTheSurfaceBesideThem) {
-    const cv::Mat photo(12, 64, CV_8UC3, cv::Scalar(10, 120, 200));
-    for (const float depth : {0.0F, 1.0F})
-        for (const double shift : {20.0, -20.0, 500.0})
-            EXPECT_TRUE(samePicture(
-                rendered(photo, cv::Mat(photo.size(), CV_32FC1, cv::Scalar(depth)), 0.5, shift),
-                photo));
-}
-
-TEST(ViewsLayered, DepthIsClampedAndNanCountsAsZero) {
-    const cv::Mat photo = randomPhoto({61, 37});
-    cv::Mat depth = blobDepth(photo.size());
-    cv::Mat clean = depth.clone();
-    const auto set = [&](cv::Point at, float value, float meaning) {
-        cv::rectangle(depth, {at, cv::Size(5, 5)}, cv::Scalar(value), -1);
-        cv::rectangle(clean, {at, cv::Size(5, 5)}, cv::Scalar(meaning), -1);
-    };
-    set({5, 5}, std::numeric_limits<float>::quiet_NaN(), 0);
-    set({15, 9}, -3, 0);
-    set({25, 20}, 7, 1);
-    set({40, 20}, std::numeric_limits<float>::infinity(), 1);
-    set({50, 3}, -std::numeric_limits<float>::infinity(), 0);
-    EXPECT_TRUE(samePicture(rendered(photo, depth, 0.5, 9), rendered(photo, clean, 0.5, 9)));
-}
-
 TEST(ViewsLayered, MirroredInputGivesTheMirroredViewOfTheOtherSide) {
     for (const cv::Size size : kSizes) {
         const cv::Mat photo = randomPhoto(size);
         const cv::Mat depth = blobDepth(size);
-        cv::Mat mirroredPhoto;
-        cv::Mat mirroredDepth;
-        cv::flip(photo, mirroredPhoto, 1);
-        cv::flip(depth, mirroredDepth, 1);
         for (const double shift : {0.7, 13.3, 150.0}) {
             for (const int mixed : {0, 2}) {
                 const LayeredSettings settings = settingsFor(mixed);
-                cv::Mat mirrored;
-                cv::flip(rendered(mirroredPhoto, mirroredDepth, 0.4, -shift, settings), mirrored,
-                         1);
-                EXPECT_TRUE(samePicture(mirrored, rendered(photo, depth, 0.4, shift, settings)))
+                EXPECT_TRUE(samePicture(
+                    mirrored(rendered(mirrored(photo), mirrored(depth), 0.4, -shift, settings)),
+                    rendered(photo, depth, 0.4, shift, settings)))
                     << size;
             }
         }
-    }
-}
-
-TEST(ViewsLayered, MirroredStaircasesGiveTheMirroredSlopes) {
-    for (const cv::Size size : kSizes) {
-        const cv::Mat depth = quantised(blobDepth(size));
-        cv::Mat mirroredDepth;
-        cv::flip(depth, mirroredDepth, 1);
-        cv::Mat mirrored;
-        cv::flip(withoutLevels(mirroredDepth, 400), mirrored, 1);
-        EXPECT_TRUE(samePicture(mirrored, withoutLevels(depth, 400))) << size;
-    }
-}
-
-TEST(ViewsLayered, SurfacesOfAMirroredRowAreTheMirroredSurfaces) {
-    const cv::Mat photo = randomPhoto({97, 30});
-    const cv::Mat depth = blobDepth(photo.size());
-    for (int y = 0; y < photo.rows; ++y) {
-        std::vector<float> offsets(depth.ptr<float>(y), depth.ptr<float>(y) + depth.cols);
-        std::vector<float> mirroredOffsets(offsets.rbegin(), offsets.rend());
-        cv::Mat mirrored;
-        cv::flip(photo.row(y), mirrored, 1);
-        std::vector<LayeredSurface> surfaces;
-        std::vector<LayeredSurface> others;
-        cutSurfaces(photo.ptr(y), offsets, {}, surfaces);
-        cutSurfaces(mirrored.ptr(), mirroredOffsets, {}, others);
-        EXPECT_EQ(std::vector<float>(offsets.rbegin(), offsets.rend()), mirroredOffsets) << y;
-        ASSERT_EQ(surfaces.size(), others.size()) << y;
-        for (std::size_t i = 0; i < surfaces.size(); ++i) {
-            const LayeredSurface& other = others[others.size() - 1 - i];
-            EXPECT_EQ(surfaces[i].first, photo.cols - 1 - other.last) << y;
-            EXPECT_EQ(surfaces[i].last, photo.cols - 1 - other.first) << y;
-            EXPECT_EQ(surfaces[i].leftExtra, other.rightExtra) << y;
-        }
-    }
-}
-
-TEST(ViewsLayered, AnySizeDepthAndShiftIsDefined) {
-    for (const cv::Size size : kSizes) {
-        const cv::Mat photo = randomPhoto(size);
-        cv::Mat noise(size, CV_32FC1);
-        cv::RNG(7).fill(noise, cv::RNG::UNIFORM, -0.2, 1.2);
-        cv::Mat board(size, CV_32FC1);
-        cv::Mat spikes(size, CV_32FC1, cv::Scalar(0.5));
-        for (int y = 0; y < size.height; ++y) {
-            for (int x = 0; x < size.width; ++x) {
-                board.at<float>(y, x) = static_cast<float>((x + y) % 2);
-                if ((x * 7 + y * 3) % 11 == 0) spikes.at<float>(y, x) = 1;
-            }
-        }
-        for (const cv::Mat& depth : {noise, board, spikes, blobDepth(size)}) {
-            for (const double reach : {0.0, 1e-6, 0.5, 30.0, 1e5}) {
-                LayeredSettings options;
-                options.reachPixels = reach;
-                const auto renderer = makeLayeredRenderer(photo, depth, 0.3, options);
-                for (const double shift : {1e-300, 0.01, -1.0, 29.99, -400.0, 1e5, -1e12, 1e300}) {
-                    cv::Mat once(size, CV_8UC3, cv::Scalar::all(0));
-                    cv::Mat again(size, CV_8UC3, cv::Scalar::all(255));
-                    renderer->render(shift, once);
-                    renderer->render(shift, again);
-                    ASSERT_TRUE(samePicture(again, once)) << size << shift; // all is written
-                }
-            }
-        }
-    }
-}
-
-TEST(ViewsLayered, SubMatricesGiveTheSameView) {
-    const cv::Mat photo = randomPhoto({61, 37});
-    const cv::Mat depth = blobDepth(photo.size());
-    cv::Mat largePhoto(60, 90, CV_8UC3, cv::Scalar::all(77));
-    cv::Mat largeDepth(60, 90, CV_32FC1, cv::Scalar(0.9));
-    cv::Mat largeView(60, 90, CV_8UC3, cv::Scalar::all(9));
-    const cv::Rect part(11, 7, 61, 37);
-    photo.copyTo(largePhoto(part));
-    depth.copyTo(largeDepth(part));
-    cv::Mat view = largeView(part);
-    for (const double shift : {8.5, -8.5, 0.0}) {
-        makeLayeredRenderer(largePhoto(part), largeDepth(part), 0.4, {})->render(shift, view);
-        EXPECT_TRUE(samePicture(view, rendered(photo, depth, 0.4, shift)));
-    }
-    view.setTo(cv::Scalar::all(9));
-    EXPECT_EQ(cv::countNonZero(largeView.reshape(1) != 9), 0); // nothing outside was touched
-}
-
-TEST(ViewsLayered, ThreadsAndOrderDoNotMatter) {
-    const cv::Mat photo = randomPhoto({97, 61});
-    const cv::Mat depth = blobDepth(photo.size());
-    const RestoredThreads restored;
-    cv::setNumThreads(1);
-    std::vector<cv::Mat> expected;
-    for (int i = 0; i < 8; ++i)
-        expected.push_back(rendered(photo, depth, 0.4, 4.3 * (i - 3)));
-    cv::setNumThreads(3);
-    const auto renderer = makeLayeredRenderer(photo, depth, 0.4, {});
-    std::vector<cv::Mat> views(8);
-    std::vector<std::thread> workers;
-    for (int i = 7; i >= 0; --i) {
-        workers.emplace_back([&, i] {
-            views[static_cast<std::size_t>(i)].create(photo.size(), CV_8UC3);
-            renderer->render(4.3 * (i - 3), views[static_cast<std::size_t>(i)]);
-        });
-    }
-    for (std::thread& worker : workers)
-        worker.join();
-    for (std::size_t i = 0; i < 8; ++i)
-        EXPECT_TRUE(samePicture(views[i], expected[i])) << i;
-}
-
-TEST(ViewsLayered, SmoothDepthIsOneSurfacePerRowWithNothingHiddenInTheFrame) {
-    cv::Mat depth(20, 100, CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            depth.at<float>(y, x) = 0.3F + 0.1F * std::sin(0.1F * static_cast<float>(x + y));
-    const LayeredScene scene = layeredScene(randomPhoto(depth.size()), depth, 0.5, {});
-    for (const LayeredRow& row : scene.rows[0]) {
-        ASSERT_EQ(row.surfaces.size(), 1U);
-        EXPECT_EQ(row.surfaces[0].first, 0);
-        EXPECT_EQ(row.surfaces[0].last, 99);
+        const cv::Mat stairs = quantised(depth);
+        EXPECT_TRUE(
+            samePicture(mirrored(withoutLevels(mirrored(stairs), 400)), withoutLevels(stairs, 400)))
+            << size;
     }
 }
 
@@ -687,37 +499,6 @@ TEST(ViewsLayered, DepthWithoutVisibleLevelsStaysAsItIs) {
     EXPECT_TRUE(stays(slopeAndBoard(), 400)); // more values than 8 bits have
     EXPECT_TRUE(stays(Board(0.2F, 0.8F).depth, 400));
     EXPECT_TRUE(stays(cv::Mat(9, 9, CV_32FC1, cv::Scalar(0.5)), 400));
-}
-
-TEST(ViewsLayered, ThinSurfacesKeepAPixelHoweverTheirBordersMove) {
-    cv::RNG rng(11);
-    cv::Mat photo(1, 120, CV_8UC3);
-    std::vector<LayeredSurface> surfaces;
-    for (int i = 0; i < 500; ++i) {
-        std::vector<float> offsets(120);
-        for (int x = 0; x < 120; x += 2 + i % 2) {
-            const cv::Scalar colour(rng.uniform(0, 256), rng.uniform(0, 256), rng.uniform(0, 256));
-            photo.colRange(x, std::min(x + 3, 120)).setTo(colour);
-            const float offset = rng.uniform(0.0F, 1.0F);
-            std::fill(offsets.begin() + x, offsets.begin() + std::min(x + 3, 120), offset);
-        }
-        cutSurfaces(photo.ptr(), offsets, {}, surfaces);
-        int next = 0;
-        for (const LayeredSurface& surface : surfaces) {
-            ASSERT_LE(next, surface.first);
-            ASSERT_LE(surface.first, surface.last);
-            next = surface.last + 1;
-        }
-        ASSERT_LE(next, 120);
-    }
-}
-
-TEST(ViewsLayered, APictureAtTheFocusNeedsNoTables) {
-    const cv::Mat depth(8, 60, CV_32FC1, cv::Scalar(0.3));
-    const LayeredScene scene = layeredScene(randomPhoto(depth.size()), depth, 0.3, {});
-    EXPECT_TRUE(scene.flat);
-    EXPECT_TRUE(scene.words.empty());
-    EXPECT_TRUE(scene.rows[0].empty());
 }
 
 TEST(ViewsLayered, MemoryIsBoundedForDepthThatIsNoise) {
@@ -881,8 +662,7 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
     const cv::Size size(211, 12);
     cv::Mat photo = randomPhoto(size);
     cv::GaussianBlur(photo, photo, {}, 0.6); // with clear and with soft borders
-    std::vector<int> columns(static_cast<std::size_t>(size.width));
-    std::iota(columns.begin(), columns.end(), 0);
+    const std::vector<int> columns = numbersFrom(0, size.width);
     std::vector<float> shifts(columns.size() + kRowPadding);
     std::vector<std::uint8_t> values(columns.size() + kRowPadding);
     cv::RNG rng(9);
@@ -968,65 +748,6 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
     EXPECT_GT(softCount, 1000);
 }
 
-// Where a column's depth follows a line, the line gives what the slow search finds.
-TEST(ViewsLayered, LinesGiveThePlaceOfTheirDepth) {
-    const cv::Size size(211, 12);
-    const cv::Mat photo = randomPhoto(size);
-    LayeredSettings options;
-    options.reachPixels = 17;
-    std::vector<float> scratch;
-    LayeredColumns columns;
-    std::vector<int> all(static_cast<std::size_t>(size.width));
-    std::iota(all.begin(), all.end(), 0);
-    std::vector<std::int32_t> places = paddedRow<std::int32_t>(all.size());
-    std::transform(all.begin(), all.end(), places.begin(),
-                   [](int x) { return x << kSubColumnBits; });
-    LayeredLines<std::int16_t> lines;
-    LayeredRoom room(all.size());
-    int found = 0;
-    for (const cv::Mat& depth : depthsToSearch(size)) {
-        const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
-        for (int y = 0; y < size.height; ++y) {
-            forEachInstructionSet([&](const char* name) {
-                layeredColumns(scene.tables(y), scratch, columns);
-                for (std::size_t i = 0; i < lines.all().size(); ++i)
-                    lines.all()[i]->assign(columns.lines.all()[i]->begin(),
-                                           columns.lines.all()[i]->end());
-                for (const int part : {-16384, -6554, -1, 0, 1638, 11469, 16384}) {
-                    const std::vector<std::int16_t> steps(all.size() + kRowPadding,
-                                                          static_cast<std::int16_t>(part));
-                    const double shift = part / 16384.0 * 17;
-                    layeredLines({lines.offsets.data(), lines.slopes.data(), lines.from.data(),
-                                  lines.to.data(), places.data(), steps.data(), 17, all.size()},
-                                 room);
-                    for (int x = 0; x < size.width; ++x) {
-                        const std::int32_t onLine = room.places[static_cast<std::size_t>(x)];
-                        if (onLine == kSeeEnds) {
-                            ASSERT_EQ(room.openBlocks[static_cast<std::size_t>(x) / kBlockPixels],
-                                      1);
-                            continue;
-                        }
-                        ++found;
-                        const int direction = shift < 0 ? 1 : 0;
-                        const int own = direction == 0 ? x : size.width - 1 - x;
-                        const auto length = static_cast<float>(std::abs(shift));
-                        const LayeredPixel pixel =
-                            LayeredSearch(scene, y, scene.tables(y),
-                                          {2 * scene.stride(), 2 * scene.stride()})
-                                .at(direction, own, length, size.width - 1);
-                        ASSERT_EQ(pixel.count, 1) << name << " " << x << " " << y << " " << shift;
-                        const double inRow = pixel.place[0] / 256.0 - direction * scene.stride();
-                        const double place = direction == 0 ? inRow : size.width - 1 - inRow;
-                        ASSERT_NEAR(onLine / 256.0, place, 1.0 / 32)
-                            << name << " " << x << " " << y << " " << shift;
-                    }
-                }
-            });
-        }
-    }
-    EXPECT_GT(found, 1000);
-}
-
 // A near thing at the focus does not move, but what is behind its soft borders does, wherever they
 // lie among the pixels that are processed together.
 TEST(ViewsLayered, SoftBordersOfThingsAtTheFocusShowWhatMovesBehindThem) {
@@ -1041,15 +762,10 @@ TEST(ViewsLayered, SoftBordersOfThingsAtTheFocusShowWhatMovesBehindThem) {
         EXPECT_GT(cv::norm(view.colRange(first, first + 50),
                            rendered(photo, depth, 0.75, 9, hard).colRange(first, first + 50)),
                   0);
-        cv::Mat mirroredPhoto;
-        cv::Mat mirroredDepth;
-        cv::Mat mirrored;
-        cv::flip(photo, mirroredPhoto, 1);
-        cv::flip(depth, mirroredDepth, 1);
-        cv::flip(rendered(mirroredPhoto, mirroredDepth, 0.75, -9, settingsFor(2)), mirrored, 1);
-        EXPECT_TRUE(samePicture(mirrored, view)) << first;
-        std::vector<int> columns(137); // other blocks
-        std::iota(columns.begin(), columns.end(), 31);
+        EXPECT_TRUE(samePicture(
+            mirrored(rendered(mirrored(photo), mirrored(depth), 0.75, -9, settingsFor(2))), view))
+            << first;
+        const std::vector<int> columns = numbersFrom(31, 137); // other blocks
         const auto renderer = makeLayeredRenderer(photo, depth, 0.75, settingsFor(2));
         const auto sampler = renderer->sampler(columns, 32);
         const std::vector<float> shifts(columns.size() + kRowPadding, 9);

@@ -6,21 +6,15 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
-#include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/scene.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
-#include <limits>
-#include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
 #include <opencv2/photo.hpp>
 
 namespace altiro3D::test {
 namespace {
-
-const cv::Size kSizes[] = {{1, 1}, {1, 9}, {9, 1}, {2, 2}, {3, 3}, {61, 37}, {64, 48}, {127, 3}};
 
 cv::Mat flat(cv::Size size, double depth) {
     return cv::Mat(size, CV_32FC1, cv::Scalar::all(depth));
@@ -63,28 +57,6 @@ cv::Mat real(const cv::Mat& photo, const cv::Mat& depth, double shift, double fo
     cv::Mat view(photo.size(), CV_8UC3, cv::Scalar::all(77));
     makeRealRenderer(photo, depth, focus, options)->render(shift, view);
     return view;
-}
-
-TEST(ViewsReal, NoShiftAndFocusDepthGiveThePhotoBitForBit) {
-    for (const cv::Size size : kSizes) {
-        const cv::Mat photo = randomPhoto(size, 1, 0);
-        EXPECT_TRUE(samePicture(real(photo, randomDepth(size), 0), photo)) << size;
-        for (double shift : {-300.0, -1.3, 1e-9, 0.7, 25.0})
-            EXPECT_TRUE(samePicture(real(photo, flat(size, 0.25), shift, 0.25), photo)) << size;
-        EXPECT_TRUE(samePicture(real(photo, flat(size, 0.3), 1000, 0.3), photo))
-            << "0.3 is another number as a float";
-    }
-}
-
-TEST(ViewsReal, WholePixelsMoveUnchangedAndNearThingsAgainstTheCamera) {
-    const cv::Size size(61, 37);
-    const cv::Mat photo = randomPhoto(size, 1, 0);
-    for (int px : {1, 7, 40}) {
-        const cv::Mat left = real(photo, flat(size, 1), px / 0.5); // moves by -shift (1 - 0.5)
-        EXPECT_TRUE(samePicture(left.colRange(0, 61 - px), photo.colRange(px, 61))) << px;
-        const cv::Mat right = real(photo, flat(size, 0), px / 0.5);
-        EXPECT_TRUE(samePicture(right.colRange(px, 61), photo.colRange(0, 61 - px))) << px;
-    }
 }
 
 TEST(ViewsReal, PartsOfPixelsAreLinear) {
@@ -157,70 +129,6 @@ TEST(ViewsReal, CracksGetTheMedianAndSeenPixelsStayAsTheyAre) {
     }
     photo.at<cv::Vec3b>(6, 8) = {255, 0, 255}; // at x' = 20, between cracks
     EXPECT_EQ(real(photo, depth, -60, 0).at<cv::Vec3b>(6, 20), cv::Vec3b(255, 0, 255));
-}
-
-TEST(ViewsReal, OneColourStaysOneColourWhateverTheDepth) {
-    const cv::Scalar colour(13, 200, 255);
-    for (const cv::Size size : kSizes) {
-        const cv::Mat photo(size, CV_8UC3, colour);
-        cv::Mat checkerboard(size, CV_32FC1);
-        cv::Mat spike = flat(size, 0);
-        for (int y = 0; y < size.height; ++y) {
-            for (int x = 0; x < size.width; ++x)
-                checkerboard.at<float>(y, x) = static_cast<float>((x + y) % 2);
-        }
-        spike.at<float>(size.height / 2, size.width / 2) = 1;
-        for (const cv::Mat& depth : {randomDepth(size), checkerboard, spike, boardDepth(size)}) {
-            for (double shift : {-1e300, -5000.0, -70.0, -3.3, 0.5, 9.0, 61.0, 1e9, 1.7e308}) {
-                for (Inpainting inpainting : {Inpainting::Telea, Inpainting::NavierStokes}) {
-                    for (bool backgroundOnly : {false, true}) {
-                        RealOptions options = published(inpainting);
-                        options.backgroundOnly = backgroundOnly;
-                        EXPECT_TRUE(samePicture(real(photo, depth, shift, 0.4, options), photo,
-                                                colourNoise(inpainting, true)))
-                            << size << " " << shift;
-                    }
-                }
-            }
-        }
-    }
-}
-
-TEST(ViewsReal, WhenNothingIsLeftRowsRepeatWhatWentOutLast) {
-    const cv::Mat photo = randomPhoto({50, 7});
-    EXPECT_TRUE(
-        samePicture(real(photo, flat({50, 7}, 1), 5000, 0), cv::repeat(photo.col(49), 1, 50)));
-    EXPECT_TRUE(
-        samePicture(real(photo, flat({50, 7}, 1), -1e300, 0), cv::repeat(photo.col(0), 1, 50)));
-}
-
-TEST(ViewsReal, WildDepthIsClampedAndNanIsFar) {
-    const cv::Size size(33, 9);
-    const cv::Mat photo = randomPhoto(size);
-    const float infinity = std::numeric_limits<float>::infinity();
-    for (float value : {infinity, 7.0F, 1e38F})
-        EXPECT_TRUE(samePicture(real(photo, flat(size, static_cast<double>(value)), 9),
-                                real(photo, flat(size, 1), 9)));
-    for (float value : {std::nanf(""), -3.0F, -infinity})
-        EXPECT_TRUE(samePicture(real(photo, flat(size, static_cast<double>(value)), 9),
-                                real(photo, flat(size, 0), 9)));
-}
-
-TEST(ViewsReal, IsTheSameForAnyNumberOfThreadsAndForSubMatrices) {
-    const cv::Mat bigPhoto = randomPhoto({200, 160});
-    const cv::Mat bigDepth = boardDepth({200, 160});
-    const cv::Rect part(13, 7, 163, 127);
-    const RestoredThreads restored;
-    cv::setNumThreads(1);
-    const cv::Mat one = real(bigPhoto(part).clone(), bigDepth(part).clone(), 31);
-    for (int threads : {2, 3, 5}) {
-        cv::setNumThreads(threads);
-        cv::Mat frame(200, 300, CV_8UC3, cv::Scalar::all(5));
-        cv::Mat view = frame(cv::Rect(20, 30, part.width, part.height));
-        makeRealRenderer(bigPhoto(part), bigDepth(part), 0.5, {})->render(31, view);
-        EXPECT_TRUE(samePicture(view, one));
-        EXPECT_EQ(frame.at<cv::Vec3b>(29, 20), cv::Vec3b(5, 5, 5)) << "written beside the view";
-    }
 }
 
 TEST(ViewsReal, InpaintingByGroupsIsInpaintingTheWhole) {

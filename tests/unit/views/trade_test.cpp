@@ -47,13 +47,11 @@ TEST(StereoScene, ViewAtTheRightIsMovedByTheDisparity) {
 TEST(StereoScene, WrongPicturesAreNamed) {
     const cv::Mat photo(4, 6, CV_8UC3);
     const cv::Mat disparity(4, 6, CV_32FC1, cv::Scalar::all(1));
-    EXPECT_NE(
-        errorOf([&] { makeStereoScene("s", photo, disparity, 0, photo); }).find("disparity scale"),
-        std::string::npos);
-    EXPECT_NE(errorOf([&] {
-                  makeStereoScene("cones", photo, disparity, 1, cv::Mat(4, 5, CV_8UC3));
-              }).find("cones: has pictures of 6 x 4 and 5 x 4 px"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([&] { makeStereoScene("s", photo, disparity, 0, photo); }),
+                         "disparity scale"));
+    EXPECT_TRUE(contains(
+        errorOf([&] { makeStereoScene("cones", photo, disparity, 1, cv::Mat(4, 5, CV_8UC3)); }),
+        "cones: has pictures of 6 x 4 and 5 x 4 px"));
 }
 
 TEST(Trade, InsideLeavesTheBandsOut) {
@@ -86,28 +84,17 @@ TEST(Trade, SettingsHaveNamesOfTheirOwnAndKeepStrengthAndFocus) {
 TEST(Trade, MeasuredTimesArePositiveAndBadCountsAreRefused) {
     const cv::Mat photo(20, 30, CV_8UC3, cv::Scalar::all(50));
     const cv::Mat depth(20, 30, CV_32FC1, cv::Scalar::all(0.2));
-    const ViewCost cost = measureViews({photo, depth}, {}, 5, 2);
-    EXPECT_GT(cost.millisecondsPerView, 0);
-    EXPECT_GE(cost.preparationMilliseconds, 0);
-    // The preparation is also done for one view and is part of the total time.
-    const ViewCost ofOne = measureViews({photo, depth}, {}, 1, 3);
-    EXPECT_GT(ofOne.preparationMilliseconds, 0);
-    EXPECT_LE(ofOne.preparationMilliseconds, ofOne.millisecondsPerView);
-    // Fast prepares nothing.
-    ViewOptions fast;
-    fast.method = ViewMethod::Fast;
-    const ViewCost cheap = measureViews({cv::Mat(400, 600, CV_8UC3, cv::Scalar::all(50)),
-                                         cv::Mat(400, 600, CV_32FC1, cv::Scalar::all(0.2))},
-                                        fast, 8, 5);
-    EXPECT_LT(cheap.preparationMilliseconds, 0.1 * cheap.millisecondsPerView);
-    EXPECT_NE(errorOf([&] {
-                  measureViews({photo, depth}, {}, 0, 1);
-              }).find("views: is 0"),
-              std::string::npos);
-    EXPECT_NE(errorOf([&] {
-                  measureViews({photo, depth}, {}, 1, 0);
-              }).find("repetitions: is 0"),
-              std::string::npos);
+    // preparation is done for one view as well, and is a part of the whole
+    for (const int views : {5, 1}) {
+        const ViewCost cost = measureViews({photo, depth}, {}, views, 2);
+        EXPECT_GT(cost.preparationMilliseconds, 0);
+        EXPECT_LE(cost.preparationMilliseconds, 1.001 * views * cost.millisecondsPerView);
+    }
+    EXPECT_TRUE(contains(errorOf([&] { measureViews({photo, depth}, {}, 0, 1); }), "views: is 0"));
+    EXPECT_TRUE(contains(errorOf([&] {
+                             measureViews({photo, depth}, {}, 1, 0);
+                         }),
+                         "repetitions: is 0"));
 }
 
 } // namespace

@@ -181,6 +181,24 @@ TEST_P(ViewMethods, AnySizeAndDepthIsDefined) {
     }
 }
 
+// The rule of signs.
+TEST_P(ViewMethods, NearThingsMoveAgainstTheCamera) {
+    cv::Mat photo(9, 200, CV_8UC3, cv::Scalar::all(0));
+    photo.colRange(100, 104).setTo(cv::Scalar::all(255)); // a bright bar
+    const auto barAt = [&](float depth, double position) {
+        cv::Mat grey;
+        cv::cvtColor(viewOf(photo, flat(photo.size(), depth), position, options(10, 0.5)), grey,
+                     cv::COLOR_BGR2GRAY);
+        const cv::Moments moments = cv::moments(grey);
+        return moments.m10 / moments.m00;
+    };
+    // S = 10 % of 200 = 20 px; shift = -p (d - f) S/2 = -p * 0.5 * 10 = 5 px against the camera
+    for (const double position : {1.0, -1.0, 0.45}) {
+        EXPECT_NEAR(barAt(1, position), 101.5 - 5 * position, 0.01);
+        EXPECT_NEAR(barAt(0, position), 101.5 + 5 * position, 0.01);
+    }
+}
+
 TEST_P(ViewMethods, AnyFinitePositionIsDefined) {
     const cv::Mat photo = smoothNoise({23, 5});
     for (const double position : {1e-300, 1e3, -1e12, 1e300, -1e300}) {

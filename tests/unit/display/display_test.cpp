@@ -92,7 +92,7 @@ TEST(Display, OddCalibrationsGetRemarks) {
     c.flipImageX = 1;
     const auto found = calibrationWarnings(c);
     ASSERT_EQ(found.size(), 3U);
-    EXPECT_NE(found[0].text.find("1536 x 2048"), std::string::npos);
+    EXPECT_TRUE(contains(found[0].text, "1536 x 2048"));
 }
 
 TEST(Display, MountedVolumesAreFoundWhereSystemsMountThem) {
@@ -139,7 +139,7 @@ TEST(Display, IsReadWithItsPanelAndItsModelsQuilt) {
 
 TEST(Display, IsMadeOfValidCalibrationsOnly) {
     const std::string error = errorOf([] { displayOf(Calibration(), "mine"); });
-    EXPECT_EQ(error.rfind("mine: pitch is ", 0), 0U) << error;
+    EXPECT_TRUE(startsWith(error, "mine: pitch is "));
 }
 
 } // namespace

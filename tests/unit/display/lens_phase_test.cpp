@@ -1,11 +1,9 @@
 #include "display/lens_phase.hpp"
 
 #include "support/displays.hpp"
-#include "support/files.hpp"
 #include "support/processors.hpp"
 
 #include <cmath>
-#include <filesystem>
 #include <gtest/gtest.h>
 
 namespace altiro3D::test {
@@ -125,17 +123,6 @@ TEST(LensPhases, KeepTheirErrorBoundAtTheLimitsOfCalibrations) {
     c.pitch = 0.001 * c.DPI / 64;
     expectEqualsGeometry(c);
     EXPECT_EQ(LensPhases(lensGeometry(panel(1536, 2048))).phaseError(), 3U);
-}
-
-TEST(LensPhases, EqualTheGeometryForEveryRealCalibration) {
-    ALTIRO3D_REQUIRE_DATA("calibrations");
-    for (const std::filesystem::path& file : realCalibrations()) {
-        SCOPED_TRACE(file);
-        const LensPhases phases(lensGeometry(readCalibration(file)));
-        EXPECT_EQ(wrongViews<std::uint8_t>(phases, 48, 37), 0U);
-        EXPECT_EQ(wrongViews<std::uint16_t>(phases, 49, 61), 0U);
-        EXPECT_LE(phases.phaseError(), 3U);
-    }
 }
 
 TEST(LensPhases, AreTheSameOnEveryInstructionSet) {

@@ -35,7 +35,7 @@ std::uint32_t slowCrc(const std::string& bytes) {
     return ~crc;
 }
 
-class NativeLutFile : public ::testing::Test {
+class NativeLutFile : public FileTest {
   protected:
     NativeLutFile() {
         lut.save(file);
@@ -57,7 +57,6 @@ class NativeLutFile : public ::testing::Test {
         return contents;
     }
 
-    TemporaryDirectory directory;
     std::filesystem::path file = directory / "a.map";
     NativeLut lut{panel(), {8, 6, {42, 56}, 47}};
     std::string bytes;
@@ -98,27 +97,26 @@ TEST_F(NativeLutFile, AnyChangedByteIsNoticed) {
 }
 
 TEST_F(NativeLutFile, TruncatedForeignAndOversizeFilesAreRefusedWithASentence) {
-    EXPECT_NE(errorWith("").find("is not a look-up table"), std::string::npos);
-    EXPECT_NE(errorWith("hello, this is some text").find("is not a look-up table"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorWith(""), "is not a look-up table"));
+    EXPECT_TRUE(contains(errorWith("hello, this is some text"), "is not a look-up table"));
     EXPECT_NE(errorWith(bytes.substr(0, 60)), "(no error)");
-    EXPECT_NE(errorWith(bytes.substr(0, 1000)).find("is cut off: it has 1000 bytes, expected 8684"),
-              std::string::npos);
-    EXPECT_NE(errorWith(bytes + "x").find("is too long"), std::string::npos);
-    EXPECT_NE(errorOf([&] { NativeLut::load(directory / "none.map"); }).find("does not exist"),
-              std::string::npos);
-    EXPECT_NE(errorOf([&] { NativeLut::load(directory.path()); }).find("is not a regular file"),
-              std::string::npos);
+    EXPECT_TRUE(
+        contains(errorWith(bytes.substr(0, 1000)), "is cut off: it has 1000 bytes, expected 8684"));
+    EXPECT_TRUE(contains(errorWith(bytes + "x"), "is too long"));
+    EXPECT_TRUE(
+        contains(errorOf([&] { NativeLut::load(directory / "none.map"); }), "does not exist"));
+    EXPECT_TRUE(
+        contains(errorOf([&] { NativeLut::load(directory.path()); }), "is not a regular file"));
 }
 
 TEST_F(NativeLutFile, ForgedHeadersAreRefusedBeforeAllocation) {
-    EXPECT_NE(errorWith(forged(8, 2)).find("format version 2"), std::string::npos);
-    EXPECT_NE(errorWith(forged(16, 4000000000U)).find("names a panel"), std::string::npos);
-    EXPECT_NE(errorWith(forged(16, 16384)).find("is cut off"), std::string::npos);
-    EXPECT_NE(errorWith(forged(32, 0)).find("names a quilt"), std::string::npos);
-    EXPECT_NE(errorWith(forged(24, 70000)).find("names a quilt"), std::string::npos);
-    EXPECT_NE(errorWith(forged(40, 49)).find("names a quilt"), std::string::npos);
-    EXPECT_NE(errorWith(forged(44, 1)).find("view filter 1"), std::string::npos);
+    EXPECT_TRUE(contains(errorWith(forged(8, 2)), "format version 2"));
+    EXPECT_TRUE(contains(errorWith(forged(16, 4000000000U)), "names a panel"));
+    EXPECT_TRUE(contains(errorWith(forged(16, 16384)), "is cut off"));
+    EXPECT_TRUE(contains(errorWith(forged(32, 0)), "names a quilt"));
+    EXPECT_TRUE(contains(errorWith(forged(24, 70000)), "names a quilt"));
+    EXPECT_TRUE(contains(errorWith(forged(40, 49)), "names a quilt"));
+    EXPECT_TRUE(contains(errorWith(forged(44, 1)), "view filter 1"));
 }
 
 TEST_F(NativeLutFile, CoordinatesOutsideTheQuiltAreRefused) {
@@ -132,9 +130,8 @@ TEST_F(NativeLutFile, CoordinatesOutsideTheQuiltAreRefused) {
                                      ": is corrupt: it names px outside of its quilt, expected px "
                                      "of 336 x 336");
     broken[129] = '\0'; // only the checksum is wrong
-    EXPECT_NE(
-        errorWith(broken).find("its checksum does not match, expected a table that is built anew"),
-        std::string::npos);
+    EXPECT_TRUE(contains(errorWith(broken),
+                         "its checksum does not match, expected a table that is built anew"));
 }
 
 TEST_F(NativeLutFile, ReadErrorsNameTheirCause) {
@@ -161,7 +158,7 @@ TEST_F(NativeLutFile, AnotherDisplaysCalibrationIsNamed) {
     const std::string error =
         errorOf([&] { requireSameDisplay(lut, "a.map", other, "visual.json"); });
     for (const char* part : {"a.map: ", "LKG-PORT-00001", "visual.json", "LKG-PORT-00002"}) {
-        EXPECT_NE(error.find(part), std::string::npos) << error;
+        EXPECT_TRUE(contains(error, part));
     }
 }
 

@@ -1,7 +1,6 @@
 #include "altiro3D/native_maker.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/error.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "native/shift_kernels.hpp"
@@ -17,7 +16,6 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
@@ -137,25 +135,6 @@ TEST(NativeRenderer, FastGivesTheNativeOfTheQuiltForAnyWidthAndParallax) {
                     samePicture(native, overTheQuilt(calibration, layout, options, {photo, depth})))
                     << width << " " << halfParallax << " " << focus;
             }
-        }
-    }
-}
-
-TEST(NativeRenderer, GivesTheNativeOfTheQuiltOnRealDisplays) {
-    ALTIRO3D_TAKES(6);
-    ALTIRO3D_REQUIRE_DATA("calibrations");
-    const QuiltLayout layout{8, 6, {84, 112}, 48};
-    const cv::Mat photo = randomPhoto(layout.tileSize);
-    const cv::Mat depth = stepsAndSlopes(layout.tileSize);
-    for (const std::filesystem::path& file : realCalibrations()) {
-        const Calibration calibration = readCalibration(file);
-        for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Layered}) {
-            const ViewOptions options = optionsOf(method, 12, 0.5);
-            cv::Mat native;
-            NativeRenderer(calibration, 48, options).render(photo, depth, native);
-            EXPECT_TRUE(
-                samePicture(native, overTheQuilt(calibration, layout, options, {photo, depth})))
-                << file;
         }
     }
 }
@@ -374,54 +353,6 @@ TEST(NativeRenderer, AllInstructionSetsGiveTheSameBytes) {
             }
         }
     }
-}
-
-TEST(NativeRenderer, ShiftsOfViewsAreTheQuotientsOfFloats) {
-    std::vector<int> counts(256); // all that may be made by a reciprocal, and some others
-    std::iota(counts.begin(), counts.end(), 1);
-    counts.insert(counts.end(), {4096, 65536});
-    forEachInstructionSet([&](const char* name) {
-        for (const int count : counts) {
-            const auto size = static_cast<std::size_t>(count);
-            std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(size);
-            for (std::size_t view = 0; view < size; ++view)
-                views[view] = static_cast<std::uint16_t>(view);
-            std::vector<float> shifts = paddedRow<float>(size);
-            shiftsOfViews(views.data(), size, count, 16.8F, shifts.data());
-            for (int view = 0; view < count; ++view) {
-                const auto twice = static_cast<float>(2 * view - (count - 1));
-                const float position = count == 1 ? 0 : twice / static_cast<float>(count - 1);
-                ASSERT_EQ(shifts[static_cast<std::size_t>(view)], position * 16.8F)
-                    << name << " " << view << " of " << count;
-            }
-        }
-    });
-}
-
-// The nearest step to p S/2, for each view.
-TEST(NativeRenderer, WholeShiftsAreTheNearestSteps) {
-    forEachInstructionSet([&](const char* name) {
-        // steps of 1/128 px, and of the largest shift
-        for (const auto& [halfParallax, steps] :
-             {std::pair(0.0, 128.0), std::pair(0.01, 128.0), std::pair(1.0, 128.0),
-              std::pair(16.8, 128.0), std::pair(21.123, 128.0), std::pair(63.99, 128.0),
-              std::pair(0.3, 16384 / 0.3), std::pair(21.123, 16384 / 21.123)}) {
-            for (const int count : {1, 2, 3, 45, 48, 91, 256, 1025, 2000}) {
-                const auto size = static_cast<std::size_t>(count);
-                std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(size);
-                std::vector<double> all(size);
-                for (std::size_t view = 0; view < size; ++view) {
-                    views[view] = static_cast<std::uint16_t>(view);
-                    all[view] = viewPosition(static_cast<int>(view), count) * halfParallax;
-                }
-                std::vector<std::int16_t> shifts = paddedRow<std::int16_t>(size);
-                WholeShifts(all, steps).ofViews(views.data(), size, shifts.data());
-                for (std::size_t view = 0; view < size; ++view)
-                    ASSERT_EQ(shifts[view], std::lround(all[view] * steps))
-                        << name << " " << view << " of " << count << " " << halfParallax;
-            }
-        }
-    });
 }
 
 TEST(NativeRenderer, WholeShiftsOfPhasesAreNearTheShiftsOfFloats) {

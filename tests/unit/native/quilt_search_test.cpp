@@ -4,12 +4,12 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/image_io.hpp"
 #include "support/files.hpp"
+#include "support/picture_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
@@ -46,12 +46,6 @@ cv::Mat scaled(const cv::Mat& picture, cv::Size size) {
     cv::Mat result;
     cv::resize(picture, result, size, 0, 0, cv::INTER_AREA);
     return result;
-}
-
-cv::Mat compressed(const cv::Mat& picture, int quality) {
-    std::vector<uchar> bytes;
-    cv::imencode(".jpg", picture, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
-    return cv::imdecode(bytes, cv::IMREAD_COLOR);
 }
 
 std::string text(const FoundQuilt& found) {
@@ -100,13 +94,6 @@ TEST(FindQuiltLayout, QuiltsMayBeScaledCompressedAndCropped) {
     }
     EXPECT_EQ(textOf(quilt(cv::Rect(3, 1, 1492, 1509))), "5 x 9");
     EXPECT_EQ(textOf(quilt(cv::Rect(0, 0, 1497, 1505))), "5 x 9");
-}
-
-TEST(FindQuiltLayout, AMovingCameraIsNotNeeded) {
-    const cv::Mat quilt = quiltOf(layoutOf(6, 4, {150, 120}), 5, 0);
-    const FoundQuilt found = findQuiltLayout(quilt);
-    EXPECT_EQ(text(found), "6 x 4");
-    EXPECT_GT(found.confidence, 0.99);
 }
 
 // The rows in the order from the top.
@@ -216,8 +203,7 @@ TEST(FindQuiltLayout, PicturesOfAnySizeAreSearched) {
         EXPECT_EQ(found.verdict == QuiltVerdict::Unsure, std::min(size.width, size.height) < 128)
             << size; // too small to tell
     }
-    EXPECT_NE(errorOf([] { (void)findQuiltLayout(cv::Mat()); }).find("picture: is empty"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([] { (void)findQuiltLayout(cv::Mat()); }), "picture: is empty"));
 }
 
 TEST(FindQuiltLayout, APartOfAMatrixIsSearchedAsItsCopy) {
@@ -257,8 +243,7 @@ TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {
     EXPECT_EQ(likenessOfViews({flat, flat, flat}), 1);
     EXPECT_EQ(likenessOfViews({randomPhoto({50, 60})}), 1);
     EXPECT_EQ(likenessOfViews({}), 1);
-    EXPECT_NE(errorOf([] { (void)likenessOfViews({cv::Mat()}); }).find("picture: is empty"),
-              std::string::npos);
+    EXPECT_TRUE(contains(errorOf([] { (void)likenessOfViews({cv::Mat()}); }), "picture: is empty"));
 }
 
 TEST(LikenessOfViews, RealViewsAreAlikeAndRealPhotosAreNot) {

@@ -11,22 +11,22 @@
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/video.hpp"
+#include "video/other_streams.hpp"
+#include "video/video_container.hpp"
+#include "video/video_input.hpp"
+#include "video/video_pipeline.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <cstring>
-#include <deque>
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <set>
-#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -636,31 +636,16 @@ TEST_F(VideoWriterTest, ItsSourceMayBeReadInAnotherThread) {
     const fs::path together = directory / "together.mkv";
     auto reader = std::make_unique<VideoReader>(film);
     VideoWriter writer(together, optionsFor(*reader), reader.get());
-    std::mutex mutex;
-    std::condition_variable changed;
-    std::deque<VideoFrame> frames;
-    bool ended = false;
-    std::thread producer([&] {
-        for (bool more = true; more;) {
-            std::optional<VideoFrame> frame = reader->next();
-            more = frame.has_value();
-            if (!more) reader.reset();
-            const std::lock_guard<std::mutex> lock(mutex);
-            if (more) frames.push_back(std::move(*frame));
-            ended = !more;
-            changed.notify_one();
-        }
-    });
-    for (;;) {
-        std::unique_lock<std::mutex> lock(mutex);
-        changed.wait(lock, [&] { return ended || !frames.empty(); });
-        if (frames.empty()) break;
-        const VideoFrame frame = std::move(frames.front());
-        frames.pop_front();
-        lock.unlock();
-        writer.write(frame);
-    }
-    producer.join();
+    runPipeline({{"read",
+                  [&](PipelineFrame& frame) {
+                      if (reader->read(frame.source)) return true;
+                      reader.reset(); // the last frames are still to be written
+                      return false;
+                  }},
+                 {"write", [&](PipelineFrame& frame) {
+                      writer.write(frame.source);
+                      return true;
+                  }}});
     writer.finish();
     // Packets of sound may come out in another order beside the pictures.
     EXPECT_EQ(streamHashes(together, "v"), streamHashes(alone, "v"));

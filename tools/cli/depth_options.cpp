@@ -126,14 +126,14 @@ const char* nameOf(StereoLayout layout) {
 }
 
 // Warns that a picture with two halves is read as one.
-void warnOfHalves(const fs::path& photo, Messages& messages) {
-    const std::string name = photo.string();
+void warnOfHalves(const PhotoFile& photo, Messages& messages) {
+    const std::string name = photo.path().string();
     if (const auto layout = readStereoLayout(photo)) {
         messages.warn(name +
                       ": holds the pictures of both eyes, which are read as one picture; "
                       "--stereo " +
                       nameOf(*layout) + " reads the left one");
-    } else if (const auto stated = parseSceneName(photo)) {
+    } else if (const auto stated = parseSceneName(photo.path())) {
         const bool isRgbd = stated->contents == SceneName::Contents::Rgbd;
         messages.warn(
             name + ": may hold " + (isRgbd ? "photo and depth" : "both eyes") + ", as its name (" +
@@ -430,7 +430,9 @@ std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {
 
 ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                             Messages& messages, StageTimes& times) {
-    refuseNative(photoFile, "a photo");
+    const PhotoFile photo(photoFile);
+    static_cast<void>(photo.bytes()); // once, also a pipe
+    refuseNative(photo, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
     if (options_.refusesVr) refuseVrName(photoFile);
     warnIfQuilt(photoFile, "quilt2native", messages);
@@ -445,14 +447,16 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
     }
     DepthSource& source = given ? *given : *source_;
     ReadPhoto result;
+    PhotoDepth found;
     Notes notes;
     {
         const QuietStandardError quiet;
-        result.photo = source.readImage(photoFile, &notes);
+        found = source.readPhoto(photo, &notes);
+        result.focalLength35mm = readFocalLength35mm(photo);
     }
     if (options_.rgbd) {
         rgbdOf(photoFile, *options_.rgbd,
-               static_cast<double>(result.photo.cols) / result.photo.rows, messages);
+               static_cast<double>(found.whole.width) / found.whole.height, messages);
     }
     for (const Note& note : notes) {
         if (note.code == NoteCode::Chosen) {
@@ -464,22 +468,18 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
     }
     if (options_.photo.unblurred && !result.isUnblurred)
         messages.say(photoFile.string() + ": no sharp original in the file is used");
-    result.origin = source.origin();
-    result.source = options_.fromFiles ? description_ : source.description();
-    result.file = given ? depthFile : source.separateFile();
+    result.origin = found.origin;
+    result.source = options_.fromFiles ? description_ : found.text;
+    result.file = given ? depthFile : found.separateFile;
     const bool isEstimated = result.origin == DepthOrigin::Estimated;
     const bool isNamed = !options_.given.empty(); // by an option
     if (!isEstimated && !isNamed && (depthFile.empty() || options_.isPair))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + result.source);
-    if (isEstimated && !options_.photo.useDepth && !options_.stereo)
-        warnOfHalves(photoFile, messages);
+    if (isEstimated && !options_.photo.useDepth && !options_.stereo) warnOfHalves(photo, messages);
     times.end("read");
-    try {
+    {
         const QuietStandardError quiet; // it may load the network
-        source.readScene(result.photo, flatDepth, result);
-    } catch (const Error& error) {
-        if (!options_.rgbd) throw;
-        throw Error(error.code(), photoFile.string(), error.what());
+        source.readScene(found, flatDepth, result);
     }
     tellEngine(messages);
     const double photoAspect = static_cast<double>(result.photo.cols) / result.photo.rows;

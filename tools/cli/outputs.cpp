@@ -187,9 +187,9 @@ void warnIfQuilt(const fs::path& file, const std::string& instead, Messages& mes
                   instead);
 }
 
-void refuseNative(const fs::path& file, const std::string& expected) {
+void refuseNative(const PhotoFile& file, const std::string& expected) {
     if (!isMarkedNative(file)) return;
-    throw Error(ErrorCode::BadFormat, file.string(),
+    throw Error(ErrorCode::BadFormat, file.path().string(),
                 "is a Native already, expected " + expected +
                     " (inputs come first, then outputs; "
                     "native2view shows the views of a Native)");

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "altiro3D/image_io.hpp"
+
 #include "cli/run_tool.hpp"
 
 #include <filesystem>
@@ -83,7 +85,7 @@ void warnIfQuilt(const std::filesystem::path& file, const std::string& instead, 
 
 /// Refuses a Native where another picture is expected; usually the names are in the wrong order.
 /// @param expected "a photo" @throws Error BadFormat
-void refuseNative(const std::filesystem::path& file, const std::string& expected);
+void refuseNative(const PhotoFile& file, const std::string& expected);
 
 /// Reads a photo or quilt; remarks about the file become warnings.
 cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages);

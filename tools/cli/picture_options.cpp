@@ -341,7 +341,7 @@ std::optional<double> CameraOptions::strength(const ViewOptions& options,
     return 100 * parallaxOf(fittedCamera(fit)) / fit.size.width;
 }
 
-ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesystem::path& photoFile,
+ViewOptions CameraOptions::apply(const ViewOptions& options, double focalLength35mm,
                                  cv::Size photoSize, const PhotoFit& fit,
                                  Messages& messages) const {
     if (options.method != ViewMethod::Real) return options;
@@ -355,9 +355,8 @@ ViewOptions CameraOptions::apply(const ViewOptions& options, const std::filesyst
     // Distances are relative: the nearest is 1, the farthest infinity; the baseline follows.
     std::string source = "40 degrees field of view";
     double focalLength = focalLengthFromFieldOfView(photoSize.width, kDefaultFieldOfViewDegrees);
-    const double equivalent = readFocalLength35mm(photoFile);
-    if (equivalent >= 1 && equivalent <= 10000) {
-        focalLength = focalLengthFrom35mm(photoSize, equivalent);
+    if (focalLength35mm >= 1 && focalLength35mm <= 10000) {
+        focalLength = focalLengthFrom35mm(photoSize, focalLength35mm);
         source = "EXIF";
     }
     Camera camera;

@@ -50,7 +50,7 @@ AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv
 // the part that was asked for.
 // @param shown the part of the photo on the panel
 cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
-                   const Scene& scene, const cv::Rect& shown, Messages& messages) {
+                   const ReadPhoto& scene, const cv::Rect& shown, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
     const PhotoFit fit =
@@ -59,7 +59,8 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
                     photoSize, options.views);
     Scene fitted;
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
-    const ViewOptions views = run.camera.apply(options.views, item.photo, photoSize, fit, messages);
+    const ViewOptions views =
+        run.camera.apply(options.views, scene.focalLength35mm, photoSize, fit, messages);
     writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));
     return fit.size;
 }
@@ -117,8 +118,8 @@ std::string borderText(cv::Size photo, const cv::Rect& inside) {
 
 // Places a photo.
 // @param options the framing, focus and strength of this photo @param chosen tells them
-Placement place(const PhotoItem& item, const PhotoRun& run, const Scene& scene, double aspect,
-                NativeOptions& options, std::string& chosen, Messages& messages) {
+Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, NativeOptions& options,
+                std::string& chosen, Messages& messages) {
     options = run.maker.options();
     PlacementOptions& placement = options;
     const cv::Size size = scene.photo.size();
@@ -136,7 +137,7 @@ Placement place(const PhotoItem& item, const PhotoRun& run, const Scene& scene, 
     chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) chosen += "; border of the scan cut: " + border;
-    options.views = run.camera.apply(options.views, item.photo, size,
+    options.views = run.camera.apply(options.views, scene.focalLength35mm, size,
                                      fitPhoto(size, aspect, result, placement), messages);
     return placeScene(scene, aspect, result, placement);
 }
@@ -273,14 +274,14 @@ Json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     NativeOptions options;
     std::string chosen;
-    Placement placed = place(item, run, scene, aspect, options, chosen, messages);
+    Placement placed = place(run, scene, aspect, options, chosen, messages);
     times.end("fit");
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, placed.scene, messages)) {
             scene.source = run.depth.estimateScene(scene.photo, focus, scene);
         }
         // the views are others now
-        placed = place(item, run, scene, aspect, options, chosen, messages);
+        placed = place(run, scene, aspect, options, chosen, messages);
         times.end("budget");
     }
     const NativeMaker maker = makerOf(run, options.views);

@@ -108,13 +108,13 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
 /// Reads an RGB-D image: as readImage(), but the numbers of the depth half stay as in the file,
 /// while the colours of the photo are converted to sRGB.
 ///
-/// @param path as for readImage()
+/// @param file as for readImage()
 /// @param side position of the depth half
 /// @param notes as for readImage()
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
 /// @throws Error as readImage()
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readRgbdImage(const std::filesystem::path& path,
-                                                    DepthSide side, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readRgbdImage(const PhotoFile& file, DepthSide side,
+                                                    Notes* notes = nullptr);
 
 /// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
 /// drawn in the colours of depth, or is grey while the other one has colours. Of a grey picture it

@@ -81,16 +81,27 @@ enum class DepthOrigin {
     Matched    ///< From the pictures of both eyes.
 };
 
+/// A photo, and the depth that came with it.
+struct PhotoDepth {
+    cv::Mat
+        photo; ///< [CV_8UC3, BGR]: the whole picture, its photo half, or the left eye's picture.
+    cv::Mat rawDepth; ///< [any size, one channel]; empty: it must be estimated.
+    DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers of the depth.
+    HiddenLayer hidden;                    ///< As of matchStereo(), with disparities as depth.
+    DepthOrigin origin = DepthOrigin::Estimated; ///< Where the depth comes from.
+    std::string text; ///< The same for people: "depth image beside the photo (FILE)".
+    std::filesystem::path separateFile; ///< The depth image that storedDepthOr() found; else empty.
+    cv::Size whole;                     ///< Of an RGB-D image with both halves, px; else empty.
+};
+
 /// A source of depth for photos and video frames: a network, a file, or the depth half of an RGB-D
-/// image. For one photo, call readImage(), then readScene():
+/// image. It keeps nothing of one photo for the next:
 ///
 ///     const auto source = storedDepthOr(estimatedDepth());
 ///     Scene scene;
-///     source->readScene(source->readImage("photo.jpg"), 0.5, scene);
+///     source->readScene(source->readPhoto("photo.jpg"), 0.5, scene);
 ///
-/// Sources that take depth from the file or next to it keep what readImage() has found for the next
-/// read() or readScene(); give these the image that readImage() has returned. One thread at a time
-/// per object.
+/// One thread at a time per object.
 class ALTIRO3D_EXPORT DepthSource {
   public:
     DepthSource() = default;
@@ -101,20 +112,12 @@ class ALTIRO3D_EXPORT DepthSource {
     /// Names the source for people and reports. @return for example "network midas-small (FILE)"
     [[nodiscard]] virtual std::string description() const = 0;
 
-    /// Where the depth that read() gives comes from; for storedDepthOr() and depthFromStereo() that
-    /// of the image of the last readImage(). @return Estimated, unless a source says otherwise
-    [[nodiscard]] virtual DepthOrigin origin() const;
-
-    /// The file besides the photo's that the depth of the image of the last readImage() is in.
-    /// @return the depth image that storedDepthOr() has found; empty for other sources and images
-    [[nodiscard]] virtual std::filesystem::path separateFile() const;
-
-    /// What is known of the edges of the depth that read() gives. @return Matched for origin()
-    ///         Matched, otherwise Unknown, unless a source says otherwise
-    [[nodiscard]] virtual DepthEdges edges() const;
-
     /// Meaning of the raw depth numbers that read() gives. @return the kind
     [[nodiscard]] virtual DepthKind kind() const = 0;
+
+    /// What is known of the edges of the depth that read() gives. @return Unknown, unless a source
+    ///         says otherwise
+    [[nodiscard]] virtual DepthEdges edges() const;
 
     /// The network that estimates the depth. @return null for other sources, and for networks that
     ///         are not loaded yet
@@ -124,20 +127,17 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @throws Error as DepthNetwork::DepthNetwork(); NotFound (estimatedDepth() without a network)
     virtual void load();
 
-    /// Reads an image file for read() or readScene(). depthFromFile() also reads its depth image
-    /// here, in a second thread, and keeps it for the next read().
+    /// Reads a photo, and depth that comes with it, if the source looks for such depth.
     ///
     /// @param file as for altiro3D::readImage()
     /// @param notes if given, receives the remarks of readPhoto(), each with the name of the file
     ///        in front
-    /// @return the photo [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() the whole image with both
-    ///         halves [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
-    /// @throws Error as readPhoto(); for depthFromRgbd() as altiro3D::readImage(); for
-    ///         depthFromFile() also as readDepthSamples()
-    [[nodiscard]] virtual cv::Mat readImage(const std::filesystem::path& file,
-                                            Notes* notes = nullptr);
+    /// @return the photo, without depth if that must be estimated
+    /// @throws Error as altiro3D::readPhoto(); for depthFromFile() also as readDepthSamples(); for
+    ///         depthFromRgbd() as readRgbdImage() and splitRgbd()
+    [[nodiscard]] virtual PhotoDepth readPhoto(const PhotoFile& file, Notes* notes = nullptr);
 
-    /// Splits an image into photo and raw depth, or finds the raw depth of a photo.
+    /// Splits an image in memory into photo and raw depth, or finds the raw depth of a photo.
     ///
     /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
     /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half
@@ -152,14 +152,22 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @throws Error as read()
     virtual void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw);
 
-    /// read(), then normalizeDepth(): gives a photo and its depth map.
+    /// The photo and its depth map, by normalizeDepth(): of the depth that came with the photo,
+    /// else of that of read().
     ///
-    /// @param image as for read(); may be `scene.photo`
+    /// @param found from readPhoto()
     /// @param flatDepth depth of the whole photo if its raw depth has no range (all values equal or
     ///        unknown), 0..1. Use ViewOptions::focus: all views then show the photo unchanged.
-    /// @param scene the photo, and its depth map of any size
+    /// @param scene the photo, its depth map of any size, and what a stereo pair hides
     /// @throws Error as read() and normalizeDepth()
-    virtual void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
+    void readScene(const PhotoDepth& found, double flatDepth, Scene& scene);
+
+    /// read(), then normalizeDepth(), for an image in memory.
+    ///
+    /// @param image as for read(); may be `scene.photo`
+    /// @param flatDepth, scene as above
+    /// @throws Error as read() and normalizeDepth()
+    void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
 };
 
 /// Depth from a network, DepthEdges::Decided. For a photo, a network with InputShape::Photo runs
@@ -198,38 +206,29 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
 /// Depth from a separate depth image: readDepthSamples().
 /// @param file the depth image
 /// @param kind meaning of its numbers
-/// @return the source; it reads the file again for each photo
+/// @return the source; it reads the depth image again for each photo, in a second thread
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite);
 
 /// Depth from an RGB-D image, which holds photo and depth side by side: splitRgbd().
-/// readImage() reads by readRgbdImage().
+/// Files are read by readRgbdImage().
 /// @param layout position of the depth half, shape of the halves; Automatic: halvesOf() the file
 /// @param kind meaning of its numbers
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromRgbd(const RgbdLayout& layout, DepthKind kind = DepthKind::NearWhite);
 
-/// Photo and depth of a picture with two halves.
-struct NamedHalves {
-    cv::Mat photo;      ///< [CV_8UC3, BGR]: the photo half, or the left eye's picture.
-    cv::Mat rawDepth;   ///< [CV_32FC1, near = bright], the depth half or disparities.
-    HiddenLayer hidden; ///< As of matchStereo(); empty for RGB-D.
-    DepthOrigin origin = DepthOrigin::Given; ///< Matched for both eyes.
-    std::string text; ///< For people: "depth half of the picture (right by its name, RGBD)".
-};
-
 /// Takes apart a picture whose name says that it holds both eyes or photo and depth
 /// (parseSceneName()), if its contents agree: both eyes match (matchStereo()), or a half is depth
 /// (findDepthHalf()). Otherwise it is an ordinary photo, and a remark says so.
 ///
-/// @param file the picture's file; that of an RGB-D image is read again (readRgbdImage())
+/// @param file the picture's file; an RGB-D image is decoded again (readRgbdImage())
 /// @param picture [rows x cols, CV_8UC3, BGR], as read by readPhoto()
 /// @param notes if given, receives remarks, without the name of the file
 /// @return nothing for ordinary photos
 /// @throws Error Unsupported (a VR picture by its name), and as readRgbdImage()
-[[nodiscard]] ALTIRO3D_EXPORT std::optional<NamedHalves>
-readNamedHalves(const std::filesystem::path& file, const cv::Mat& picture, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<PhotoDepth>
+readNamedHalves(const PhotoFile& file, const cv::Mat& picture, Notes* notes = nullptr);
 
 /// Refuses files whose names say that they are made for headsets (SceneName::Contents::Vr).
 /// @param file its name is examined @throws Error Unsupported
@@ -246,10 +245,10 @@ struct PhotoDepthOptions {
 /// (readStereoPair(), matchStereo()), whose left picture is the photo, then that of the halves that
 /// its name states (readNamedHalves()). Photos without these, and pairs that do not match, take
 /// their depth from another source. With estimatedDepth() as that source, this is what the tools
-/// do. After readImage(), description() states what was found.
+/// do. For images in memory the source is the other one.
 /// @param fallback the source for all other photos
 /// @param options what to take
-/// @return the source; its readImage() also throws Error Unsupported (a VR picture by its name,
+/// @return the source; its readPhoto() also throws Error Unsupported (a VR picture by its name,
 ///         interleaved or anaglyph JPS)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
@@ -263,12 +262,11 @@ struct StereoInput {
     std::filesystem::path right; ///< The right eye's picture; empty: one picture holds both eyes.
 };
 
-/// Depth of stereo pairs by matching: splitStereoPair(), matchStereo(). readImage() gives the left
-/// eye's picture and matches; description() then states the result. A pair that does not match
-/// takes its depth from another source, and a remark says so.
+/// Depth of stereo pairs by matching: splitStereoPair(), matchStereo(). The photo is the left eye's
+/// picture. A pair that does not match takes its depth from another source, and a remark says so.
 /// @param input where the pictures are
 /// @param fallback the source for pairs that do not match
-/// @return the source; its readImage() also throws Error Mismatch (pictures of different shapes),
+/// @return the source; its readPhoto() also throws Error Mismatch (pictures of different shapes),
 ///         InvalidArgument (too small to split)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>

@@ -4,15 +4,64 @@
 #include "altiro3D/export.hpp"
 
 #include <filesystem>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace altiro3D {
 
 /// Pictures with more pixels than this are refused by their header, before allocation.
 constexpr double kMaxImagePixels = 4.0e8;
+
+/// A picture file that is read once, or a picture in memory. All functions that read pictures take
+/// one. A path converts to it; if a file is examined several times, keep one PhotoFile:
+///
+///     const PhotoFile file("photo.jpg");
+///     const cv::Mat photo = readPhoto(file);
+///     const std::optional<EmbeddedDepth> depth = readEmbeddedDepth(file);
+///
+/// Copies share the bytes. Several threads may read one object.
+class ALTIRO3D_EXPORT PhotoFile {
+  public:
+    /// Nothing is read before it is needed.
+    /// @param path the file; a std::filesystem::path, or what converts to it
+    template <class Path,
+              class = std::enable_if_t<std::is_convertible_v<Path&&, std::filesystem::path>>>
+    PhotoFile(Path&& path) // NOLINT(google-explicit-constructor): readPhoto("photo.jpg")
+        : PhotoFile(std::filesystem::path(std::forward<Path>(path)), nullptr) {}
+    /// A picture in memory.
+    /// @param bytes those of a picture file
+    /// @param name stands in messages; its extension and tags count as those of a file
+    PhotoFile(std::string bytes, std::filesystem::path name);
+
+    /// The name. @return as given
+    [[nodiscard]] const std::filesystem::path& path() const;
+    /// All bytes; the file is read now if it was not before.
+    /// @return them, as long as this object or a copy lives
+    /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
+    [[nodiscard]] const std::string& bytes() const;
+    /// The bytes, to look at a picture before it is read: a pipe, which can be read only once, is
+    /// left alone.
+    /// @return bytes(); empty for a pipe that bytes() has not read
+    /// @throws Error as bytes()
+    [[nodiscard]] std::string_view look() const;
+    /// The first bytes. Less is read than by look().
+    /// @param count number of bytes
+    /// @return at most `count` bytes; empty for a pipe that bytes() has not read and for a file
+    /// that
+    ///         cannot be read
+    [[nodiscard]] std::string start(std::size_t count) const;
+
+  private:
+    struct State;
+    PhotoFile(std::filesystem::path path, std::shared_ptr<State> state);
+    std::shared_ptr<State> state_;
+};
 
 /// Reads a picture upright (EXIF orientation applied), with its full bit depth.
 ///
@@ -30,15 +79,14 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// HEIC and AVIF need libheif at build time. Their own rotation and mirroring are applied; the EXIF
 /// orientation, which repeats them, is ignored.
 ///
-/// @param path PNG, JPEG (also MPO: its first picture), HEIC, AVIF, TIFF, WebP, BMP, PNM/PFM, EXR,
+/// @param file PNG, JPEG (also MPO: its first picture), HEIC, AVIF, TIFF, WebP, BMP, PNM/PFM, EXR,
 ///        HDR or JPEG 2000
 /// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...), without the name
 ///        of the file
 /// @return [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR]
 /// @throws Error NotFound, ReadFailed, Unsupported (names the format: GIF, PCX, ...; HEIC and AVIF
 ///         without libheif), TooLarge, BadFormat, OutOfMemory
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const std::filesystem::path& path,
-                                                Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const PhotoFile& file, Notes* notes = nullptr);
 
 /// The formats that readImage() reads, for people.
 /// @return "PNG, JPEG, HEIC, AVIF, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000"; without HEIC
@@ -48,20 +96,19 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// Reads a photo: as readImage(), converted to 8 bits (16-bit values are divided by 257 and
 /// rounded, float values are clamped to 0..1).
 ///
-/// @param path as for readImage()
+/// @param file as for readImage()
 /// @param notes as for readImage()
 /// @return [rows x cols, CV_8UC3, BGR]
 /// @throws Error as readImage()
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readPhoto(const std::filesystem::path& path,
-                                                Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readPhoto(const PhotoFile& file, Notes* notes = nullptr);
 
 /// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
-/// data. The file is opened again, so a pipe is not read: it can be read only once.
+/// data.
 ///
-/// @param path as for readImage(); other files give 0
-/// @return mm; 0 if the file does not state it or is a pipe
-/// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
-[[nodiscard]] ALTIRO3D_EXPORT double readFocalLength35mm(const std::filesystem::path& path);
+/// @param file as for readImage(); other files give 0
+/// @return mm; 0 if the file does not state it, and as PhotoFile::look()
+/// @throws Error as PhotoFile::bytes()
+[[nodiscard]] ALTIRO3D_EXPORT double readFocalLength35mm(const PhotoFile& file);
 
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, one channel or the grey value of
 /// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
@@ -70,22 +117,21 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// magma, viridis, plasma and hue is read as the place in the map, 0..255: 255 is the warm or
 /// bright end, or hue 1. Black px are 0 if the map does not contain black.
 ///
-/// @param path as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
+/// @param file as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
 /// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
 /// @throws Error as readImage(); BadFormat if the colours fit two colour maps that contradict each
 ///         other
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthImage(const std::filesystem::path& path,
-                                                     Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthImage(const PhotoFile& file, Notes* notes = nullptr);
 
 /// As readDepthImage(), without conversion to float: files of 8 and 16 bits take a quarter and half
 /// of the memory. normalizeDepth() is faster on them and gives the same result.
 ///
-/// @param path as for readDepthImage()
+/// @param file as for readDepthImage()
 /// @param notes as for readDepthImage()
 /// @return [rows x cols, CV_8UC1, CV_16UC1 or CV_32FC1, as in the file]
 /// @throws Error as readImage()
-[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthSamples(const std::filesystem::path& path,
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthSamples(const PhotoFile& file,
                                                        Notes* notes = nullptr);
 
 /// Whether a picture shows colours, which a depth image does not. It does if in more than 2 % of
@@ -118,12 +164,12 @@ ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat
                                 ImageMark mark = ImageMark::None);
 
 /// Whether a PNG file is marked as a Native, so it is not used as a photo by mistake. False for
-/// Natives in other formats or from other programs, for pipes, and for unreadable files. Throws
-/// only if an allocation fails.
+/// Natives in other formats or from other programs, and as PhotoFile::start() for pipes and
+/// unreadable files. Throws only if an allocation fails.
 ///
-/// @param path the file
-/// @return true if it does
-[[nodiscard]] ALTIRO3D_EXPORT bool isMarkedNative(const std::filesystem::path& path);
+/// @param file the file
+/// @return true if it is
+[[nodiscard]] ALTIRO3D_EXPORT bool isMarkedNative(const PhotoFile& file);
 
 /// Whether writeImage() can write the extension of a file name.
 /// @param path file name; the file is not accessed
@@ -174,13 +220,12 @@ struct EmbeddedDepth {
 /// gain maps are not depth. If the file describes depth in XMP but does not hold it, there is no
 /// depth. Damaged depth never makes the photo unreadable: it is skipped and reported in `notes`.
 ///
-/// @param photo JPEG, HEIC or AVIF; other formats hold no depth; a pipe is not read, because it can
-///        be read only once
+/// @param photo JPEG, HEIC or AVIF; other formats hold no depth
 /// @param notes if given, receives a remark if the file has depth that is not used
-/// @return the depth; nothing if there is none that can be used
-/// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
+/// @return the depth; nothing if there is none that can be used, and as PhotoFile::look()
+/// @throws Error as PhotoFile::bytes()
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<EmbeddedDepth>
-readEmbeddedDepth(const std::filesystem::path& photo, Notes* notes = nullptr);
+readEmbeddedDepth(const PhotoFile& photo, Notes* notes = nullptr);
 
 /// The photo that a depth image is for, by its name: "d/a" of d/a-depth.png. The end of the name,
 /// before the extension, is one of '-', '_', '.' and ' ', and then `depth`, `depthmap`, `depth_map`
@@ -307,21 +352,20 @@ struct StereoPair {
 /// that of their name) and adds a remark. So it does if the header says that the picture is of one
 /// eye.
 ///
-/// @param photo any picture; a pipe is not read, because it can be read only once
+/// @param photo any picture
 /// @param notes if given, receives a remark if the file has a pair that is not used
-/// @return the pair; nothing for other files
+/// @return the pair; nothing for other files, and as PhotoFile::look()
 /// @throws Error as readPhoto(), for a file that is a pair; Unsupported (interleaved or anaglyph
 ///         JPS)
-[[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair>
-readStereoPair(const std::filesystem::path& photo, Notes* notes = nullptr);
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair> readStereoPair(const PhotoFile& photo,
+                                                                       Notes* notes = nullptr);
 
 /// The layout of a file of which readStereoPair() splits one picture: JPS and the like, not MPO.
 ///
 /// @param photo as for readStereoPair()
 /// @return the layout; nothing for other files
-/// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), Unsupported (interleaved or anaglyph JPS)
-[[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoLayout>
-readStereoLayout(const std::filesystem::path& photo);
+/// @throws Error as PhotoFile::bytes(), Unsupported (interleaved or anaglyph JPS)
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo);
 
 /// Splits a picture that holds both eyes, exactly in the middle (an odd row or column in the middle
 /// belongs to neither). Squeezed halves are stretched to their shape by linear interpolation.

@@ -49,6 +49,6 @@ std::string_view findUnblurred(std::string_view jpeg, std::string& decoded);
 /// @param notes if given, receives a remark if there is an original that cannot be used
 /// @return [rows x cols, CV_8UC3, BGR], upright; empty if the file has none of the photo's shape
 /// @throws Error as readEmbeddedDepth()
-cv::Mat readUnblurredPhoto(const std::filesystem::path& photo, Notes* notes = nullptr);
+cv::Mat readUnblurredPhoto(const PhotoFile& photo, Notes* notes = nullptr);
 
 } // namespace altiro3D

@@ -1,9 +1,7 @@
 #include "altiro3D/image_io.hpp"
 
-#include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
-#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
@@ -165,12 +163,6 @@ cv::Size uprightSize(const ImageHeader& header) {
     return header.orientation >= 5 ? cv::Size(size.height, size.width) : size;
 }
 
-// Files that are read as a whole; empty for others.
-std::string bytesOf(const fs::path& path) {
-    if (givesBytesOnce(path)) return {};
-    return readFile(path, kMaxImageFileBytes);
-}
-
 template <class Work>
 auto reading(const fs::path& path, const Work& work) {
     return orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture",
@@ -188,9 +180,9 @@ std::string EmbeddedDepth::text() const {
     return std::string(nameOf(form)) + ", " + sizeText(depth.size()) + " px";
 }
 
-std::optional<EmbeddedDepth> readEmbeddedDepth(const fs::path& photo, Notes* notes) {
-    return reading(photo, [&]() -> std::optional<EmbeddedDepth> {
-        const std::string bytes = bytesOf(photo);
+std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* notes) {
+    return reading(photo.path(), [&]() -> std::optional<EmbeddedDepth> {
+        const string_view bytes = photo.look();
         const ImageFormat format = imageFormat(bytes);
         std::optional<RawDepth> raw;
         cv::Size photoSize;
@@ -226,9 +218,9 @@ std::optional<EmbeddedDepth> readEmbeddedDepth(const fs::path& photo, Notes* not
     });
 }
 
-cv::Mat readUnblurredPhoto(const fs::path& photo, Notes* notes) {
-    return reading(photo, [&]() -> cv::Mat {
-        const std::string bytes = bytesOf(photo);
+cv::Mat readUnblurredPhoto(const PhotoFile& photo, Notes* notes) {
+    return reading(photo.path(), [&]() -> cv::Mat {
+        const string_view bytes = photo.look();
         if (imageFormat(bytes) != ImageFormat::Jpeg) return {};
         std::string decoded;
         const string_view original = findUnblurred(bytes, decoded);

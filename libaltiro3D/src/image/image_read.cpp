@@ -1,10 +1,8 @@
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/error.hpp"
-#include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/memory_errors.hpp"
-#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/colour_maps.hpp"
@@ -19,7 +17,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -210,23 +207,23 @@ cv::Mat decodeFirstFrame(const ImageHeader& header, const std::string& bytes) {
     return picture;
 }
 
-cv::Mat decode(const fs::path& path, ImageHeader& header, std::string& bytes) {
+cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes) {
     if (isHeif(header.format)) return decodeHeif(path, header, bytes);
     if (header.format == ImageFormat::Tiff) return decodeTiff(path, header, bytes);
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
+    std::string mended;
     // At the end of a cut-off file, libjpeg waits for more bytes unless an end marker follows.
-    if (header.format == ImageFormat::Jpeg && header.isCutOff) {
-        bytes.resize(header.usableBytes);
-        bytes += "\xff\xd9";
-    }
+    if (header.format == ImageFormat::Jpeg && header.isCutOff)
+        mended = bytes.substr(0, header.usableBytes) + "\xff\xd9";
     // OpenCV requires a character after the last number of a text file.
-    if (header.format == ImageFormat::Pnm && bytes[1] <= '3') bytes += '\n';
+    if (header.format == ImageFormat::Pnm && bytes[1] <= '3') mended = bytes + '\n';
+    const std::string& whole = mended.empty() ? bytes : mended;
     std::string detail;
     cv::Mat picture;
     try {
-        picture = header.isAnimated ? decodeFirstFrame(header, bytes)
-                                    : decodeImage(bytes, header.format, ImageChannels::AsStored);
+        picture = header.isAnimated ? decodeFirstFrame(header, whole)
+                                    : decodeImage(whole, header.format, ImageChannels::AsStored);
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         detail = exception.err;
@@ -356,7 +353,7 @@ auto reading(const fs::path& path, const Work& work) {
 enum class Colours { ToSrgb, AsStored };
 
 // Decodes inks; the colours are then done.
-cv::Mat decodeInks(const fs::path& path, ImageHeader& header, std::string& bytes,
+cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string& bytes,
                    ColourFacts& facts, Notes* notes) {
     const std::string icc = isCmykProfile(facts.icc) ? facts.icc : std::string();
     facts = ColourFacts();
@@ -417,10 +414,11 @@ void convertPart(cv::Mat& picture, cv::Rect area, const ColourFacts& facts, Note
 }
 
 // @param photoPart if given, the part whose colours are converted
-LoadedPicture load(const fs::path& path, Colours colours, Notes* notes,
+LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
                    const PhotoPart& photoPart = {}) {
+    const fs::path& path = file.path();
     const std::string extension = lowerExtension(path);
-    std::string bytes = readFile(path, kMaxImageFileBytes);
+    const std::string& bytes = file.bytes();
     if (bytes.empty()) {
         throw Error(ErrorCode::BadFormat, path.string(), "is empty, expected a picture");
     }
@@ -432,7 +430,6 @@ LoadedPicture load(const fs::path& path, Colours colours, Notes* notes,
         colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
     cv::Mat picture =
         header.isCmyk ? decodeInks(path, header, bytes, facts, notes) : decode(path, header, bytes);
-    std::string().swap(bytes);
     const bool hasAlpha = picture.channels() == 2 || picture.channels() == 4;
     if (colours == Colours::ToSrgb || hasAlpha) spread(picture, header.largestSample);
     picture = withoutAlpha(picture, header);
@@ -487,17 +484,17 @@ std::string readableFormats() {
            "TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000";
 }
 
-cv::Mat readImage(const fs::path& path, Notes* notes) {
-    return readImageParts(path, {}, notes);
+cv::Mat readImage(const PhotoFile& file, Notes* notes) {
+    return readImageParts(file, {}, notes);
 }
 
-cv::Mat readImageParts(const fs::path& path, const PhotoPart& photoPart, Notes* notes) {
-    return reading(path, [&]() -> cv::Mat {
-        const LoadedPicture loaded = load(path, Colours::ToSrgb, notes, photoPart);
+cv::Mat readImageParts(const PhotoFile& file, const PhotoPart& photoPart, Notes* notes) {
+    return reading(file.path(), [&]() -> cv::Mat {
+        const LoadedPicture loaded = load(file, Colours::ToSrgb, notes, photoPart);
         cv::Mat picture = loaded.picture;
         const int depth = picture.depth();
         if (loaded.header.isSigned || (depth != CV_8U && depth != CV_16U && depth != CV_32F)) {
-            throw Error(ErrorCode::Unsupported, path.string(),
+            throw Error(ErrorCode::Unsupported, file.path().string(),
                         "has signed whole numbers, expected numbers without sign or floats; "
                         "convert it first");
         }
@@ -506,9 +503,9 @@ cv::Mat readImageParts(const fs::path& path, const PhotoPart& photoPart, Notes* 
     });
 }
 
-cv::Mat readPhoto(const fs::path& path, Notes* notes) {
-    return reading(path, [&]() -> cv::Mat {
-        cv::Mat picture = readImage(path, notes);
+cv::Mat readPhoto(const PhotoFile& file, Notes* notes) {
+    return reading(file.path(), [&]() -> cv::Mat {
+        cv::Mat picture = readImage(file, notes);
         if (picture.depth() == CV_8U) return picture;
         if (picture.depth() == CV_16U) return toEightBits(picture);
         cv::Mat photo(picture.size(), CV_8UC3);
@@ -523,10 +520,8 @@ cv::Mat readPhoto(const fs::path& path, Notes* notes) {
     });
 }
 
-double readFocalLength35mm(const fs::path& path) {
-    if (givesBytesOnce(path)) return 0;
-    return readImageHeader(readFile(path, kMaxImageFileBytes), lowerExtension(path))
-        .focalLength35mm;
+double readFocalLength35mm(const PhotoFile& file) {
+    return readImageHeader(file.look(), lowerExtension(file.path())).focalLength35mm;
 }
 
 bool hasColours(const cv::Mat& picture) {
@@ -552,22 +547,18 @@ bool hasColours(const cv::Mat& picture) {
     return coloured * 50 > static_cast<std::int64_t>(rows.total());
 }
 
-bool isMarkedNative(const fs::path& path) {
-    if (givesBytesOnce(path)) return false;
+bool isMarkedNative(const PhotoFile& file) {
     constexpr std::size_t kMaxBytes = 4096; // the mark precedes the pixels
-    std::string bytes(kMaxBytes, '\0');
-    std::ifstream file(path, std::ios::binary);
-    file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    bytes.resize(static_cast<std::size_t>(file.gcount()));
+    const std::string bytes = file.start(kMaxBytes);
     if (imageFormat(bytes) != ImageFormat::Png) return false;
-    return readImageHeader(bytes, lowerExtension(path)).isNative;
+    return readImageHeader(bytes, lowerExtension(file.path())).isNative;
 }
 
-cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
-    return reading(path, [&]() -> cv::Mat {
-        cv::Mat picture = load(path, Colours::AsStored, notes).picture;
+cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) {
+    return reading(file.path(), [&]() -> cv::Mat {
+        cv::Mat picture = load(file, Colours::AsStored, notes).picture;
         if (picture.channels() == 3) {
-            cv::Mat levels = undoColourMap(picture, path.string(), notes);
+            cv::Mat levels = undoColourMap(picture, file.path().string(), notes);
             if (!levels.empty()) return levels;
             switch (picture.depth()) {
             case CV_8U:
@@ -590,9 +581,9 @@ cv::Mat readDepthSamples(const fs::path& path, Notes* notes) {
     });
 }
 
-cv::Mat readDepthImage(const fs::path& path, Notes* notes) {
-    return reading(path, [&]() -> cv::Mat {
-        cv::Mat depth = readDepthSamples(path, notes);
+cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) {
+    return reading(file.path(), [&]() -> cv::Mat {
+        cv::Mat depth = readDepthSamples(file, notes);
         if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
         return depth;
     });

@@ -1,8 +1,7 @@
 #pragma once
 
-#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
 
-#include <filesystem>
 #include <functional>
 #include <opencv2/core/mat.hpp>
 
@@ -11,7 +10,7 @@ namespace altiro3D {
 /// As readImage(), but only the colours of a part are converted to sRGB: other parts hold depth.
 /// @param photoPart the part of an upright picture of a given size
 /// @throws Error as readImage()
-cv::Mat readImageParts(const std::filesystem::path& path,
-                       const std::function<cv::Rect(cv::Size)>& photoPart, Notes* notes);
+cv::Mat readImageParts(const PhotoFile& file, const std::function<cv::Rect(cv::Size)>& photoPart,
+                       Notes* notes);
 
 } // namespace altiro3D

@@ -1,10 +1,8 @@
 #include "altiro3D/image_io.hpp"
 
-#include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/image_format.hpp"
 #include "base/memory_errors.hpp"
-#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
@@ -18,7 +16,6 @@
 #include "image/picture_shape.hpp"
 #include "image/pixel_values.hpp"
 
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -38,23 +35,6 @@ bool isPairName(const fs::path& photo) {
     return extension == ".jps" || extension == ".pns";
 }
 
-// What can say that a file holds a pair; files of other formats are not read as a whole.
-std::string pairBytes(const fs::path& photo) {
-    constexpr std::size_t kMaxPngBytes = 1 << 20; // chunks precede the pixels
-    std::string start(kMaxPngBytes, '\0');
-    std::ifstream file(photo, std::ios::binary);
-    file.read(start.data(), 512);
-    const ImageFormat format =
-        imageFormat(string_view(start).substr(0, static_cast<std::size_t>(file.gcount())));
-    if (format == ImageFormat::Jpeg || isHeif(format)) return readFile(photo, kMaxImageFileBytes);
-    if (format != ImageFormat::Png) return {};
-    file.clear();
-    file.seekg(0);
-    file.read(start.data(), static_cast<std::streamsize>(start.size()));
-    start.resize(static_cast<std::size_t>(file.gcount()));
-    return start;
-}
-
 void addUnused(Notes* notes, const std::string& why) {
     if (notes != nullptr)
         notes->push_back({NoteCode::LeftOut, "the right eye's picture is not used: " + why});
@@ -68,7 +48,7 @@ std::optional<StereoPair> checked(StereoPair pair, Notes* notes) {
 }
 
 // readPhoto() without its remark on further pictures, which are used here.
-cv::Mat readFirst(const fs::path& photo, Notes* notes) {
+cv::Mat readFirst(const PhotoFile& photo, Notes* notes) {
     Notes own;
     cv::Mat picture = readPhoto(photo, &own);
     for (const Note& note : own) {
@@ -128,18 +108,18 @@ MarkedEyes findMarkedEyes(const fs::path& photo, string_view bytes, Notes* notes
     return {StatedEyes{StereoLayout::RightLeft, Squeeze::None, 0}, true, isPns ? "PNS" : "JPS"};
 }
 
-StereoPair pairOfMarked(const fs::path& photo, MarkedEyes marked, Notes* notes) {
+StereoPair pairOfMarked(const PhotoFile& photo, MarkedEyes marked, Notes* notes) {
     const cv::Mat picture = readPhoto(photo, notes);
     StatedEyes& eyes = *marked.eyes;
     if (marked.isByName) eyes.squeeze = squeezeOf(picture.size(), true, StereoHalves::Automatic);
     if (eyes.gap > 0 && eyes.gap >= std::min(picture.cols, picture.rows) / 2) eyes.gap = 0;
-    StereoPair pair = split(picture, eyes, photo.string());
+    StereoPair pair = split(picture, eyes, photo.path().string());
     pair.origin = marked.origin;
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
 }
 
-std::optional<StereoPair> pairOfJpeg(const fs::path& photo, string_view bytes, Notes* notes) {
+std::optional<StereoPair> pairOfJpeg(const PhotoFile& photo, string_view bytes, Notes* notes) {
     const string_view second = findSecondEye(bytes);
     if (second.empty()) return std::nullopt;
     cv::Mat right = decodePart(second, kMaxImagePixels, ImageChannels::Colour);
@@ -186,12 +166,12 @@ std::optional<StereoPair> pairOfHeif(string_view bytes, ImageFormat format, Note
 
 } // namespace
 
-std::optional<StereoPair> readStereoPair(const fs::path& photo, Notes* notes) {
-    if (givesBytesOnce(photo)) return std::nullopt;
-    return orOutOfMemory(photo.string(), "does not fit into memory, expected a smaller picture",
+std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) {
+    return orOutOfMemory(photo.path().string(),
+                         "does not fit into memory, expected a smaller picture",
                          [&]() -> std::optional<StereoPair> {
-                             const std::string bytes = pairBytes(photo);
-                             const MarkedEyes marked = findMarkedEyes(photo, bytes, notes);
+                             const string_view bytes = photo.look();
+                             const MarkedEyes marked = findMarkedEyes(photo.path(), bytes, notes);
                              if (marked.eyes) return pairOfMarked(photo, marked, notes);
                              const ImageFormat format = imageFormat(bytes);
                              if (format == ImageFormat::Jpeg)
@@ -201,9 +181,8 @@ std::optional<StereoPair> readStereoPair(const fs::path& photo, Notes* notes) {
                          });
 }
 
-std::optional<StereoLayout> readStereoLayout(const fs::path& photo) {
-    if (givesBytesOnce(photo)) return std::nullopt;
-    const MarkedEyes marked = findMarkedEyes(photo, pairBytes(photo), nullptr);
+std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo) {
+    const MarkedEyes marked = findMarkedEyes(photo.path(), photo.look(), nullptr);
     if (!marked.eyes) return std::nullopt;
     return marked.eyes->layout;
 }

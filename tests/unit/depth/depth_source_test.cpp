@@ -64,10 +64,6 @@ TEST_F(DepthSourceTest, ANetworkOrdersThePhotoAsItsRunsDo) {
     EXPECT_EQ(source->kind(), DepthKind::NearWhite);
     EXPECT_EQ(source->edges(), DepthEdges::Decided);
     EXPECT_EQ(source->description(), "network altiro3d (" + network.file.string() + ")");
-    EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
-    EXPECT_EQ(depthFromFile("d.png")->origin(), DepthOrigin::Given);
-    EXPECT_EQ(depthFromRgbd(DepthSide::Right)->origin(), DepthOrigin::Given);
-    EXPECT_EQ(storedDepthOr(ownSource())->origin(), DepthOrigin::Estimated); // so far
 }
 
 TEST_F(DepthSourceTest, ASideThatTheInputCannotHaveIsRefused) {
@@ -104,9 +100,9 @@ TEST_F(DepthSourceTest, ANetworkFileIsLoadedWhenAPhotoNeedsIt) {
     writeImage(directory / "without.png", photo);
     const auto inPhoto =
         storedDepthOr(depthFromNetworkFile(directory / "missing.onnx", own.profile));
-    inPhoto->readScene(inPhoto->readImage(directory / "with.jpg"), 0.5, scene);
+    inPhoto->readScene(inPhoto->readPhoto(directory / "with.jpg"), 0.5, scene);
     EXPECT_EQ(inPhoto->network(), nullptr);
-    const cv::Mat without = inPhoto->readImage(directory / "without.png");
+    const PhotoDepth without = inPhoto->readPhoto(directory / "without.png");
     EXPECT_EQ(errorOf([&] { inPhoto->readScene(without, 0.5, scene); }),
               (directory / "missing.onnx").string() + ": does not exist, expected a file");
 }
@@ -219,21 +215,28 @@ TEST_F(DepthSourceTest, ReadsFilesAsReadTakesThem) {
 
     const auto given = depthFromFile(directory / "depth.png");
     altiro3D::Scene scene;
-    scene.photo = given->readImage(directory / "photo.png");
+    const PhotoDepth found = given->readPhoto(directory / "photo.png");
+    EXPECT_EQ(found.origin, DepthOrigin::Given);
     std::filesystem::remove(directory / "depth.png"); // read already
-    given->readScene(scene.photo, 0.5, scene);
-    EXPECT_TRUE(samePicture(scene.photo, photo));
-    EXPECT_TRUE(samePicture(scene.depth, depth, 0.02));
-    EXPECT_THROW(given->readScene(photo, 0.5, scene), Error) << "once";
-    EXPECT_THROW(given->readImage(directory / "photo.png"), Error);
+    for (int i = 0; i < 2; ++i) {                     // any number of times
+        given->readScene(found, 0.5, scene);
+        EXPECT_TRUE(samePicture(scene.photo, photo));
+        EXPECT_TRUE(samePicture(scene.depth, depth, 0.02));
+    }
+    EXPECT_THROW(given->readScene(photo, 0.5, scene), Error);
+    EXPECT_THROW(static_cast<void>(given->readPhoto(directory / "photo.png")), Error);
 
     const auto rgbd = depthFromRgbd(DepthSide::Right);
-    scene.photo = rgbd->readImage(directory / "rgbd.png");
-    EXPECT_EQ(scene.photo.type(), CV_16UC3);
-    rgbd->readScene(scene.photo, 0.5, scene);
+    const PhotoDepth split = rgbd->readPhoto(directory / "rgbd.png");
+    EXPECT_EQ(split.origin, DepthOrigin::Given);
+    EXPECT_EQ(split.whole, image.size());
+    rgbd->readScene(split, 0.5, scene);
     EXPECT_TRUE(samePicture(scene.photo, photo));
 
-    EXPECT_TRUE(samePicture(ownSource()->readImage(directory / "rgbd.png"), image));
+    const PhotoDepth plain = ownSource()->readPhoto(directory / "rgbd.png");
+    EXPECT_TRUE(samePicture(plain.photo, image));
+    EXPECT_TRUE(plain.rawDepth.empty());
+    EXPECT_EQ(plain.origin, DepthOrigin::Estimated);
 }
 
 // Record3D: metres = 3 x hue, beside the photo; black is unknown.
@@ -264,10 +267,12 @@ TEST_F(DepthSourceTest, NotesNameTheirFile) {
     writeImage(directory / "photo.png", randomPhoto({30, 20}));
     writeImage(directory / "coloured.png", randomPhoto({30, 20}));
     Notes notes;
-    depthFromFile(directory / "coloured.png")->readImage(directory / "photo.png", &notes);
+    static_cast<void>(
+        depthFromFile(directory / "coloured.png")->readPhoto(directory / "photo.png", &notes));
     EXPECT_TRUE(startsWith(only(notes).text, (directory / "coloured.png").string() + ": "));
     notes.clear();
-    depthFromRgbd(DepthSide::Left)->readImage(directory / "coloured.png", &notes);
+    static_cast<void>(
+        depthFromRgbd(DepthSide::Left)->readPhoto(directory / "coloured.png", &notes));
     EXPECT_EQ(only(notes).text, (directory / "coloured.png").string() +
                                     ": the depth half has colours, and depth has none: their grey "
                                     "value is taken");
@@ -282,25 +287,23 @@ TEST_F(DepthSourceTest, DepthBesideAPhotoIsUsedOrReported) {
     writeImage(directory / "photo_depth.png", ramp);
     const auto source = storedDepthOr(ownSource());
     Notes notes;
-    const cv::Mat image = source->readImage(directory / "photo.png", &notes);
+    const PhotoDepth found = source->readPhoto(directory / "photo.png", &notes);
     EXPECT_TRUE(notes.empty());
-    EXPECT_EQ(source->separateFile(), directory / "photo_depth.png");
-    for (int i = 0; i < 2; ++i) { // it may be read again
-        Scene scene;
-        source->readScene(image, 0.5, scene);
-        EXPECT_EQ(scene.depth.at<float>(7, 0), 0) << i;
-        EXPECT_EQ(scene.depth.at<float>(7, 63), 1) << i;
-        EXPECT_EQ(source->description(), "depth image beside the photo (" +
-                                             (directory / "photo_depth.png").string() + ")");
-    }
+    EXPECT_EQ(found.separateFile, directory / "photo_depth.png");
+    EXPECT_EQ(found.text,
+              "depth image beside the photo (" + (directory / "photo_depth.png").string() + ")");
+    Scene scene;
+    source->readScene(found, 0.5, scene);
+    EXPECT_EQ(scene.depth.at<float>(7, 0), 0);
+    EXPECT_EQ(scene.depth.at<float>(7, 63), 1);
     for (const std::string damage : {"", "no picture at all"}) {
         spill(directory / "photo_depth.png", damage);
         notes.clear();
-        Scene scene;
-        source->readScene(source->readImage(directory / "photo.png", &notes), 0.5, scene);
-        EXPECT_EQ(source->description(), ownSource()->description());
-        EXPECT_TRUE(source->separateFile().empty());
-        EXPECT_TRUE(samePicture(scene.photo, photo));
+        const PhotoDepth without = source->readPhoto(directory / "photo.png", &notes);
+        EXPECT_EQ(without.text, ownSource()->description());
+        EXPECT_TRUE(without.separateFile.empty());
+        EXPECT_TRUE(without.rawDepth.empty());
+        EXPECT_TRUE(samePicture(without.photo, photo));
         EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
         EXPECT_TRUE(
             startsWith(only(notes).text, (directory / "photo_depth.png").string() + ": is "));
@@ -316,7 +319,7 @@ TEST_F(DepthSourceTest, APairBringsWhatOnlyTheRightEyeSees) {
     input.right = directory / "right.png";
     const auto source = depthFromStereo(input, ownSource());
     Scene scene;
-    source->readScene(source->readImage(directory / "left.png"), 0.5, scene);
+    source->readScene(source->readPhoto(directory / "left.png"), 0.5, scene);
     EXPECT_EQ(scene.edges, DepthEdges::Matched);
     ASSERT_EQ(scene.hidden.photo.size(), eyes.left.size());
     ASSERT_EQ(scene.hidden.depth.size(), eyes.left.size());
@@ -341,13 +344,13 @@ TEST_F(DepthSourceTest, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
         const bool isStacked = name[0] == 'x';
         writeImage(directory / name, isStacked ? stacked : beside);
         Notes notes;
-        const cv::Mat photo = source->readImage(directory / name, &notes);
-        EXPECT_TRUE(samePicture(photo, eyes.left)) << name;
+        const PhotoDepth found = source->readPhoto(directory / name, &notes);
+        EXPECT_TRUE(samePicture(found.photo, eyes.left)) << name;
         EXPECT_TRUE(notes.empty()) << notes.front().text;
-        EXPECT_EQ(source->origin(), DepthOrigin::Matched) << name;
-        EXPECT_TRUE(startsWith(source->description(), "stereo pair ("));
+        EXPECT_EQ(found.origin, DepthOrigin::Matched) << name;
+        EXPECT_TRUE(startsWith(found.text, "stereo pair ("));
         altiro3D::Scene scene;
-        source->readScene(photo, 0.5, scene);
+        source->readScene(found, 0.5, scene);
         EXPECT_GT(scene.depth.at<float>(150, 200), scene.depth.at<float>(150, 350) + 0.5F) << name;
         EXPECT_FALSE(scene.hidden.photo.empty());
     }
@@ -356,8 +359,9 @@ TEST_F(DepthSourceTest, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
          {std::pair("p_LR.png", " (LR may mean Lightroom)"), std::pair("p_tab.png", "")}) {
         writeImage(directory / name, plain);
         Notes notes;
-        EXPECT_TRUE(samePicture(source->readImage(directory / name, &notes), plain)) << name;
-        EXPECT_EQ(source->origin(), DepthOrigin::Estimated);
+        const PhotoDepth found = source->readPhoto(directory / name, &notes);
+        EXPECT_TRUE(samePicture(found.photo, plain)) << name;
+        EXPECT_EQ(found.origin, DepthOrigin::Estimated);
         const std::string tag = std::string(name).substr(2, std::string(name).size() - 6);
         EXPECT_EQ(only(notes).text, (directory / name).string() + ": its name (" + tag +
                                         ") may mean that it holds both eyes, but its halves do not "
@@ -378,9 +382,10 @@ TEST_F(DepthSourceTest, NamesOfRgbdCountIfAHalfIsDepth) {
         for (const char* name : {"a_rgbd.png", "a_HRGBD_2.png"}) {
             writeImage(directory / name, both);
             Notes notes;
-            const cv::Mat read = source->readImage(directory / name, &notes);
+            const PhotoDepth found = source->readPhoto(directory / name, &notes);
+            const cv::Mat& read = found.photo;
             EXPECT_TRUE(notes.empty()) << notes.front().text;
-            EXPECT_EQ(source->origin(), DepthOrigin::Given);
+            EXPECT_EQ(found.origin, DepthOrigin::Given);
             if (std::string(name) == "a_rgbd.png") {
                 EXPECT_TRUE(samePicture(read, photo));
             } else {
@@ -388,7 +393,7 @@ TEST_F(DepthSourceTest, NamesOfRgbdCountIfAHalfIsDepth) {
                           side == DepthSide::Bottom ? cv::Size(64, 144) : cv::Size(128, 72));
             }
             altiro3D::Scene scene;
-            source->readScene(read, 0.5, scene);
+            source->readScene(found, 0.5, scene);
             EXPECT_EQ(scene.depth.size(), read.size());
             EXPECT_GT(scene.depth.at<float>(30, read.cols - 5), 0.9F) << name;
             EXPECT_LT(scene.depth.at<float>(30, 5), 0.1F) << name;
@@ -397,7 +402,7 @@ TEST_F(DepthSourceTest, NamesOfRgbdCountIfAHalfIsDepth) {
     const cv::Mat plain = randomPhoto({64, 48}, 8);
     writeImage(directory / "b_RGBD.png", plain);
     Notes notes;
-    EXPECT_TRUE(samePicture(source->readImage(directory / "b_RGBD.png", &notes), plain));
+    EXPECT_TRUE(samePicture(source->readPhoto(directory / "b_RGBD.png", &notes).photo, plain));
     EXPECT_EQ(only(notes).text,
               (directory / "b_RGBD.png").string() +
                   ": its name (RGBD) says that it holds depth, but no half of it is "
@@ -407,10 +412,10 @@ TEST_F(DepthSourceTest, NamesOfRgbdCountIfAHalfIsDepth) {
 TEST_F(DepthSourceTest, PicturesForHeadsetsAreRefusedByName) {
     const auto file = directory / "a_180x180_LR.png";
     writeImage(file, randomPhoto({64, 48}, 8));
-    EXPECT_EQ(errorOf([&] { storedDepthOr(ownSource())->readImage(file); }),
+    EXPECT_EQ(errorOf([&] { static_cast<void>(storedDepthOr(ownSource())->readPhoto(file)); }),
               file.string() + ": is made for headsets (VR) by its name (180x180), which is not "
                               "read, expected a flat picture; if it is one, rename it");
-    EXPECT_EQ(storedDepthOr(ownSource(), {false, false})->readImage(file).cols, 64);
+    EXPECT_EQ(storedDepthOr(ownSource(), {false, false})->readPhoto(file).photo.cols, 64);
 }
 
 TEST_F(DepthSourceTest, APairThatDoesNotMatchTakesItsDepthElsewhere) {
@@ -422,19 +427,21 @@ TEST_F(DepthSourceTest, APairThatDoesNotMatchTakesItsDepthElsewhere) {
     input.right = directory / "right.png";
     const auto source = depthFromStereo(input, ownSource());
     Notes notes;
-    const cv::Mat image = source->readImage(directory / "left.png", &notes);
-    EXPECT_TRUE(samePicture(image, left));
-    EXPECT_EQ(source->description(), ownSource()->description());
+    const PhotoDepth found = source->readPhoto(directory / "left.png", &notes);
+    EXPECT_TRUE(samePicture(found.photo, left));
+    EXPECT_EQ(found.text, ownSource()->description());
     EXPECT_EQ(notes.size(), 1U);
     Scene scene;
-    source->readScene(image, 0.5, scene);
+    source->readScene(found, 0.5, scene);
     altiro3D::Scene expected;
     ownSource()->readScene(left, 0.5, expected);
     EXPECT_TRUE(samePicture(scene.depth, expected.depth));
 
     input.right = directory / "tall.png";
-    const std::string error =
-        errorOf([&] { depthFromStereo(input, ownSource())->readImage(directory / "left.png"); });
+    const auto read = [&](const StereoInput& pair) {
+        static_cast<void>(depthFromStereo(pair, ownSource())->readPhoto(directory / "left.png"));
+    };
+    const std::string error = errorOf([&] { read(input); });
     EXPECT_TRUE(startsWith(error, (directory / "tall.png").string() + ": "));
     EXPECT_TRUE(contains(errorOf([&] { depthFromStereo(input, nullptr); }), "fallback: "));
 }

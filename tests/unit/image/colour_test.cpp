@@ -525,7 +525,7 @@ TEST(Colour, OfAnRgbdImageOnlyThePhotoIsConverted) {
         EXPECT_TRUE(samePicture(read(isFirst ? left : right), depth));
         Scene scene;
         const auto source = depthFromRgbd(side);
-        source->readScene(source->readImage(directory / "both.png"), 0.5, scene);
+        source->readScene(source->readPhoto(directory / "both.png"), 0.5, scene);
         EXPECT_TRUE(samePicture(scene.photo, converted));
         EXPECT_NEAR(scene.depth.at<float>(15, 20), 20 / 39.0, 0.01);
     }

@@ -449,8 +449,7 @@ TEST_F(EmbeddedDepthFiles, DepthBesideThatDoesNotFitIsLeftOut) {
     for (const cv::Mat& unfit : {cv::Mat(15, 20, CV_8UC1, cv::Scalar(90)), ramp(20, 20)}) {
         spill(directory / "a_depth.png", encoded(".png", unfit));
         notes.clear();
-        static_cast<void>(source->readImage(path, &notes));
-        EXPECT_EQ(source->description(),
+        EXPECT_EQ(source->readPhoto(path, &notes).text,
                   "depth in the photo's file (Google lens blur, 40 x 30 px)");
         EXPECT_TRUE(startsWith(only(notes).text, (directory / "a_depth.png").string() +
                                                      ": is not used as depth: it"));
@@ -461,14 +460,16 @@ TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
     const auto source = storedDepthOr(estimatedDepth());
     altiro3D::Scene scene;
     const auto path = file(gDepthPhoto(photo, depthPng));
-    source->readScene(source->readImage(path), 0.5, scene);
-    EXPECT_EQ(source->description(), "depth in the photo's file (Google lens blur, 40 x 30 px)");
+    const PhotoDepth found = source->readPhoto(path);
+    source->readScene(found, 0.5, scene);
+    EXPECT_EQ(found.text, "depth in the photo's file (Google lens blur, 40 x 30 px)");
     EXPECT_EQ(scene.depth.size(), cv::Size(kColumns, kRows));
     EXPECT_GT(scene.depth.at<float>(5, 0), scene.depth.at<float>(5, kColumns - 1));
 
     spill(directory / "b.jpg", photo);
-    source->readScene(source->readImage(directory / "b.jpg"), 0.5, scene);
-    EXPECT_EQ(source->description(), estimatedDepth()->description());
+    const PhotoDepth plain = source->readPhoto(directory / "b.jpg");
+    source->readScene(plain, 0.5, scene);
+    EXPECT_EQ(plain.text, estimatedDepth()->description());
     altiro3D::Scene expected;
     estimatedDepth()->readScene(readPhoto(directory / "b.jpg"), 0.5, expected);
     EXPECT_TRUE(samePicture(scene.depth, expected.depth));
@@ -476,8 +477,7 @@ TEST_F(EmbeddedDepthFiles, ASourceTakesTheDepthThatComesWithThePhoto) {
     PhotoDepthOptions off;
     off.useDepth = false;
     const auto without = storedDepthOr(estimatedDepth(), off);
-    without->readScene(without->readImage(path), 0.5, scene);
-    EXPECT_EQ(without->description(), estimatedDepth()->description());
+    EXPECT_EQ(without->readPhoto(path).text, estimatedDepth()->description());
 }
 
 TEST(Xmp, AttributesAndElementsCountTheSame) {

@@ -23,6 +23,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -131,6 +132,43 @@ class ImageIo : public FileTest {
 // ------------------------------------------------------------------------------------ reading
 
 // EXIF with a directory of its own for the camera, as cameras write it.
+TEST_F(ImageIo, APhotoFileIsReadOnceOrComesFromMemory) {
+    const cv::Mat picture = randomPhoto({9, 7});
+    const fs::path path = directory / "a.png";
+    writeImage(path, picture, ImageMark::Native);
+    const PhotoFile file(path);
+    EXPECT_TRUE(isMarkedNative(file)); // looks at its start
+    EXPECT_TRUE(samePicture(readPhoto(file), picture));
+    const PhotoFile memory(file.bytes(), "b.png");
+    fs::remove(path);
+    for (const PhotoFile& kept : {file, memory}) {
+        EXPECT_TRUE(isMarkedNative(kept));
+        EXPECT_TRUE(samePicture(readPhoto(kept), picture));
+        EXPECT_EQ(kept.start(4), "\x89PNG");
+    }
+    EXPECT_EQ(
+        errorOf([&] { static_cast<void>(readPhoto(PhotoFile("cut", "c.png"))); }).find("c.png: "),
+        0U);
+    EXPECT_FALSE(isMarkedNative(path)); // removed
+}
+
+TEST_F(ImageIo, APipeIsLeftAloneUntilItIsRead) {
+    const cv::Mat picture = randomPhoto({9, 7});
+    writeImage(directory / "a.png", picture, ImageMark::Native);
+    const std::string bytes = PhotoFile(directory / "a.png").bytes();
+    const fs::path path = directory / "pipe.png";
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    const PhotoFile pipe(path);
+    EXPECT_EQ(pipe.look(), ""); // would wait for ever
+    EXPECT_EQ(pipe.start(8), "");
+    EXPECT_FALSE(isMarkedNative(pipe));
+    std::thread writer([&] { std::ofstream(path, std::ios::binary) << bytes; });
+    EXPECT_TRUE(samePicture(readPhoto(pipe), picture));
+    writer.join();
+    EXPECT_TRUE(isMarkedNative(pipe));
+    EXPECT_EQ(pipe.look(), bytes);
+}
+
 TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
     const std::string exif = std::string("II*\0", 4) + littleEndian(8) + littleEndian(1, 2) +
                              littleEndian(0x8769, 2) + littleEndian(4, 2) + littleEndian(1) +

@@ -11,10 +11,7 @@
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/video.hpp"
-#include "video/other_streams.hpp"
-#include "video/video_container.hpp"
-#include "video/video_input.hpp"
-#include "video/video_pipeline.hpp"
+#include "video/conversion/video_pipeline.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -154,19 +154,19 @@ bool takeDepthBeside(Document& document, Notes& notes) {
 }
 
 // Depth that comes with the photo.
-void addPhotoDepth(Document& document, Notes& notes) {
+void addPhotoDepth(Document& document, const PhotoFile& file, Notes& notes) {
     if (takeDepthBeside(document, notes)) return;
-    if (const auto depth = readEmbeddedDepth(document.source.file, &notes)) {
+    if (const auto depth = readEmbeddedDepth(file, &notes)) {
         document.rawDepth = depth->depth;
         document.depthOrigin = "in the file (" + depth->text() + ")";
-    } else if (const auto pair = readStereoPair(document.source.file, &notes)) {
+    } else if (const auto pair = readStereoPair(file, &notes)) {
         notes.erase(std::remove_if(notes.begin(), notes.end(), // the second picture is used
                                    [](const Note& note) { return note.code == NoteCode::LeftOut; }),
                     notes.end());
         addPair(document, *pair, notes);
     } else if (document.source.reading != Reading::Automatic) {
         return;
-    } else if (auto halves = readNamedHalves(document.source.file, document.picture, &notes)) {
+    } else if (auto halves = readNamedHalves(file, document.picture, &notes)) {
         document.picture = halves->photo;
         document.rawDepth = halves->rawDepth;
         document.hidden = std::move(halves->hidden);
@@ -316,16 +316,15 @@ Document readDocument(const Source& source, const Display& display) {
     Document document;
     {
         const tools::QuietStandardError quiet; // decoders print messages
+        const PhotoFile file(source.file);
         const auto side = sideOf(source.reading);
-        document = documentOf(source,
-                              side ? readRgbdImage(source.file, *side, &notes)
-                                   : readImage(source.file, &notes),
-                              display);
+        document = documentOf(
+            source, side ? readRgbdImage(file, *side, &notes) : readImage(file, &notes), display);
         if (!source.depth.empty()) {
             document.rawDepth = readDepthSamples(source.depth, &notes);
         } else if (document.kind == Kind::Scene && document.rawDepth.empty() &&
                    !eyesOf(source.reading)) {
-            addPhotoDepth(document, notes);
+            addPhotoDepth(document, file, notes);
         }
         checkDirection(document, notes);
     }

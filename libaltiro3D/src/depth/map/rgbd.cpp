@@ -159,9 +159,9 @@ void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo,
     stretch(rawDepth, squeeze, cv::INTER_NEAREST); // numbers of depth are not mixed
 }
 
-cv::Mat readRgbdImage(const std::filesystem::path& path, DepthSide side, Notes* notes) {
+cv::Mat readRgbdImage(const PhotoFile& file, DepthSide side, Notes* notes) {
     return readImageParts(
-        path, [side](cv::Size whole) { return halvesOf(side, whole).photo; }, notes);
+        file, [side](cv::Size whole) { return halvesOf(side, whole).photo; }, notes);
 }
 
 std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) {

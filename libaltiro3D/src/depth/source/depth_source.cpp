@@ -15,12 +15,12 @@ namespace {
 
 // Calls a reader and puts the file's name before its notes.
 template <class Read>
-cv::Mat withNotes(Read read, const std::filesystem::path& file, Notes* notes) {
+cv::Mat withNotes(Read read, const PhotoFile& file, Notes* notes) {
     Notes own;
     cv::Mat picture = read(file, &own);
     if (notes != nullptr) {
         for (const Note& note : own)
-            notes->push_back({note.code, file.string() + ": " + note.text});
+            notes->push_back({note.code, file.path().string() + ": " + note.text});
     }
     return picture;
 }
@@ -79,64 +79,66 @@ class FileSource : public DepthSource {
   public:
     FileSource(std::filesystem::path file, DepthKind kind) : file_(std::move(file)), kind_(kind) {}
     std::string description() const override { return "depth image " + file_.string(); }
-    DepthOrigin origin() const override { return DepthOrigin::Given; }
     DepthKind kind() const override { return kind_; }
-    cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
-        samples_.release();
+    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
         Notes depthNotes;
         // each decoder uses one thread
         std::launch when = std::launch::deferred;
         if (cv::getNumThreads() > 1) when |= std::launch::async;
         std::future<cv::Mat> samples =
             std::async(when, [&] { return withNotes(readDepthSamples, file_, &depthNotes); });
-        cv::Mat photo =
-            withNotes(readPhoto, file, notes); // if both are damaged, the error names the photo
-        samples_ = samples.get();
+        PhotoDepth found;
+        // if both are damaged, the error names the photo
+        found.photo = withNotes(altiro3D::readPhoto, file, notes);
+        found.rawDepth = samples.get();
+        found.kind = kind_;
+        found.origin = DepthOrigin::Given;
+        found.text = description();
         if (notes != nullptr) notes->insert(notes->end(), depthNotes.begin(), depthNotes.end());
-        return photo;
+        return found;
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         checkType(image, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-        raw = samples_.empty() ? readDepthSamples(file_) : samples_;
-        samples_.release();
+        raw = readDepthSamples(file_);
         photo = image;
     }
 
   private:
     std::filesystem::path file_;
     DepthKind kind_;
-    cv::Mat samples_; // from readImage()
 };
 
 class RgbdSource : public DepthSource {
   public:
-    RgbdSource(const RgbdLayout& layout, DepthKind kind)
-        : layout_(layout), halves_(layout.halves), kind_(kind) {}
+    RgbdSource(const RgbdLayout& layout, DepthKind kind) : layout_(layout), kind_(kind) {}
     std::string description() const override { return "depth half of the image"; }
-    DepthOrigin origin() const override { return DepthOrigin::Given; }
     DepthKind kind() const override { return kind_; }
-    cv::Mat readImage(const std::filesystem::path& file, Notes* notes) override {
-        layout_.halves = halvesOf(file, halves_);
-        const auto readAndSplit = [this](const std::filesystem::path& path, Notes* own) {
-            cv::Mat image = readRgbdImage(path, layout_.side, own);
-            cv::Mat photo;
-            cv::Mat raw;
+    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
+        RgbdLayout layout = layout_;
+        layout.halves = halvesOf(file.path(), layout_.halves);
+        PhotoDepth found;
+        found.kind = kind_;
+        found.origin = DepthOrigin::Given;
+        found.text = description();
+        const auto readAndSplit = [&](const PhotoFile& whole, Notes* own) {
+            const cv::Mat image = readRgbdImage(whole, layout.side, own);
+            found.whole = image.size();
             try {
-                splitRgbd(image, layout_, photo, raw, own);
+                splitRgbd(image, layout, found.photo, found.rawDepth, own);
             } catch (const Error& error) {
-                throw Error(error.code(), path.string(), error.what());
+                throw Error(error.code(), whole.path().string(), error.what());
             }
-            return image;
+            return found.photo;
         };
-        return withNotes(readAndSplit, file, notes);
+        static_cast<void>(withNotes(readAndSplit, file, notes));
+        return found;
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         splitRgbd(image, layout_, photo, raw);
     }
 
   private:
-    RgbdLayout layout_;   // of the last image
-    StereoHalves halves_; // as given
+    RgbdLayout layout_;
     DepthKind kind_;
 };
 
@@ -144,16 +146,8 @@ class RgbdSource : public DepthSource {
 
 DepthSource::~DepthSource() = default;
 
-DepthOrigin DepthSource::origin() const {
-    return DepthOrigin::Estimated;
-}
-
-std::filesystem::path DepthSource::separateFile() const {
-    return {};
-}
-
 DepthEdges DepthSource::edges() const {
-    return origin() == DepthOrigin::Matched ? DepthEdges::Matched : DepthEdges::Unknown;
+    return DepthEdges::Unknown;
 }
 
 const DepthNetwork* DepthSource::network() const {
@@ -162,12 +156,28 @@ const DepthNetwork* DepthSource::network() const {
 
 void DepthSource::load() {}
 
-cv::Mat DepthSource::readImage(const std::filesystem::path& file, Notes* notes) {
-    return withNotes(readPhoto, file, notes);
+PhotoDepth DepthSource::readPhoto(const PhotoFile& file, Notes* notes) {
+    PhotoDepth found;
+    found.photo = withNotes(altiro3D::readPhoto, file, notes);
+    found.text = description();
+    return found;
 }
 
 void DepthSource::readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) {
     read(image, photo, raw);
+}
+
+void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& scene) {
+    if (found.rawDepth.empty()) return readScene(found.photo, flatDepth, scene);
+    DepthNormalization normalization;
+    normalization.kind = found.kind;
+    normalization.flatDepth = flatDepth;
+    scene = Scene();
+    scene.photo = found.photo;
+    scene.hidden = found.hidden;
+    if (found.origin == DepthOrigin::Matched) scene.edges = DepthEdges::Matched;
+    normalizeDepth(found.rawDepth, scene.depth, normalization);
+    if (!scene.hidden.photo.empty()) scaleHiddenDepth(found.rawDepth, scene.depth, scene.hidden);
 }
 
 void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) {

@@ -27,9 +27,9 @@ bool areEyes(const StereoMatch& match) {
     return match.isReliable && match.nearest - match.farthest <= kMaxRange;
 }
 
-std::optional<NamedHalves> readEyes(const SceneName& name, const cv::Mat& picture, Notes* notes) {
+std::optional<PhotoDepth> readEyes(const SceneName& name, const cv::Mat& picture, Notes* notes) {
     const StereoPair pair = splitStereoPair(picture, name.layout, name.halves);
-    NamedHalves halves;
+    PhotoDepth halves;
     const StereoMatch match = matchStereo(pair.left, pair.right, halves.rawDepth, &halves.hidden);
     if (!areEyes(match)) {
         addPlain(notes, name,
@@ -45,15 +45,16 @@ std::optional<NamedHalves> readEyes(const SceneName& name, const cv::Mat& pictur
     return halves;
 }
 
-std::optional<NamedHalves> readRgbd(const fs::path& file, const SceneName& name,
-                                    const cv::Mat& picture, Notes* notes) {
+std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
+                                   const cv::Mat& picture, Notes* notes) {
     constexpr const char* kSides[] = {"right", "left", "upper", "lower"};
     const std::optional<DepthSide> side = findDepthHalf(picture, name.isStacked);
     if (!side) {
         addPlain(notes, name, "says that it holds depth, but no half of it is clearly depth");
         return std::nullopt;
     }
-    NamedHalves halves;
+    PhotoDepth halves;
+    halves.origin = DepthOrigin::Given;
     splitRgbd(readRgbdImage(file, *side), {*side, name.halves}, halves.photo, halves.rawDepth,
               notes);
     halves.text = std::string("depth half of the picture (") + kSides[static_cast<int>(*side)] +
@@ -71,17 +72,17 @@ void refuseVrName(const fs::path& file) {
                     "), which is not read, expected a flat picture; if it is one, rename it");
 }
 
-std::optional<NamedHalves> readNamedHalves(const fs::path& file, const cv::Mat& picture,
-                                           Notes* notes) {
-    const std::optional<SceneName> name = parseSceneName(file);
+std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& picture,
+                                          Notes* notes) {
+    const std::optional<SceneName> name = parseSceneName(file.path());
     if (!name || std::min(picture.cols, picture.rows) < 2) return std::nullopt;
-    refuseVrName(file);
+    refuseVrName(file.path());
     try {
         return name->contents == SceneName::Contents::Eyes ? readEyes(*name, picture, notes)
                                                            : readRgbd(file, *name, picture, notes);
     } catch (const Error& error) {
-        if (std::string(error.what()).find(file.string()) == 0) throw;
-        throw Error(error.code(), file.string(), error.what());
+        if (std::string(error.what()).find(file.path().string()) == 0) throw;
+        throw Error(error.code(), file.path().string(), error.what());
     }
 }
 

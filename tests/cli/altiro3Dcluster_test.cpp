@@ -1,6 +1,7 @@
 // altiro3Dcluster, with commands of Slurm and GNU Parallel that record what they are asked
 
 #include "sandbox.hpp"
+#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <nlohmann/json.hpp>
@@ -58,15 +59,14 @@ TEST(Cluster, RunsHereAsOneRunDoes) {
     const ClusterStudio studio;
     studio.plan();
     Outcome outcome = studio.cluster({"--status"});
-    EXPECT_NE(outcome.out.find("the plan: 0 of 3 chunks made"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "the plan: 0 of 3 chunks made"));
     outcome = studio.cluster({"--local", "2"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    ASSERT_TRUE(isDone(
-        studio.run("photo2native", studio.display() + Arguments{"-j", "1", "photos", "whole"})));
+    ASSERT_TRUE(isDone(studio.convert("photo2native", {"-j", "1", "photos", "whole"})));
     for (const char* name : {"a_native.png", "b_native.png", "c_native.png"})
         EXPECT_EQ(slurp(studio / "natives" / name), slurp(studio / "whole" / name)) << name;
     outcome = studio.cluster({"--status"});
-    EXPECT_NE(outcome.out.find("3 of 3 chunks made"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "3 of 3 chunks made"));
 }
 
 TEST(Cluster, SaysWhichChunksFail) {
@@ -75,7 +75,7 @@ TEST(Cluster, SaysWhichChunksFail) {
     fs::create_directories(studio / "natives/b_native.png");
     const Outcome outcome = studio.cluster({"--local", "1"});
     EXPECT_EQ(outcome.status, 1);
-    EXPECT_NE(outcome.err.find("has no chunk 2; "), std::string::npos) << outcome.err;
+    EXPECT_TRUE(holds(outcome.err, "has no chunk 2; "));
     EXPECT_TRUE(fs::exists(studio / "natives/c_native.png")); // the others are made
     fs::remove(studio / "natives/b_native.png");
     EXPECT_EQ(studio.cluster({"--local", "1"}).status, 0);
@@ -90,9 +90,7 @@ TEST(Cluster, SubmitsAnArrayAndItsJoin) {
         studio.cluster({"--slurm", "--partition", "long", "--memory", "2G", "--limit", "5",
                         "--slurm-arg", "--nice=10", "--slurm-arg", "--mail-type=END"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.out.find("submitted 2 chunks, jobs 101, and the join, job 102"),
-              std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "submitted 2 chunks, jobs 101, and the join, job 102"));
     std::vector<std::string> jobs;
     for (const std::string& call : studio.calls())
         if (call.rfind("sbatch", 0) == 0) jobs.push_back(call);
@@ -114,7 +112,7 @@ TEST(Cluster, SubmitsAnArrayAndItsJoin) {
         ASSERT_TRUE(isDone(studio.run("/bin/bash", {"the plan/logs/slurm-chunk.sh", "0"})));
     }
     ASSERT_TRUE(isDone(studio.run("/bin/bash", {"the plan/logs/slurm-join.sh"})));
-    EXPECT_NE(studio.cluster({"--status"}).out.find("3 of 3 chunks made"), std::string::npos);
+    EXPECT_TRUE(holds(studio.cluster({"--status"}).out, "3 of 3 chunks made"));
 }
 
 TEST(Cluster, ADryRunSubmitsNothing) {
@@ -123,8 +121,8 @@ TEST(Cluster, ADryRunSubmitsNothing) {
     studio.installSlurm();
     const Outcome outcome = studio.cluster({"--slurm", "--dry-run", "--account", "a b"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.out.find("'--account=a b'"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("--dependency=afterok:JOB1"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "'--account=a b'"));
+    EXPECT_TRUE(holds(outcome.out, "--dependency=afterok:JOB1"));
     EXPECT_FALSE(fs::exists(studio / "calls.txt"));
     EXPECT_TRUE(fs::exists(studio / "the plan/logs/slurm-chunk.sh"));
     EXPECT_TRUE(fails(studio.cluster({"--cancel"}), 1, "was not submitted, expected --slurm"));
@@ -155,18 +153,17 @@ TEST(Cluster, TellsWhatSlurmDoesAndSubmitsWhatIsMissing) {
                              "echo '102|PENDING||Dependency'");
     Outcome outcome = studio.cluster({"--status"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.out.find("0 of 3 chunks made, 1 being made on node7, 1 waiting (Resources), "
-                               "failed: 2"),
-              std::string::npos)
-        << outcome.out;
-    EXPECT_NE(outcome.out.find("the join waits"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out,
+                      "0 of 3 chunks made, 1 being made on node7, 1 waiting (Resources), "
+                      "failed: 2"));
+    EXPECT_TRUE(holds(outcome.out, "the join waits"));
     fs::remove(studio / "calls.txt");
     ASSERT_EQ(studio.cluster({"--resume"}).status, 0);
     const std::string all = slurp(studio / "calls.txt");
-    EXPECT_NE(all.find("scancel [102]"), std::string::npos) << all; // the earlier join
-    EXPECT_NE(all.find("[--array=2]"), std::string::npos) << all;
-    EXPECT_NE(all.find("[--qos=low]"), std::string::npos) << all; // as before
-    EXPECT_NE(all.find("[--dependency=afterok:101:103]"), std::string::npos) << all;
+    EXPECT_TRUE(holds(all, "scancel [102]")); // the earlier join
+    EXPECT_TRUE(holds(all, "[--array=2]"));
+    EXPECT_TRUE(holds(all, "[--qos=low]")); // as before
+    EXPECT_TRUE(holds(all, "[--dependency=afterok:101:103]"));
     fs::remove(studio / "calls.txt");
     ASSERT_EQ(studio.cluster({"--cancel"}).status, 0);
     EXPECT_EQ(slurp(studio / "calls.txt"), "scancel [101] [103] [104]\n");
@@ -179,8 +176,7 @@ TEST(Cluster, DoesNotGuessWhatASilentSlurmDoes) {
     ASSERT_EQ(studio.cluster({"--slurm"}).status, 0);
     studio.command("squeue", "echo 'Unable to contact slurm controller' >&2; exit 1");
     const Outcome outcome = studio.cluster({"--status"});
-    EXPECT_NE(outcome.out.find("does not say what runs: Unable to contact"), std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "does not say what runs: Unable to contact"));
     EXPECT_TRUE(fails(studio.cluster({"--resume"}), 1, "Unable to contact slurm controller"));
 }
 

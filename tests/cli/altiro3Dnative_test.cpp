@@ -2,6 +2,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/texts.hpp"
 
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -33,19 +34,20 @@ NativeLut libraryLut(const Sandbox& sandbox) {
 
 } // namespace
 
-TEST(Altiro3DNative, WritesTheTableOfTheLibrary) {
-    SmallStudio studio;
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
-    libraryLut(studio).save(studio / "library.map");
-    EXPECT_EQ(slurp(studio / "a.map"), slurp(studio / "library.map"));
+class Altiro3DNative : public StudioTest {
+  protected:
+    Altiro3DNative() : StudioTest(kTool) {}
+};
+
+TEST_F(Altiro3DNative, WritesTheTableOfTheLibrary) {
+    EXPECT_TRUE(isDone(run({"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+    libraryLut(studio_).save(studio_ / "library.map");
+    EXPECT_EQ(slurp(studio_ / "a.map"), slurp(studio_ / "library.map"));
 }
 
-TEST(Altiro3DNative, TheFileIsAsDocumented) {
-    SmallStudio studio;
-    ASSERT_TRUE(
-        isDone(studio.run(kTool, {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
-    const std::string bytes = slurp(studio / "a.map");
+TEST_F(Altiro3DNative, TheFileIsAsDocumented) {
+    ASSERT_TRUE(isDone(run({"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+    const std::string bytes = slurp(studio_ / "a.map");
     EXPECT_EQ(bytes.substr(0, 8), "ALTIRO3D");
     EXPECT_EQ(word(bytes, 8), 1U);
     const std::size_t headerBytes = word(bytes, 12);
@@ -54,7 +56,7 @@ TEST(Altiro3DNative, TheFileIsAsDocumented) {
         EXPECT_EQ(word(bytes, 16 + 4 * i), expected[i]) << "field " << i;
     constexpr std::size_t kMatrixBytes = std::size_t{96} * 128 * 4;
     ASSERT_EQ(bytes.size(), headerBytes + 3 * kMatrixBytes);
-    const NativeLut lut = libraryLut(studio);
+    const NativeLut lut = libraryLut(studio_);
     for (int channel = 0; channel < 3; ++channel) {
         cv::Mat matrix(128, 96, CV_16UC2);
         const std::size_t start = headerBytes + static_cast<std::size_t>(channel) * kMatrixBytes;
@@ -63,45 +65,42 @@ TEST(Altiro3DNative, TheFileIsAsDocumented) {
     }
 }
 
-TEST(Altiro3DNative, TheNameComesFromSerialNumberAndQuilt) {
-    SmallStudio studio;
-    EXPECT_TRUE(isDone(studio.run(kTool, {"-q", "2x3", "-r", "40x30", "small.json"})));
-    EXPECT_TRUE(fs::exists(studio / "TEST-1-2x3.map"));
-    writeCalibration(studio / "odd.json", {96, 128}, 52.58, "../up/LKG");
-    EXPECT_TRUE(isDone(studio.run(kTool, {"-q", "2x3", "-r", "40x30", "odd.json"})));
-    EXPECT_TRUE(fs::exists(studio / "_._up_LKG-2x3.map"));
-    writeCalibration(studio / "order.json", {96, 128}, 52.58, "-x\\u001b[31mY\\nZ$(a)");
-    EXPECT_TRUE(isDone(studio.run(kTool, {"-q", "2x3", "-r", "40x30", "order.json"})));
-    EXPECT_TRUE(fs::exists(studio / "_x__31mY_Z__a_-2x3.map"));
-    const Outcome told = studio.run(kTool, {"--info", "order.json", "-q", "2x3"});
+TEST_F(Altiro3DNative, TheNameComesFromSerialNumberAndQuilt) {
+    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "small.json"})));
+    EXPECT_TRUE(fs::exists(studio_ / "TEST-1-2x3.map"));
+    writeCalibration(studio_ / "odd.json", {96, 128}, 52.58, "../up/LKG");
+    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "odd.json"})));
+    EXPECT_TRUE(fs::exists(studio_ / "_._up_LKG-2x3.map"));
+    writeCalibration(studio_ / "order.json", {96, 128}, 52.58, "-x\\u001b[31mY\\nZ$(a)");
+    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "order.json"})));
+    EXPECT_TRUE(fs::exists(studio_ / "_x__31mY_Z__a_-2x3.map"));
+    const Outcome told = run({"--info", "order.json", "-q", "2x3"});
     EXPECT_TRUE(isDone(told));
-    EXPECT_NE(told.out.find("serial -x [31mY Z$(a), panel "), std::string::npos) << told.out;
-    EXPECT_EQ(told.out.find('\x1b'), std::string::npos);
-    writeCalibration(studio / "nameless.json", {96, 128}, 52.58, "");
-    EXPECT_TRUE(isDone(studio.run(kTool, {"-q", "2x3", "-r", "40x30", "nameless.json"})));
-    EXPECT_TRUE(fs::exists(studio / "nameless-2x3.map"));
+    EXPECT_TRUE(holds(told.out, "serial -x [31mY Z$(a), panel "));
+    EXPECT_FALSE(holds(told.out, "\x1b"));
+    writeCalibration(studio_ / "nameless.json", {96, 128}, 52.58, "");
+    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "nameless.json"})));
+    EXPECT_TRUE(fs::exists(studio_ / "nameless-2x3.map"));
 }
 
-TEST(Altiro3DNative, InfoTellsWhatTheCalibrationMeansAndWritesNothing) {
-    SmallStudio studio;
-    const Outcome outcome = studio.run(kTool, {"--info", "small.json", "-q", "2x3"});
+TEST_F(Altiro3DNative, InfoTellsWhatTheCalibrationMeansAndWritesNothing) {
+    const Outcome outcome = run({"--info", "small.json", "-q", "2x3"});
     EXPECT_TRUE(isDone(outcome));
     for (const char* part :
          {"serial TEST-1", "96 x 128 px", "lenses (P)", "tilt (T)", "lens (Px)", "offset (i_off)",
           "3 columns x 2 rows", "default quilt", "fingerprint"}) {
-        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << "\n" << outcome.out;
+        EXPECT_TRUE(holds(outcome.out, part)) << "\n";
     }
-    for (const auto& entry : fs::directory_iterator(studio.work()))
+    for (const auto& entry : fs::directory_iterator(studio_.work()))
         EXPECT_NE(entry.path().extension(), ".map");
 }
 
-TEST(Altiro3DNative, JsonStandsAloneAndAgreesWithTheLibrary) {
-    SmallStudio studio;
-    const LensGeometry geometry = lensGeometry(readCalibration(studio / "small.json"));
+TEST_F(Altiro3DNative, JsonStandsAloneAndAgreesWithTheLibrary) {
+    const LensGeometry geometry = lensGeometry(readCalibration(studio_ / "small.json"));
     for (const Arguments& more :
          {Arguments{}, Arguments{"-v"}, Arguments{"-v", "-m", "a.map"}, Arguments{"--info"}}) {
         const Outcome outcome =
-            studio.run(kTool, Arguments{"--json", "small.json", "-q", "2x3", "-r", "40x30"} + more);
+            run(Arguments{"--json", "small.json", "-q", "2x3", "-r", "40x30"} + more);
         ASSERT_TRUE(isDone(outcome));
         const auto json = nlohmann::json::parse(outcome.out, nullptr, false);
         ASSERT_FALSE(json.is_discarded()) << outcome.text();
@@ -113,54 +112,50 @@ TEST(Altiro3DNative, JsonStandsAloneAndAgreesWithTheLibrary) {
         EXPECT_EQ(json.at("quilt").at("columns"), 3);
         EXPECT_EQ(json.at("quilt").at("rows"), 2);
     }
-    EXPECT_TRUE(fs::exists(studio / "a.map"));
+    EXPECT_TRUE(fs::exists(studio_ / "a.map"));
 }
 
-TEST(Altiro3DNative, InvertChangesTheTable) {
-    SmallStudio studio;
+TEST_F(Altiro3DNative, InvertChangesTheTable) {
     const Arguments quilt{"-q", "2x3", "-r", "40x30", "small.json"};
     for (const char* mode : {"auto", "on", "off"}) {
-        ASSERT_TRUE(isDone(studio.run(
-            kTool, Arguments{"--invert", mode, "-m", std::string(mode) + ".map"} + quilt)));
+        ASSERT_TRUE(
+            isDone(run(Arguments{"--invert", mode, "-m", std::string(mode) + ".map"} + quilt)));
     }
-    EXPECT_EQ(slurp(studio / "auto.map"), slurp(studio / "on.map"));
-    EXPECT_NE(slurp(studio / "on.map"), slurp(studio / "off.map"));
+    EXPECT_EQ(slurp(studio_ / "auto.map"), slurp(studio_ / "on.map"));
+    EXPECT_NE(slurp(studio_ / "on.map"), slurp(studio_ / "off.map"));
 }
 
-TEST(Altiro3DNative, BadCalibrationsAreNamed) {
-    SmallStudio studio;
-    spill(studio / "empty.json", "");
-    spill(studio / "broken.json", R"({"pitch": {"value": 52.)");
-    spill(studio / "array.json", "[1, 2, 3]");
-    spill(studio / "words.json", R"({"pitch": "much", "slope": -7, "center": 0, "DPI": 324,
+TEST_F(Altiro3DNative, BadCalibrationsAreNamed) {
+    spill(studio_ / "empty.json", "");
+    spill(studio_ / "broken.json", R"({"pitch": {"value": 52.)");
+    spill(studio_ / "array.json", "[1, 2, 3]");
+    spill(studio_ / "words.json", R"({"pitch": "much", "slope": -7, "center": 0, "DPI": 324,
                                      "screenW": 96, "screenH": 128})");
-    writeCalibration(studio / "huge.json", {100000, 128});
-    writeCalibration(studio / "zero.json", {96, 128}, 0);
-    fs::create_directory(studio / "folder.json");
+    writeCalibration(studio_ / "huge.json", {100000, 128});
+    writeCalibration(studio_ / "zero.json", {96, 128}, 0);
+    fs::create_directory(studio_ / "folder.json");
     for (const char* file : {"empty.json", "broken.json", "array.json", "words.json", "huge.json",
                              "zero.json", "folder.json", "nothere.json"}) {
-        EXPECT_TRUE(fails(studio.run(kTool, {"--json", "-m", "a.map", file}), 1, file));
+        EXPECT_TRUE(fails(run({"--json", "-m", "a.map", file}), 1, file));
     }
-    EXPECT_FALSE(fs::exists(studio / "a.map"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.map"));
 }
 
-TEST(Altiro3DNative, SerialChoosesAmongSeveral) {
-    SmallStudio studio;
-    writeCalibration(studio / "a.json", {96, 128}, 52.58, "ONE");
-    writeCalibration(studio / "b.json", {96, 128}, 50, "TWO");
-    spill(studio / "both.json",
-          "[" + slurp(studio / "a.json") + ", " + slurp(studio / "b.json") + "]");
-    EXPECT_TRUE(warns(studio.run(kTool, {"--json", "both.json"}), "--serial"));
-    const Outcome second = studio.run(kTool, {"--json", "both.json", "--serial", "two"});
+TEST_F(Altiro3DNative, SerialChoosesAmongSeveral) {
+    writeCalibration(studio_ / "a.json", {96, 128}, 52.58, "ONE");
+    writeCalibration(studio_ / "b.json", {96, 128}, 50, "TWO");
+    spill(studio_ / "both.json",
+          "[" + slurp(studio_ / "a.json") + ", " + slurp(studio_ / "b.json") + "]");
+    EXPECT_TRUE(warns(run({"--json", "both.json"}), "--serial"));
+    const Outcome second = run({"--json", "both.json", "--serial", "two"});
     EXPECT_TRUE(isDone(second));
-    EXPECT_NE(second.out.find("\"TWO\""), std::string::npos) << second.out;
-    EXPECT_TRUE(fails(studio.run(kTool, {"both.json", "--serial", "THREE"}), 1, "THREE"));
+    EXPECT_TRUE(holds(second.out, "\"TWO\""));
+    EXPECT_TRUE(fails(run({"both.json", "--serial", "THREE"}), 1, "THREE"));
 }
 
-TEST(Altiro3DNative, WarnsOfTheSwappedReading) {
-    SmallStudio studio;
-    EXPECT_TRUE(warns(studio.run(kTool, {"--info", "small.json", "-q", "6x8", "-r", "30x40"}),
-                      "swapped reading"));
+TEST_F(Altiro3DNative, WarnsOfTheSwappedReading) {
+    EXPECT_TRUE(
+        warns(run({"--info", "small.json", "-q", "6x8", "-r", "30x40"}), "swapped reading"));
 }
 
 } // namespace altiro3D::test

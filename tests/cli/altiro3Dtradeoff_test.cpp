@@ -58,7 +58,7 @@ class Tradeoff : public ::testing::Test {
         return {"--photo",           "L.png", "--disparity", "D.png",
                 "--disparity-scale", "10",    "--truth",     "R.png"};
     }
-    Json json() const { return Json::parse(slurp(sandbox_ / "t.json")); }
+    Json json() const { return sandbox_.json("t.json"); }
 
     Sandbox sandbox_;
 };

@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
+#include "support/texts.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -27,7 +28,7 @@ TEST(ViewTool, HelpAndVersionNeedNoDesktop) {
     const ViewerStudio studio;
     const Outcome help = studio.run(kTool, {"--help"});
     EXPECT_TRUE(isDone(help));
-    EXPECT_NE(help.out.find("--list-displays"), std::string::npos);
+    EXPECT_TRUE(holds(help.out, "--list-displays"));
     EXPECT_TRUE(isDone(studio.run(kTool, {"--version"})));
 }
 
@@ -73,7 +74,7 @@ TEST(ViewTool, AcceptsTheFolderOfACalibration) {
     const Arguments show{"--show", "photo.png", "-c"};
     const Outcome folder = studio.run(kTool, show + Arguments{"volume"});
     EXPECT_EQ(folder.err, studio.run(kTool, show + Arguments{"small.json"}).err);
-    EXPECT_EQ(folder.err.find("volume"), std::string::npos) << folder.text();
+    EXPECT_FALSE(holds(folder.err, "volume"));
 }
 
 TEST(ViewTool, ShowsNothingOnAScreenOfAnotherSizeOrWithoutADisplay) {
@@ -109,8 +110,8 @@ TEST(ViewTool, ShowsAllOfAFolderAndEnds) {
     spill(studio / "show/notes.txt", "left out");
     const Outcome outcome = studio.show({"--show", "show", "--each", "0.2", "quilt.png"});
     EXPECT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.err.find("broken.jpg: "), std::string::npos) << outcome.text();
-    EXPECT_NE(outcome.err.find("not opened: 1 .txt file"), std::string::npos) << outcome.text();
+    EXPECT_TRUE(holds(outcome.err, "broken.jpg: "));
+    EXPECT_TRUE(holds(outcome.err, "not opened: 1 .txt file"));
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 2) << outcome.text();
     // nothing that can be shown
     std::filesystem::create_directory(studio / "bad");
@@ -118,8 +119,7 @@ TEST(ViewTool, ShowsAllOfAFolderAndEnds) {
     spill(studio / "bad/2.jpg", "neither");
     const Outcome none = studio.show({"--show", "bad", "--loop"});
     EXPECT_EQ(none.status, 1);
-    EXPECT_NE(none.err.find("bad: holds nothing that can be shown"), std::string::npos)
-        << none.text();
+    EXPECT_TRUE(holds(none.err, "bad: holds nothing that can be shown"));
     std::filesystem::create_directory(studio / "empty");
     EXPECT_TRUE(fails(studio.show({"--show", "empty"}), 1, "empty: holds no pictures"));
 }
@@ -130,8 +130,8 @@ TEST(ViewTool, ListsDisplaysForPeopleAndPrograms) {
     studio.set("QT_QPA_PLATFORM", "offscreen");
     const Outcome people = studio.run(kTool, {"--list-displays"});
     EXPECT_TRUE(isDone(people));
-    EXPECT_NE(people.out.find("screen 0: "), std::string::npos) << people.out;
-    EXPECT_NE(people.out.find("800 x 600 px"), std::string::npos) << people.out;
+    EXPECT_TRUE(holds(people.out, "screen 0: "));
+    EXPECT_TRUE(holds(people.out, "800 x 600 px"));
     const Outcome programs = studio.run(kTool, {"--list-displays", "--json"});
     EXPECT_TRUE(isDone(programs));
     const auto json = nlohmann::json::parse(programs.out);

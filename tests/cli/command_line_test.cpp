@@ -3,6 +3,7 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 #include "support/slow.hpp"
+#include "support/texts.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -33,7 +34,7 @@ TEST_P(EveryTool, HelpTellsHowToCallItAndFitsATerminal) {
                 wanted.emplace_back(option);
         }
         for (const std::string& option : wanted)
-            EXPECT_NE(outcome.out.find(option), std::string::npos) << option << outcome.out;
+            EXPECT_TRUE(holds(outcome.out, option));
         std::istringstream lines(outcome.out);
         for (std::string line; std::getline(lines, line);)
             EXPECT_LE(line.size(), 100U) << line;
@@ -66,10 +67,10 @@ TEST_P(EveryTool, HelpIsShortAndHelpAllHasTheRestInTheSameGroups) {
     const std::string hint = " more options: " + tool() + " --help-all\n";
     if (basic.size() == rest.size()) {
         EXPECT_EQ(help, helpAll);
-        EXPECT_EQ(help.find("--help-all"), std::string::npos) << help;
+        EXPECT_FALSE(holds(help, "--help-all"));
     } else {
-        EXPECT_NE(help.find(hint), std::string::npos) << help;
-        EXPECT_EQ(helpAll.find(hint), std::string::npos) << helpAll;
+        EXPECT_TRUE(holds(help, hint));
+        EXPECT_FALSE(holds(helpAll, hint));
     }
 }
 
@@ -124,9 +125,9 @@ TEST(CommandLine, ToolsWithManyOptionsHaveAShortHelp) {
     Sandbox sandbox;
     for (const char* tool : {"photo2native", "video2native", "quilt2native", "altiro3Dtradeoff"}) {
         const std::string help = sandbox.run(tool, {"--help"}).out;
-        EXPECT_NE(help.find(" more options: "), std::string::npos) << help;
-        EXPECT_EQ(help.find("--serial"), std::string::npos) << help;
-        EXPECT_EQ(sandbox.run(tool, {"--help-man"}).out.find(" more options: "), std::string::npos);
+        EXPECT_TRUE(holds(help, " more options: "));
+        EXPECT_FALSE(holds(help, "--serial"));
+        EXPECT_FALSE(holds(sandbox.run(tool, {"--help-man"}).out, " more options: "));
     }
 }
 
@@ -192,13 +193,13 @@ TEST_P(EveryTool, AClosedPipeEndsTheHelpQuietly) { // as --help | head -1
 TEST_P(EveryTool, ManualAndCompletionsAreForProgramsOnly) { // tests/docs looks into them
     const std::string help = studio_.run(tool(), {"--help-all"}).out;
     for (const char* option : {"--help-man", "--help-completion"})
-        EXPECT_EQ(help.find(option), std::string::npos) << help;
+        EXPECT_FALSE(holds(help, option));
     const Outcome manual = studio_.run(tool(), {"--help-man"});
     EXPECT_TRUE(isDone(manual));
     EXPECT_EQ(manual.out.rfind(".TH ", 0), 0U) << manual.out;
     const Outcome bash = studio_.run(tool(), {"--help-completion", "bash"});
     EXPECT_TRUE(isDone(bash));
-    EXPECT_NE(bash.out.find(" _" + tool() + " " + tool() + "\n"), std::string::npos) << bash.out;
+    EXPECT_TRUE(holds(bash.out, " _" + tool() + " " + tool() + "\n"));
     const Outcome zsh = studio_.run(tool(), {"--help-completion", "zsh"});
     EXPECT_TRUE(isDone(zsh));
     EXPECT_EQ(zsh.out.rfind("#compdef " + tool() + "\n", 0), 0U) << zsh.out;
@@ -305,11 +306,9 @@ TEST_P(EveryTool, AnyNumberOfThreadsGivesTheSameBytesInSilence) {
 
 TEST_P(EveryTool, SaysHowItUnderstoodTheQuilt) {
     const Outcome outcome = good(output("a"));
-    EXPECT_NE(outcome.out.find(tool() == "native2view"
-                                   ? "1 view, 30 x 40 px"
-                                   : "3 columns x 2 rows, each view 30 x 40 px"),
-              std::string::npos)
-        << outcome.text();
+    EXPECT_TRUE(holds(outcome.out, tool() == "native2view"
+                                       ? "1 view, 30 x 40 px"
+                                       : "3 columns x 2 rows, each view 30 x 40 px"));
 }
 
 TEST_P(EveryTool, VerboseTellsTheTimeOfEachStage) {
@@ -319,10 +318,10 @@ TEST_P(EveryTool, VerboseTellsTheTimeOfEachStage) {
                               : tool() == "quilt2video" ? "video "
                               : tool() == "native2view" ? "views "
                                                         : "write ";
-    EXPECT_NE(outcome.out.find(stage), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find(" ms"), std::string::npos) << outcome.out;
-    EXPECT_EQ(good(output("b")).out.find(" ms"), std::string::npos);
-    EXPECT_NE(good(output("c"), {"--verbose"}).out.find(stage), std::string::npos);
+    EXPECT_TRUE(holds(outcome.out, stage));
+    EXPECT_TRUE(holds(outcome.out, " ms"));
+    EXPECT_FALSE(holds(good(output("b")).out, " ms"));
+    EXPECT_TRUE(holds(good(output("c"), {"--verbose"}).out, stage));
 }
 
 TEST_P(EveryTool, AFullStandardOutputIsAnError) {

@@ -4,6 +4,7 @@
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/slow.hpp"
+#include "support/texts.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -42,12 +43,11 @@ std::size_t walkPhotos(const std::string& folder) {
     SmallStudio studio;
     const std::vector<std::string> files = filesIn(dataPath(folder));
     const Outcome outcome =
-        studio.run("photo2native",
-                   studio.display() + Arguments{"--report", "r.json"} + files + Arguments{"out"});
+        studio.convert("photo2native", Arguments{"--report", "r.json"} + files + Arguments{"out"});
     expectOwnLines(outcome);
     EXPECT_LE(outcome.status, 1) << outcome.text();
     if (outcome.status > 1) return 0;
-    const Json pictures = Json::parse(slurp(studio / "r.json")).at("pictures");
+    const Json pictures = studio.json("r.json").at("pictures");
     EXPECT_EQ(pictures.size(), files.size());
     std::size_t failed = 0;
     for (const Json& picture : pictures) {
@@ -59,7 +59,7 @@ std::size_t walkPhotos(const std::string& folder) {
             const std::string line = "photo2native: error: " + problem;
             const std::vector<std::string> lines = outcome.errLines();
             EXPECT_EQ(std::count(lines.begin(), lines.end(), line), 1) << line << outcome.err;
-            EXPECT_NE(line.find(photo), std::string::npos) << line;
+            EXPECT_TRUE(holds(line, photo));
         } else {
             const std::string native = picture.at("native");
             EXPECT_EQ(readBack(studio / native).size(), cv::Size(96, 128)) << photo;
@@ -95,10 +95,8 @@ TEST(Data, BrokenPhotosAreRefusedInOneLine) {
     SmallStudio studio;
     for (const char* name : {"truncated_image.png", "decompression_bomb.gif", "zero_width.gif"}) {
         const std::string photo = dataPath("photos/pillow_broken").string() + "/" + name;
-        EXPECT_TRUE(fails(studio.run("photo2native", studio.display() + Arguments{photo, "a.png"}),
-                          1, photo));
-        EXPECT_TRUE(fails(studio.run("quilt2native", studio.display() + Arguments{photo, "a.png"}),
-                          1, photo));
+        EXPECT_TRUE(fails(studio.convert("photo2native", {photo, "a.png"}), 1, photo));
+        EXPECT_TRUE(fails(studio.convert("quilt2native", {photo, "a.png"}), 1, photo));
     }
 }
 
@@ -109,9 +107,8 @@ TEST(Data, UprightPhotosAreEqualInEveryOrientation) {
     for (int i = 1; i <= 8; ++i) {
         const std::string photo = dataPath("photos/exif_orientation").string() + "/Landscape_" +
                                   std::to_string(i) + ".jpg";
-        ASSERT_TRUE(
-            isDone(studio.run("photo2native", fixedWay({"-y", "--strength", "0"}) +
-                                                  studio.display() + Arguments{photo, "a.png"})));
+        ASSERT_TRUE(isDone(studio.convert("photo2native", fixedWay({"-y", "--strength", "0"}) +
+                                                              Arguments{photo, "a.png"})));
         const cv::Mat native = readBack(studio / "a.png");
         if (first.empty()) first = native;
         EXPECT_GT(psnr(native, first), 30) << photo; // two JPEG files of one picture
@@ -252,11 +249,9 @@ TEST(Data, FlowersAreNearInDepthWhereNearIsDark) {
     ALTIRO3D_REQUIRE_DATA("rgbd/side_by_side/dphn03.jpg");
     SmallStudio studio;
     ASSERT_EQ(studio
-                  .run("photo2native",
-                       Arguments{"--rgbd", "right", "--depth-kind", "far-white", "--save-depth",
-                                 "d.png"} +
-                           studio.display() +
-                           Arguments{dataPath("rgbd/side_by_side/dphn03.jpg").string(), "a.png"})
+                  .convert("photo2native",
+                           {"--rgbd", "right", "--depth-kind", "far-white", "--save-depth", "d.png",
+                            dataPath("rgbd/side_by_side/dphn03.jpg").string(), "a.png"})
                   .status,
               0);
     const cv::Mat picture = readPhoto(dataPath("rgbd/side_by_side/dphn03.jpg"));
@@ -297,23 +292,22 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
     for (const std::string& name :
          {network.string(), std::string("fastdepth"), std::string("fastdepth_224_op10.onnx")}) {
         for (const char* threads : {"1", "2"}) {
-            const Outcome outcome = studio.run(
+            const Outcome outcome = studio.convert(
                 "photo2native",
                 fixedWay({"--quick", "-y", "-j", threads, "-n", name, "--report", "r.json"}) +
-                    studio.display() + Arguments{photo.string(), "a.png"});
+                    Arguments{photo.string(), "a.png"});
             EXPECT_TRUE(isDone(outcome));
-            EXPECT_NE(outcome.out.find("network fastdepth"), std::string::npos) << outcome.out;
+            EXPECT_TRUE(holds(outcome.out, "network fastdepth"));
             // the network's sums depend on the number of threads in the last digits
             EXPECT_TRUE(samePicture(readBack(studio / "a.png"), native, 2));
-            const Json settings = Json::parse(slurp(studio / "r.json")).at("settings");
+            const Json settings = studio.json("r.json").at("settings");
             EXPECT_EQ(settings.at("network").at("name"), "fastdepth");
             EXPECT_EQ(settings.at("network").at("file"), network.string());
         }
     }
     EXPECT_TRUE(
-        fails(studio.run("photo2native", Arguments{"-l", "-n", "fastdepth"} + studio.display() +
-                                             Arguments{photo.string(), "b.png"}),
-              2, "fastdepth"));
+        fails(studio.convert("photo2native", {"-l", "-n", "fastdepth", photo.string(), "b.png"}), 2,
+              "fastdepth"));
     // a network outside the catalogue needs a profile
     fs::copy(network, studio / "mine.onnx");
     spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 224, "inputHeight": 224,
@@ -334,9 +328,8 @@ TEST(Data, NetworksThatCannotBeUsedAreRefusedInOneLine) {
     for (const std::string& network :
          {dataPath("models/midas_small_graph_only/midas_small.onnx").string(),
           (studio / "photo.png").string(), std::string("p.json"), std::string("views")}) {
-        EXPECT_TRUE(fails(studio.run("photo2native",
-                                     studio.display() + Arguments{"-n", network, "--net-profile",
-                                                                  "p.json", "photo.png", "a.png"}),
+        EXPECT_TRUE(fails(studio.convert("photo2native", {"-n", network, "--net-profile", "p.json",
+                                                          "photo.png", "a.png"}),
                           1, network));
     }
 }

@@ -3,6 +3,7 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
+#include "support/texts.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -39,40 +40,43 @@ Outcome verboseViews(const Sandbox& sandbox) {
 
 } // namespace
 
-TEST(DisplayChoice, TheFirstOneFoundIsUsed) {
-    SmallStudio studio;
-    writeCalibration(studio / "visual.json", {100, 120});
-    EXPECT_EQ(nativeWidth(studio), 100);
-    writeCalibration(studio / "variable.json", {104, 120});
-    studio.set("LKG_CALIBRATION", (studio / "variable.json").string());
-    EXPECT_EQ(nativeWidth(studio), 104);
-    EXPECT_EQ(nativeWidth(studio, {"-c", "small.json"}), 96);
+class DisplayChoice : public StudioTest {
+  protected:
+    DisplayChoice() : StudioTest("quilt2native") {}
+};
+
+TEST_F(DisplayChoice, TheFirstOneFoundIsUsed) {
+    writeCalibration(studio_ / "visual.json", {100, 120});
+    EXPECT_EQ(nativeWidth(studio_), 100);
+    writeCalibration(studio_ / "variable.json", {104, 120});
+    studio_.set("LKG_CALIBRATION", (studio_ / "variable.json").string());
+    EXPECT_EQ(nativeWidth(studio_), 104);
+    EXPECT_EQ(nativeWidth(studio_, {"-c", "small.json"}), 96);
     ASSERT_EQ(
-        studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"visual.json"})
+        studio_.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"visual.json"})
             .status,
         0);
-    EXPECT_EQ(nativeWidth(studio, {"-m", "a.map"}), 100);
+    EXPECT_EQ(nativeWidth(studio_, {"-m", "a.map"}), 100);
 }
 
 // The first line of each tool, in order: model, serial number, panel, file.
-TEST(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
-    SmallStudio studio;
-    studio.makeClip();
+TEST_F(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
+    studio_.makeClip();
     for (const std::string& tool : allTools()) {
         const Outcome outcome =
-            studio.run(tool, studio.goodCall(tool, outputName(tool, tool + "-first")));
+            studio_.run(tool, studio_.goodCall(tool, outputName(tool, tool + "-first")));
         EXPECT_TRUE(isDone(outcome));
         const std::string line = outcome.out.substr(0, outcome.out.find('\n'));
         if (tool == "quilt2video") { // without -c it needs none
-            EXPECT_EQ(line.find("display"), std::string::npos) << line;
+            EXPECT_FALSE(holds(line, "display"));
             continue;
         }
         EXPECT_EQ(line, std::string("display: unknown model, serial TEST-1, panel 96 x 128 px, ") +
                             (tool == "native2view" ? "simulated from" : "from") + " small.json");
     }
-    writeCalibration(studio / "portrait.json", {1536, 2048}, 52.58, "LKG-P00655");
+    writeCalibration(studio_ / "portrait.json", {1536, 2048}, 52.58, "LKG-P00655");
     const auto firstLine = [&](const std::string& tool, const Arguments& arguments) {
-        const std::string out = studio.run(tool, arguments).out;
+        const std::string out = studio_.run(tool, arguments).out;
         return out.substr(0, out.find('\n'));
     };
     const std::string portrait =
@@ -80,18 +84,18 @@ TEST(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
     EXPECT_EQ(firstLine("altiro3Dnative", {"--info", "portrait.json"}), portrait + "portrait.json");
     EXPECT_EQ(firstLine("quilt2video", {"-c", "portrait.json", "quilt.png", "a.mp4"}),
               portrait + "portrait.json");
-    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", {"-m", "a.map", "portrait.json"})));
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", {"-m", "a.map", "portrait.json"})));
     EXPECT_EQ(firstLine("views2native", {"-m", "a.map", "views", "a.png"}), portrait + "a.map");
-    studio.set("LKG_CALIBRATION", "portrait.json");
+    studio_.set("LKG_CALIBRATION", "portrait.json");
     EXPECT_EQ(firstLine("altiro3Dnative", {"--info"}),
               portrait + "portrait.json ($LKG_CALIBRATION)");
-    const Outcome json = studio.run("altiro3Dnative", {"--json"});
+    const Outcome json = studio_.run("altiro3Dnative", {"--json"});
     EXPECT_TRUE(isDone(json));
     EXPECT_EQ(json.out.rfind("{", 0), 0U) << json.out;
 }
 
 // The warning about the sample depends on what is made with it.
-TEST(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
+TEST_F(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
     if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
     SmallStudio studio;
     studio.makeClip();
@@ -107,30 +111,29 @@ TEST(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
             "a real display will show the picture doubled and blurred");
     const Outcome seen = warnsOf(studio.run("native2view", {"native.png", "seen.png"}),
                                  "the sample one of a Portrait is simulated");
-    EXPECT_EQ(seen.err.find("a real display will show"), std::string::npos) << seen.err;
+    EXPECT_FALSE(holds(seen.err, "a real display will show"));
     warnsOf(studio.run("altiro3Dnative", {"--info"}), "give your display's visual.json");
     warnsOf(studio.run("video2native",
                        {"--quilt-out", "-q", "2x3", "-r", "40x30", "clip.mp4", "quilt.mp4"}),
             "the quilt has the shape and the layout of a Portrait's");
     const Outcome rgbd = studio.run("video2native", {"--rgbd-out", "clip.mp4", "rgbd.mp4"});
     EXPECT_TRUE(isDone(rgbd)); // which is for no display
-    EXPECT_EQ(rgbd.out.find("display"), std::string::npos) << rgbd.out;
+    EXPECT_FALSE(holds(rgbd.out, "display"));
 }
 
 // In a mount namespace of its own, where /media is a directory of the test.
-TEST(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarnedOf) {
-    SmallStudio studio;
-    if (studio.run("/usr/bin/unshare", {"-rm", "true"}).status != 0)
+TEST_F(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarnedOf) {
+    if (studio_.run("/usr/bin/unshare", {"-rm", "true"}).status != 0)
         GTEST_SKIP() << "needs unshare(1) and user namespaces";
     if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
-    fs::create_directories(studio / "media/LKG-T1/LKG_calibration");
-    writeCalibration(studio / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50, "T1");
+    fs::create_directories(studio_ / "media/LKG-T1/LKG_calibration");
+    writeCalibration(studio_ / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50, "T1");
     const auto run = [&](const Arguments& arguments) {
         std::string call = "mount --bind media /media && exec '" +
                            toolPath("altiro3Dnative").string() + "' --info -q 2x3 -r 40x30";
         for (const std::string& argument : arguments)
             call += " '" + argument + "'";
-        Outcome outcome = studio.run("/usr/bin/unshare", {"-rm", "sh", "-c", call});
+        Outcome outcome = studio_.run("/usr/bin/unshare", {"-rm", "sh", "-c", call});
         outcome.tool = "altiro3Dnative";
         return outcome;
     };
@@ -141,38 +144,34 @@ TEST(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarnedO
                                 0),
               0U)
         << mounted.text();
-    writeCalibration(studio / "visual.json");
+    writeCalibration(studio_ / "visual.json");
     const Outcome other = run({});
     EXPECT_TRUE(warns(other, "visual.json: is used, but a display with another calibration is "
                              "mounted: LKG-T1 (/media/LKG-T1/LKG_calibration/visual.json)"));
-    EXPECT_NE(other.out.find("serial TEST-1, panel 96 x 128 px, from visual.json\n"),
-              std::string::npos)
-        << other.out;
+    EXPECT_TRUE(holds(other.out, "serial TEST-1, panel 96 x 128 px, from visual.json\n"));
     EXPECT_TRUE(isDone(run({"small.json"}))); // which was asked for
-    studio.set("LKG_CALIBRATION", "small.json");
+    studio_.set("LKG_CALIBRATION", "small.json");
     EXPECT_TRUE(warns(run({}), "small.json ($LKG_CALIBRATION): is used, but"));
-    studio.set("LKG_CALIBRATION", std::nullopt);
-    fs::copy_file(studio / "media/LKG-T1/LKG_calibration/visual.json", studio / "visual.json",
+    studio_.set("LKG_CALIBRATION", std::nullopt);
+    fs::copy_file(studio_ / "media/LKG-T1/LKG_calibration/visual.json", studio_ / "visual.json",
                   fs::copy_options::overwrite_existing);
     EXPECT_TRUE(isDone(run({}))); // a copy of the display's own
 }
 
-TEST(DisplayChoice, AnUnusableVariableIsAnError) {
-    SmallStudio studio;
-    writeCalibration(studio / "visual.json");
-    spill(studio / "broken.json", "{");
+TEST_F(DisplayChoice, AnUnusableVariableIsAnError) {
+    writeCalibration(studio_ / "visual.json");
+    spill(studio_ / "broken.json", "{");
     for (const char* value : {"broken.json", "nothere.json", "views"}) {
-        studio.set("LKG_CALIBRATION", value);
-        const Outcome outcome =
-            studio.run("quilt2native", {"-q", "2x3", "quilt.png", "native.png"});
+        studio_.set("LKG_CALIBRATION", value);
+        const Outcome outcome = run({"-q", "2x3", "quilt.png", "native.png"});
         EXPECT_TRUE(fails(outcome, 1, value));
-        EXPECT_NE(outcome.err.find("LKG_CALIBRATION"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(holds(outcome.err, "LKG_CALIBRATION"));
     }
-    studio.set("LKG_CALIBRATION", ""); // as if it were not set
-    EXPECT_TRUE(isDone(studio.run("quilt2native", {"-q", "2x3", "quilt.png", "native.png"})));
+    studio_.set("LKG_CALIBRATION", ""); // as if it were not set
+    EXPECT_TRUE(isDone(run({"-q", "2x3", "quilt.png", "native.png"})));
 }
 
-TEST(DisplayChoice, TheSampleComesLastWithAWarning) {
+TEST_F(DisplayChoice, TheSampleComesLastWithAWarning) {
     if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
     SmallStudio studio;
     const Outcome outcome = studio.run("quilt2native", {"-q", "2x3", "quilt.png", "native.png"});
@@ -180,65 +179,59 @@ TEST(DisplayChoice, TheSampleComesLastWithAWarning) {
     EXPECT_EQ(readBack(studio / "native.png").size(), cv::Size(1536, 2048));
 }
 
-TEST(DisplayChoice, ABrokenCalibrationInTheWorkingDirectoryIsAnError) {
-    SmallStudio studio;
-    spill(studio / "visual.json", "{}");
-    EXPECT_TRUE(fails(studio.run("quilt2native", {"quilt.png", "native.png"}), 1, "visual.json"));
+TEST_F(DisplayChoice, ABrokenCalibrationInTheWorkingDirectoryIsAnError) {
+    spill(studio_ / "visual.json", "{}");
+    EXPECT_TRUE(fails(run({"quilt.png", "native.png"}), 1, "visual.json"));
 }
 
-TEST(DisplayChoice, MapAndCalibrationGiveTheSameNative) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
+TEST_F(DisplayChoice, MapAndCalibrationGiveTheSameNative) {
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative",
+                                   Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
     const Arguments inputs{"--quick", "-d", "photo.png", "depth.png"};
-    EXPECT_TRUE(isDone(studio.run("photo2native", studio.display() + inputs + Arguments{"c.png"})));
-    EXPECT_TRUE(
-        isDone(studio.run("photo2native", Arguments{"-m", "a.map"} + inputs + Arguments{"m.png"})));
-    EXPECT_TRUE(isDone(studio.run("photo2native", Arguments{"-m", "a.map"} + studio.display() +
-                                                      inputs + Arguments{"mc.png"})));
-    const std::string expected = slurp(studio / "c.png");
-    EXPECT_EQ(slurp(studio / "m.png"), expected);
-    EXPECT_EQ(slurp(studio / "mc.png"), expected);
+    EXPECT_TRUE(isDone(studio_.convert("photo2native", inputs + Arguments{"c.png"})));
+    EXPECT_TRUE(isDone(
+        studio_.run("photo2native", Arguments{"-m", "a.map"} + inputs + Arguments{"m.png"})));
+    EXPECT_TRUE(isDone(
+        studio_.convert("photo2native", Arguments{"-m", "a.map"} + inputs + Arguments{"mc.png"})));
+    const std::string expected = slurp(studio_ / "c.png");
+    EXPECT_EQ(slurp(studio_ / "m.png"), expected);
+    EXPECT_EQ(slurp(studio_ / "mc.png"), expected);
 }
 
-TEST(DisplayChoice, AMapOfAnotherDisplayIsRefused) {
-    SmallStudio studio;
-    studio.makeClip();
-    writeCalibration(studio / "other.json", {96, 128}, 50);
-    ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"other.json"})));
+TEST_F(DisplayChoice, AMapOfAnotherDisplayIsRefused) {
+    studio_.makeClip();
+    writeCalibration(studio_ / "other.json", {96, 128}, 50);
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative",
+                                   Arguments{"-m", "a.map"} + kQuilt + Arguments{"other.json"})));
     for (const std::string& tool : allTools()) {
         if (tool == "altiro3Dnative" || tool == "quilt2video") continue; // make or need no map
-        const Outcome outcome = studio.run(
-            tool, Arguments{"-m", "a.map"} + studio.goodCall(tool, outputName(tool, "native")));
+        const Outcome outcome = studio_.run(
+            tool, Arguments{"-m", "a.map"} + studio_.goodCall(tool, outputName(tool, "native")));
         EXPECT_TRUE(fails(outcome, 1, "a.map"));
-        EXPECT_NE(outcome.err.find("small.json"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(holds(outcome.err, "small.json"));
     }
 }
 
-TEST(DisplayChoice, AMapForAnotherQuiltIsRefusedWithBothSizes) {
-    SmallStudio studio;
-    studio.makeClip();
+TEST_F(DisplayChoice, AMapForAnotherQuiltIsRefusedWithBothSizes) {
+    studio_.makeClip();
     ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "30x20", "small.json"})));
+        studio_.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "30x20", "small.json"})));
     for (const std::string& tool : allTools()) {
         if (tool == "altiro3Dnative" || tool == "quilt2video") continue; // make or need no map
         if (tool == "native2view") continue; // to which a map alone does not tell enough
-        Arguments call = studio.goodCall(tool, outputName(tool, "native"));
+        Arguments call = studio_.goodCall(tool, outputName(tool, "native"));
         call.erase(call.begin(), call.begin() + 2); // no -c
-        const Outcome outcome = studio.run(tool, Arguments{"-m", "a.map"} + call);
+        const Outcome outcome = studio_.run(tool, Arguments{"-m", "a.map"} + call);
         EXPECT_TRUE(fails(outcome, 1, "60 x 60 px"));
-        EXPECT_NE(outcome.err.find("90 x 80 px"), std::string::npos) << outcome.err;
+        EXPECT_TRUE(holds(outcome.err, "90 x 80 px"));
     }
-    EXPECT_TRUE(fails(studio.run("quilt2native", {"-m", "a.map", "quilt.png", "native.png"}), 1,
-                      "90 x 80 px"));
+    EXPECT_TRUE(fails(run({"-m", "a.map", "quilt.png", "native.png"}), 1, "90 x 80 px"));
 }
 
-TEST(DisplayChoice, DamagedMapsAreRefused) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
-    const std::string good = slurp(studio / "a.map");
+TEST_F(DisplayChoice, DamagedMapsAreRefused) {
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative",
+                                   Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
+    const std::string good = slurp(studio_ / "a.map");
     std::string flipped = good;
     flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 0xff);
     std::string longer = good + "x";
@@ -248,69 +241,67 @@ TEST(DisplayChoice, DamagedMapsAreRefused) {
         {"empty.map", ""},
         {"flipped.map", flipped},
         {"longer.map", longer},
-        {"foreign.map", slurp(studio / "photo.png")}};
+        {"foreign.map", slurp(studio_ / "photo.png")}};
     for (const auto& [name, bytes] : bad) {
-        spill(studio / name, bytes);
-        EXPECT_TRUE(
-            fails(studio.run("quilt2native", {"-m", name, "quilt.png", "native.png"}), 1, name));
+        spill(studio_ / name, bytes);
+        EXPECT_TRUE(fails(run({"-m", name, "quilt.png", "native.png"}), 1, name));
     }
-    EXPECT_TRUE(
-        fails(studio.run("quilt2native", {"-m", "views", "quilt.png", "native.png"}), 1, "views"));
+    EXPECT_TRUE(fails(run({"-m", "views", "quilt.png", "native.png"}), 1, "views"));
 }
 
-TEST(DisplayChoice, OptionsThatAMapCannotTakeAreWrongUsage) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
+TEST_F(DisplayChoice, OptionsThatAMapCannotTakeAreWrongUsage) {
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative",
+                                   Arguments{"-m", "a.map"} + kQuilt + Arguments{"small.json"})));
     for (const Arguments& more :
          {Arguments{"--invert", "off"}, Arguments{"--view-filter", "linear"},
           Arguments{"--sampling", "linear"}}) {
-        EXPECT_TRUE(fails(
-            studio.run("quilt2native", more + Arguments{"-m", "a.map", "quilt.png", "native.png"}),
-            2, "exclude each other"));
+        EXPECT_TRUE(fails(run(more + Arguments{"-m", "a.map", "quilt.png", "native.png"}), 2,
+                          "exclude each other"));
     }
 }
 
-TEST(LutCache, IsKeptAndUsedAgain) {
-    SmallStudio studio;
-    const Outcome first = verboseViews(studio);
+class LutCache : public StudioTest {
+  protected:
+    LutCache() : StudioTest("views2native") {}
+};
+
+TEST_F(LutCache, IsKeptAndUsedAgain) {
+    const Outcome first = verboseViews(studio_);
     EXPECT_TRUE(isDone(first));
-    EXPECT_NE(first.out.find("built and kept"), std::string::npos) << first.out;
-    const std::string expected = slurp(studio / "native.png");
-    const fs::path cached = onlyCacheFile(studio.home() / ".cache/altiro3D");
+    EXPECT_TRUE(holds(first.out, "built and kept"));
+    const std::string expected = slurp(studio_ / "native.png");
+    const fs::path cached = onlyCacheFile(studio_.home() / ".cache/altiro3D");
     ASSERT_FALSE(cached.empty());
-    const Outcome second = verboseViews(studio);
+    const Outcome second = verboseViews(studio_);
     EXPECT_TRUE(isDone(second));
-    EXPECT_NE(second.out.find("from the cache"), std::string::npos) << second.out;
-    EXPECT_EQ(slurp(studio / "native.png"), expected);
+    EXPECT_TRUE(holds(second.out, "from the cache"));
+    EXPECT_EQ(slurp(studio_ / "native.png"), expected);
 }
 
-TEST(LutCache, ADamagedTableIsBuiltAnew) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(verboseViews(studio)));
-    const std::string expected = slurp(studio / "native.png");
-    const fs::path cached = onlyCacheFile(studio.home() / ".cache/altiro3D");
+TEST_F(LutCache, ADamagedTableIsBuiltAnew) {
+    ASSERT_TRUE(isDone(verboseViews(studio_)));
+    const std::string expected = slurp(studio_ / "native.png");
+    const fs::path cached = onlyCacheFile(studio_.home() / ".cache/altiro3D");
     const std::string good = slurp(cached);
     std::string flipped = good;
     flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 0xff);
     for (const std::string& bytes : {std::string(), good.substr(0, 100), flipped}) {
         spill(cached, bytes);
-        const Outcome outcome = verboseViews(studio);
+        const Outcome outcome = verboseViews(studio_);
         EXPECT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find("built and kept"), std::string::npos) << outcome.out;
-        EXPECT_EQ(slurp(studio / "native.png"), expected);
+        EXPECT_TRUE(holds(outcome.out, "built and kept"));
+        EXPECT_EQ(slurp(studio_ / "native.png"), expected);
         EXPECT_EQ(slurp(cached), good);
     }
 }
 
-TEST(LutCache, DisplaysAndOrdersOfViewsDoNotMix) {
-    SmallStudio studio;
-    writeCalibration(studio / "other.json", {96, 128}, 50);
+TEST_F(LutCache, DisplaysAndOrdersOfViewsDoNotMix) {
+    writeCalibration(studio_ / "other.json", {96, 128}, 50);
     const auto native = [&](const Arguments& arguments) {
         EXPECT_TRUE(isDone(
-            studio.run("quilt2native", arguments + Arguments{"-y", "--sampling", "nearest", "-q",
-                                                             "2x3", "quilt.png", "native.png"})));
-        return slurp(studio / "native.png");
+            studio_.run("quilt2native", arguments + Arguments{"-y", "--sampling", "nearest", "-q",
+                                                              "2x3", "quilt.png", "native.png"})));
+        return slurp(studio_ / "native.png");
     };
     const std::string plain = native({"-c", "small.json"});
     EXPECT_NE(native({"-c", "small.json", "--invert", "off"}), plain);
@@ -318,33 +309,31 @@ TEST(LutCache, DisplaysAndOrdersOfViewsDoNotMix) {
     EXPECT_EQ(native({"-c", "small.json"}), plain);
 }
 
-TEST(LutCache, XdgCacheHomeComesFirst) {
-    SmallStudio studio;
-    studio.set("XDG_CACHE_HOME", (studio.home() / "elsewhere").string());
-    EXPECT_TRUE(isDone(verboseViews(studio)));
-    EXPECT_FALSE(onlyCacheFile(studio.home() / "elsewhere/altiro3D").empty());
-    EXPECT_FALSE(fs::exists(studio.home() / ".cache"));
-    studio.set("XDG_CACHE_HOME", "relative"); // the XDG standard requires that it is ignored
-    EXPECT_TRUE(isDone(verboseViews(studio)));
-    EXPECT_FALSE(fs::exists(studio / "relative"));
-    EXPECT_FALSE(onlyCacheFile(studio.home() / ".cache/altiro3D").empty());
+TEST_F(LutCache, XdgCacheHomeComesFirst) {
+    studio_.set("XDG_CACHE_HOME", (studio_.home() / "elsewhere").string());
+    EXPECT_TRUE(isDone(verboseViews(studio_)));
+    EXPECT_FALSE(onlyCacheFile(studio_.home() / "elsewhere/altiro3D").empty());
+    EXPECT_FALSE(fs::exists(studio_.home() / ".cache"));
+    studio_.set("XDG_CACHE_HOME", "relative"); // the XDG standard requires that it is ignored
+    EXPECT_TRUE(isDone(verboseViews(studio_)));
+    EXPECT_FALSE(fs::exists(studio_ / "relative"));
+    EXPECT_FALSE(onlyCacheFile(studio_.home() / ".cache/altiro3D").empty());
 }
 
-TEST(LutCache, AHomeThatCannotBeWrittenIsNoError) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(verboseViews(studio)));
-    const std::string expected = slurp(studio / "native.png");
+TEST_F(LutCache, AHomeThatCannotBeWrittenIsNoError) {
+    ASSERT_TRUE(isDone(verboseViews(studio_)));
+    const std::string expected = slurp(studio_ / "native.png");
     for (const std::optional<std::string>& home :
          {std::optional<std::string>("/proc"), std::optional<std::string>("/dev/null"),
           // below a file, where not even root can make directories
-          std::optional<std::string>((studio / "small.json").string() + "/at/all/\xff"),
+          std::optional<std::string>((studio_ / "small.json").string() + "/at/all/\xff"),
           std::optional<std::string>("")}) {
-        studio.set("HOME", home);
-        EXPECT_TRUE(isDone(verboseViews(studio)));
-        EXPECT_EQ(slurp(studio / "native.png"), expected);
+        studio_.set("HOME", home);
+        EXPECT_TRUE(isDone(verboseViews(studio_)));
+        EXPECT_EQ(slurp(studio_ / "native.png"), expected);
     }
-    studio.set("HOME", std::nullopt);
-    EXPECT_TRUE(isDone(verboseViews(studio)));
+    studio_.set("HOME", std::nullopt);
+    EXPECT_TRUE(isDone(verboseViews(studio_)));
 }
 
 } // namespace altiro3D::test

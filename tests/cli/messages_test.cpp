@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
+#include "support/texts.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -88,7 +89,7 @@ TEST(Messages, OnATerminalTheStatusLineGivesWayToThem) {
     const BatchStudio studio(4);
     const Outcome outcome = onTerminal(studio, "photo2native", studio.call());
     EXPECT_EQ(outcome.status, 1) << outcome.text();
-    EXPECT_NE(outcome.out.find("[2/4] "), std::string::npos) << outcome.text();
+    EXPECT_TRUE(holds(outcome.out, "[2/4] "));
     const Lines screen = screenOf(outcome.out);
     ASSERT_EQ(screen.size(), 9U) << outcome.text();
     EXPECT_EQ(screen[0].rfind("display: ", 0), 0U) << outcome.text();
@@ -107,13 +108,13 @@ TEST(Messages, OnATerminalAVideosStatusLineGivesWayToThem) {
     const Outcome outcome =
         onTerminal(studio, "video2native", studio.goodCall("video2native", "out.mkv"));
     EXPECT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.out.find(", frame 1, "), std::string::npos) << outcome.text();
-    EXPECT_NE(outcome.out.find("finishing the file"), std::string::npos) << outcome.text();
+    EXPECT_TRUE(holds(outcome.out, ", frame 1, "));
+    EXPECT_TRUE(holds(outcome.out, "finishing the file"));
     const Lines screen = screenOf(outcome.out);
     EXPECT_EQ(screen[screen.size() - 2].rfind("out.mkv: Native video", 0), 0U) << outcome.text();
     for (const std::string& row : screen) {
-        EXPECT_EQ(row.find("finishing the file"), std::string::npos) << row;
-        EXPECT_EQ(row.find(", frame "), std::string::npos) << row;
+        EXPECT_FALSE(holds(row, "finishing the file"));
+        EXPECT_FALSE(holds(row, ", frame "));
     }
 }
 
@@ -141,8 +142,7 @@ TEST(Messages, ABatchHasOneLineForEachPhoto) {
     writeImage(studio / "in/a.png", madePhoto(90, 120));
     writeImage(studio / "in/wide.png", madePhoto(120, 40));
     const Outcome outcome =
-        studio.run("photo2native", studio.display() + Arguments{"--save-quilt", "q", "--save-depth",
-                                                                "d", "in", "out"});
+        studio.convert("photo2native", {"--save-quilt", "q", "--save-depth", "d", "in", "out"});
     EXPECT_TRUE(isDone(outcome));
     const std::string chosen = "; center 0.[0-9]+,0.[0-9]+(, zoom 1.[0-9]+)?, focus 0.[0-9]+"
                                "(, strength [0-9.]+ %)?\n";
@@ -155,10 +155,9 @@ TEST(Messages, ABatchHasOneLineForEachPhoto) {
                               "75 % of the width is cut off" +
                               chosen + "2 photos made, in [0-9.]+ s\n");
     EXPECT_TRUE(std::regex_match(outcome.out, expected)) << outcome.text();
-    const Outcome verbose = studio.run("photo2native", Arguments{"-v", "-y"} + studio.display() +
-                                                           Arguments{"in", "out"});
-    EXPECT_NE(verbose.out.find("\na.png: parallax: "), std::string::npos) << verbose.out;
-    EXPECT_NE(verbose.out.find("\nwide.png: read "), std::string::npos) << verbose.out;
+    const Outcome verbose = studio.convert("photo2native", {"-v", "-y", "in", "out"});
+    EXPECT_TRUE(holds(verbose.out, "\na.png: parallax: "));
+    EXPECT_TRUE(holds(verbose.out, "\nwide.png: read "));
 }
 
 TEST(Messages, TheParallaxIsSaidNearItsLimitAndWarnedOfAboveIt) {
@@ -171,15 +170,13 @@ TEST(Messages, TheParallaxIsSaidNearItsLimitAndWarnedOfAboveIt) {
     };
     const Outcome far = make("30"); // 3.6 px
     EXPECT_TRUE(isDone(far));
-    EXPECT_EQ(far.out.find("parallax"), std::string::npos) << far.out;
+    EXPECT_FALSE(holds(far.out, "parallax"));
     const Outcome near = make("40"); // 4.8 px
     EXPECT_TRUE(isDone(near));
-    EXPECT_NE(near.out.find("\nparallax: strength 40.0 %, focus 0.50: at most 4.80 view px"),
-              std::string::npos)
-        << near.out;
+    EXPECT_TRUE(holds(near.out, "\nparallax: strength 40.0 %, focus 0.50: at most 4.80 view px"));
     const Outcome above = make("60"); // 7.2 px
     EXPECT_TRUE(warns(above, "parallax between adjacent views is up to 7.2 view px"));
-    EXPECT_EQ(above.out.find("parallax"), std::string::npos) << above.out;
+    EXPECT_FALSE(holds(above.out, "parallax"));
     fs::create_directory(studio / "in");
     for (const char* name : {"in/a.png", "in/b.png"})
         fs::copy(studio / "photo.png", studio / name);
@@ -201,12 +198,12 @@ TEST(Messages, WarningsAdviseNoOptionThatDoesNotApply) {
     const Outcome camera =
         studio.run("photo2native", photo + Arguments{"-g", "--camera", "camera.json"} + names);
     EXPECT_TRUE(warns(camera, "lower the baseline in --camera"));
-    EXPECT_EQ(camera.err.find("--strength"), std::string::npos) << camera.err;
+    EXPECT_FALSE(holds(camera.err, "--strength"));
 
     const Outcome budget = studio.run("photo2native", photo + Arguments{"--budget", "0.1"} + names);
     if (!budget.err.empty()) { // else this machine is quick
         EXPECT_TRUE(warns(budget, "smaller views (-r) take less"));
-        EXPECT_EQ(budget.err.find("-k"), std::string::npos) << budget.err;
+        EXPECT_FALSE(holds(budget.err, "-k"));
     }
     const Outcome kept =
         studio.run("photo2native", photo + Arguments{"--budget", "0.1", "-k"} + names);

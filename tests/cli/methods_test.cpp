@@ -6,6 +6,7 @@
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/onnx.hpp"
+#include "support/texts.hpp"
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -26,8 +27,8 @@ constexpr const char* kTool = "photo2native";
 class Methods : public ::testing::Test {
   protected:
     Outcome make(const Arguments& options, const std::string& output = "a.png") const {
-        return studio_.run(kTool, fixedWay(options) + Arguments{"-y"} + studio_.display() +
-                                      Arguments{"-d", "photo.png", "depth.png", output});
+        return studio_.convert(kTool, fixedWay(options) +
+                                          Arguments{"-y", "-d", "photo.png", "depth.png", output});
     }
     cv::Mat native(const Arguments& options) const {
         const Outcome outcome = make(options);
@@ -36,7 +37,7 @@ class Methods : public ::testing::Test {
     }
     Json report(const Arguments& options) const {
         EXPECT_EQ(make(options + Arguments{"--report", "r.json"}).status, 0);
-        return Json::parse(slurp(studio_ / "r.json"));
+        return studio_.json("r.json");
     }
     cv::Mat libraryNative(const ViewOptions& views) const {
         LibraryPath path;
@@ -131,7 +132,7 @@ TEST_F(Methods, OptionsOfEarlierVersionsWarnOnceAndChangeNothing) {
             EXPECT_EQ(outcome.errLines().size(), 1U) << outcome.text();
             EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / (method + ".png"))) << option;
             const std::string help = studio_.run("photo2native", {"--help-all"}).out;
-            EXPECT_EQ(help.find(std::string("  ") + option + " "), std::string::npos) << help;
+            EXPECT_FALSE(holds(help, std::string("  ") + option + " "));
         }
     }
 }
@@ -220,10 +221,10 @@ TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {
 TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
     const Outcome outcome = make({"--budget", "60000", "--report", "r.json"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("budget: layered, Native in "), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find(" ms of 60000 ms\n"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "budget: layered, Native in "));
+    EXPECT_TRUE(holds(outcome.out, " ms of 60000 ms\n"));
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative({})));
-    const Json report = Json::parse(slurp(studio_ / "r.json"));
+    const Json report = studio_.json("r.json");
     EXPECT_EQ(report.at("settings").at("method"), "layered");
     const Json& budget = report.at("budget");
     EXPECT_EQ(budget.at("milliseconds"), 60000);
@@ -296,12 +297,12 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
         options.strengthPercent = 40;
         const Outcome outcome = make({"--strength", "40", "--budget", budget});
         EXPECT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find(line), std::string::npos) << outcome.out;
+        EXPECT_TRUE(holds(outcome.out, line));
         EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative(options))) << line;
     }
     const Outcome tight = make({"--budget", "5.5"});
     EXPECT_TRUE(warns(tight, "meets the budget of 5.5 ms"));
-    EXPECT_NE(tight.out.find("budget: fast, Native in 6 ms of 5.5 ms"), std::string::npos);
+    EXPECT_TRUE(holds(tight.out, "budget: fast, Native in 6 ms of 5.5 ms"));
     EXPECT_TRUE(
         samePicture(readBack(studio_ / "a.png"), libraryNative(optionsOf(ViewMethod::Fast))));
     kept["format"] = 1;
@@ -331,15 +332,12 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
                                        size + R"(, {"name": "fixed", "file": "fixed.onnx", )" +
                                        size + "]}");
     const auto estimated = [&](const Arguments& options) {
-        return studio_.run(kTool, options + Arguments{"-y"} + studio_.display() +
-                                      Arguments{"photo.png", "a.png"});
+        return studio_.convert(kTool, options + Arguments{"-y", "photo.png", "a.png"});
     };
     const Outcome measured = estimated({"--budget", "60000", "--report", "r.json"});
     ASSERT_TRUE(isDone(measured));
-    EXPECT_NE(measured.out.find("budget: open, 32 px; layered, depth and Native in "),
-              std::string::npos)
-        << measured.out;
-    const Json report = Json::parse(slurp(studio_ / "r.json"));
+    EXPECT_TRUE(holds(measured.out, "budget: open, 32 px; layered, depth and Native in "));
+    const Json report = studio_.json("r.json");
     std::vector<std::string> sources;
     for (const Json& cost : report.at("budget").at("measuredDepths"))
         sources.push_back(cost.at("setting"));
@@ -364,14 +362,14 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
          "fixed, 32 px; fast, depth and Native in 904 ms of",
          {"-n", "fixed", "--method", "fast"}}};
     for (const auto& [budget, line, same] : cases) {
-        EXPECT_NE(estimated({"--budget", budget}).out.find(line), std::string::npos) << line;
+        EXPECT_TRUE(holds(estimated({"--budget", budget}).out, line));
         const cv::Mat chosen = readBack(studio_ / "a.png");
         EXPECT_TRUE(isDone(estimated(Arguments{"--quick"} + same)));
         EXPECT_TRUE(samePicture(chosen, readBack(studio_ / "a.png"))) << line;
     }
     const Outcome named = estimated({"--budget", "60000", "-n", "fixed"}); // its time counts
-    EXPECT_NE(named.out.find("budget: network fixed"), std::string::npos) << named.out;
-    EXPECT_NE(named.out.find("; layered, depth and Native in "), std::string::npos) << named.out;
+    EXPECT_TRUE(holds(named.out, "budget: network fixed"));
+    EXPECT_TRUE(holds(named.out, "; layered, depth and Native in "));
 }
 
 TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
@@ -391,7 +389,7 @@ TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
         for (int repetition = 0; repetition < 2; ++repetition) {
             const Outcome outcome = studio_.run(kTool, path + photo);
             EXPECT_TRUE(isDone(outcome));
-            EXPECT_NE(outcome.out.find("budget: layered, Native in "), std::string::npos);
+            EXPECT_TRUE(holds(outcome.out, "budget: layered, Native in "));
             EXPECT_EQ(cachedBudgets().size(), measured) << outcome.call;
         }
     }
@@ -401,28 +399,24 @@ TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
 
 TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {
     spill(studio_ / "broken.png", "broken");
-    const Outcome outcome = studio_.run(
-        kTool, Arguments{"--budget", "60000", "--report", "r.json"} + studio_.display() +
-                   Arguments{"broken.png", "photo.png", "quilt.png", "out"});
+    const Outcome outcome = studio_.convert(kTool, {"--budget", "60000", "--report", "r.json",
+                                                    "broken.png", "photo.png", "quilt.png", "out"});
     EXPECT_EQ(outcome.status, 1); // the broken one
     const std::size_t first = outcome.out.find("budget: ");
     EXPECT_NE(first, std::string::npos) << outcome.out;
     EXPECT_EQ(outcome.out.find("budget: ", first + 1), std::string::npos) << outcome.out;
-    EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget").at("chosen"),
-              "tiny, 32 px; layered");
+    EXPECT_EQ(studio_.json("r.json").at("budget").at("chosen"), "tiny, 32 px; layered");
     EXPECT_EQ(studio_
-                  .run(kTool, Arguments{"-y", "--budget", "9", "--report", "r.json"} +
-                                  studio_.display() + Arguments{"broken.png", "broken.png", "out"})
+                  .convert(kTool, {"-y", "--budget", "9", "--report", "r.json", "broken.png",
+                                   "broken.png", "out"})
                   .status,
               2); // two in one file
     fs::create_directory(studio_ / "bad");
     fs::copy(studio_ / "broken.png", studio_ / "bad");
-    EXPECT_EQ(studio_
-                  .run(kTool, Arguments{"-y", "--budget", "9", "--report", "r.json"} +
-                                  studio_.display() + Arguments{"bad", "out"})
-                  .status,
-              1);
-    EXPECT_EQ(Json::parse(slurp(studio_ / "r.json")).at("budget"), Json({{"milliseconds", 9}}));
+    EXPECT_EQ(
+        studio_.convert(kTool, {"-y", "--budget", "9", "--report", "r.json", "bad", "out"}).status,
+        1);
+    EXPECT_EQ(studio_.json("r.json").at("budget"), Json({{"milliseconds", 9}}));
 }
 
 TEST_F(Methods, ABudgetChoosesByItself) {

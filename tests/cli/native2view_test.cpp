@@ -1,6 +1,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/texts.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -39,7 +40,7 @@ TEST(Native2ViewTool, GivesTheViewOfTheLibrary) {
                             studio.seen(eyeAtAngle(studio.calibration(), -13.5))));
     const Outcome one = studio.see({"--view", "4", "native.png", "four.png"});
     EXPECT_TRUE(isDone(one));
-    EXPECT_NE(one.out.find("\nfour.png: 1 view, 96 x 128 px\n"), std::string::npos) << one.out;
+    EXPECT_TRUE(holds(one.out, "\nfour.png: 1 view, 96 x 128 px\n"));
     EXPECT_TRUE(samePicture(readBack(studio / "four.png"), studio.seen(eyeAtView(4, 6))));
 }
 
@@ -61,7 +62,7 @@ TEST(Native2ViewTool, PutsSeveralViewsIntoADirectory) {
     const ViewStudio studio;
     const Outcome some = studio.see({"--view", "5,0", "-r", "64x48", "native.png", "views2"});
     EXPECT_TRUE(isDone(some));
-    EXPECT_NE(some.out.find("\nviews2: 2 views, 48 x 64 px each\n"), std::string::npos);
+    EXPECT_TRUE(holds(some.out, "\nviews2: 2 views, 48 x 64 px each\n"));
     EXPECT_EQ(readBack(studio / "views2/view_5.png").size(), cv::Size(48, 64));
     EXPECT_TRUE(fs::exists(studio / "views2/view_0.png"));
     EXPECT_FALSE(fs::exists(studio / "views2/view_1.png"));

@@ -39,8 +39,8 @@ class NetworkTrust : public ::testing::Test {
                   R"(", "inputWidth": 32, "inputHeight": 32}]})");
     }
     Outcome run(const std::string& output) const {
-        return studio_.run(kTool, Arguments{"-v", "-n", "small", "--engine", "opencv"} +
-                                      studio_.display() + Arguments{"photo.png", output});
+        return studio_.convert(kTool,
+                               {"-v", "-n", "small", "--engine", "opencv", "photo.png", output});
     }
 
     SmallStudio studio_;

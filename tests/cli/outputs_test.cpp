@@ -155,54 +155,53 @@ TEST_P(OutputsOf, LossyNativesAreWarnedOf) {
     }
 }
 
-TEST(Outputs, ADirectoryIsNoOutputFile) {
-    SmallStudio studio;
-    studio.makeClip();
+class Outputs : public StudioTest {
+  protected:
+    Outputs() : StudioTest("photo2native") {}
+};
+
+TEST_F(Outputs, ADirectoryIsNoOutputFile) {
+    studio_.makeClip();
     for (const std::string& tool : allTools()) {
         if (tool == "photo2native") continue; // uses it as the directory for outputs
         const std::string name = outputName(tool, "dir");
-        fs::create_directories(studio / name);
+        fs::create_directories(studio_ / name);
         for (const Arguments& more : {Arguments{}, Arguments{"-y"}})
-            EXPECT_TRUE(fails(studio.run(tool, more + studio.goodCall(tool, name)), 1, name));
+            EXPECT_TRUE(fails(studio_.run(tool, more + studio_.goodCall(tool, name)), 1, name));
     }
 }
 
-TEST(Outputs, CalibrationAndMapAreInputsHoweverTheyWereFound) {
-    SmallStudio studio;
-    fs::rename(studio / "small.json", studio / "visual.json");
-    const std::string before = slurp(studio / "visual.json");
+TEST_F(Outputs, CalibrationAndMapAreInputsHoweverTheyWereFound) {
+    fs::rename(studio_ / "small.json", studio_ / "visual.json");
+    const std::string before = slurp(studio_ / "visual.json");
     const Arguments photo{"-q", "2x3",       "-r",        "40x30", "-y",
                           "-d", "photo.png", "depth.png", "a.png"};
-    EXPECT_TRUE(fails(studio.run("photo2native", Arguments{"--report", "visual.json"} + photo), 2,
-                      "is also an input"));
-    studio.set("LKG_CALIBRATION", (studio / "visual.json").string());
-    EXPECT_TRUE(fails(studio.run("photo2native", Arguments{"--report", "./visual.json"} + photo), 2,
-                      "is also an input"));
-    EXPECT_EQ(slurp(studio / "visual.json"), before);
-    fs::create_hard_link(studio / "visual.json", studio / "calibration.png");
+    EXPECT_TRUE(fails(run(Arguments{"--report", "visual.json"} + photo), 2, "is also an input"));
+    studio_.set("LKG_CALIBRATION", (studio_ / "visual.json").string());
+    EXPECT_TRUE(fails(run(Arguments{"--report", "./visual.json"} + photo), 2, "is also an input"));
+    EXPECT_EQ(slurp(studio_ / "visual.json"), before);
+    fs::create_hard_link(studio_ / "visual.json", studio_ / "calibration.png");
     EXPECT_TRUE(
-        fails(studio.run("quilt2native", {"-q", "2x3", "-y", "quilt.png", "calibration.png"}), 2,
+        fails(studio_.run("quilt2native", {"-q", "2x3", "-y", "quilt.png", "calibration.png"}), 2,
               "is also an input"));
-    EXPECT_TRUE(fails(studio.run("views2native", {"-q", "2x3", "-y", "views", "calibration.png"}),
+    EXPECT_TRUE(fails(studio_.run("views2native", {"-q", "2x3", "-y", "views", "calibration.png"}),
                       2, "is also an input"));
-    EXPECT_EQ(slurp(studio / "visual.json"), before);
+    EXPECT_EQ(slurp(studio_ / "visual.json"), before);
 }
 
-TEST(Outputs, NoTwoOutputsAreOneFile) {
-    SmallStudio studio;
+TEST_F(Outputs, NoTwoOutputsAreOneFile) {
     const Arguments photo =
-        Arguments{"-y"} + studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+        Arguments{"-y"} + studio_.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
     for (const Arguments& more :
          {Arguments{"--save-depth", "a.png"}, Arguments{"--save-rgbd", "./a.png"},
           Arguments{"--report", "a.png"},
           Arguments{"--save-depth", "b.png", "--save-rgbd", "b.png"}}) {
-        EXPECT_TRUE(fails(studio.run("photo2native", more + photo), 2, "is written twice"));
+        EXPECT_TRUE(fails(run(more + photo), 2, "is written twice"));
     }
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST(Outputs, WrongUsageMakesNoDirectories) {
-    SmallStudio studio;
+TEST_F(Outputs, WrongUsageMakesNoDirectories) {
     struct Case {
         Arguments options;
         std::string other; // photo
@@ -216,46 +215,39 @@ TEST(Outputs, WrongUsageMakesNoDirectories) {
         {{"--rgbd", "up"}, "quilt.png", 2, "--rgbd is \"up\""},
         {{"-n", "nothere.onnx"}, "quilt.png", 1, "nothere.onnx: does not exist"}};
     for (const auto& [options, other, status, sentence] : cases) {
-        EXPECT_TRUE(fails(studio.run("photo2native", options + studio.display() +
-                                                         Arguments{"photo.png", other, "out"}),
-                          status, sentence));
-        EXPECT_FALSE(fs::exists(studio / "out"));
+        EXPECT_TRUE(
+            fails(convert(options + Arguments{"photo.png", other, "out"}), status, sentence));
+        EXPECT_FALSE(fs::exists(studio_ / "out"));
     }
 }
 
-TEST(Outputs, SeveralPhotosNeedDirectoriesForAllTheirOutputs) {
-    SmallStudio studio;
-    fs::create_directory(studio / "out");
+TEST_F(Outputs, SeveralPhotosNeedDirectoriesForAllTheirOutputs) {
+    fs::create_directory(studio_ / "out");
     for (const char* option : {"--save-quilt", "--save-depth", "--save-rgbd", "--lg"}) {
         const std::string name = option == std::string("--lg") ? "a.mp4" : "a.png";
-        EXPECT_TRUE(
-            fails(studio.run("photo2native",
-                             studio.display() + Arguments{option, name, "photo.png", "out"}),
-                  2, name + ": names one file, expected a directory"));
-        EXPECT_FALSE(fs::exists(studio / name));
+        EXPECT_TRUE(fails(convert({option, name, "photo.png", "out"}), 2,
+                          name + ": names one file, expected a directory"));
+        EXPECT_FALSE(fs::exists(studio_ / name));
     }
 }
 
-TEST(Outputs, AllExistingOutputsAreChecked) {
-    SmallStudio studio;
-    const Arguments call = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
-    spill(studio / "b.png", "precious");
-    spill(studio / "b_qs3x2a0.75.png", "precious");
-    fs::create_directory(studio / "v");
-    spill(studio / "v/view_3.png", "precious");
+TEST_F(Outputs, AllExistingOutputsAreChecked) {
+    const Arguments call = studio_.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    spill(studio_ / "b.png", "precious");
+    spill(studio_ / "b_qs3x2a0.75.png", "precious");
+    fs::create_directory(studio_ / "v");
+    spill(studio_ / "v/view_3.png", "precious");
     for (const Arguments& more :
          {Arguments{"--save-depth", "b.png"}, Arguments{"--save-rgbd", "b.png"},
           Arguments{"--save-quilt", "b.png"}, Arguments{"--report", "b.png"},
           Arguments{"--save-views", "v"}}) {
-        EXPECT_TRUE(fails(studio.run("photo2native", more + call), 1, "exists"));
+        EXPECT_TRUE(fails(run(more + call), 1, "exists"));
     }
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
-    EXPECT_EQ(slurp(studio / "v/view_3.png"), "precious");
-    spill(studio / "c_qs3x2a0.75.png", "precious");
-    EXPECT_TRUE(
-        fails(studio.run("views2native",
-                         studio.display() + Arguments{"--save-quilt", "c.png", "views", "a.png"}),
-              1, "exists"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+    EXPECT_EQ(slurp(studio_ / "v/view_3.png"), "precious");
+    spill(studio_ / "c_qs3x2a0.75.png", "precious");
+    EXPECT_TRUE(fails(studio_.convert("views2native", {"--save-quilt", "c.png", "views", "a.png"}),
+                      1, "exists"));
 }
 
 } // namespace altiro3D::test

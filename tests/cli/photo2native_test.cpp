@@ -4,6 +4,7 @@
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/stereo_scene.hpp"
+#include "support/texts.hpp"
 
 #include <csignal>
 #include <map>
@@ -47,9 +48,13 @@ std::vector<std::string> names(const fs::path& directory) {
 
 } // namespace
 
-TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
-    SmallStudio studio;
-    writeImage(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
+class Photo2Native : public StudioTest {
+  protected:
+    Photo2Native() : StudioTest(kTool) {}
+};
+
+TEST_F(Photo2Native, GivesTheNativeOfTheLibrary) {
+    writeImage(studio_ / "photo.png", madePhoto(150, 110)); // not of the panel's shape
     struct Case {
         Arguments arguments;
         LibraryPath path;
@@ -96,36 +101,35 @@ TEST(Photo2Native, GivesTheNativeOfTheLibrary) {
     cases[13].path.quilt = false;
     for (const auto& [arguments, path] : cases) {
         const Outcome outcome =
-            studio.run(kTool, fixedWay(arguments) + Arguments{"--quick", "-y"} + studio.display() +
-                                  Arguments{"-d", "photo.png", "depth.png", "native.png"});
+            convert(fixedWay(arguments) +
+                    Arguments{"--quick", "-y", "-d", "photo.png", "depth.png", "native.png"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
-        EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)))
+        EXPECT_TRUE(samePicture(readBack(studio_ / "native.png"), libraryNative(studio_, path)))
             << outcome.call;
     }
 }
 
-TEST(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
-    SmallStudio studio;
+TEST_F(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
     const auto make = [&](const Arguments& options) {
-        EXPECT_TRUE(isDone(studio.run(
-            kTool, fixedWay(options) + Arguments{"-y", "--report", "r.json"} + studio.display() +
-                       Arguments{"-d", "photo.png", "depth.png", "a.png"})));
-        return readBack(studio / "a.png");
+        EXPECT_TRUE(
+            isDone(convert(fixedWay(options) + Arguments{"-y", "--report", "r.json", "-d",
+                                                         "photo.png", "depth.png", "a.png"})));
+        return readBack(studio_ / "a.png");
     };
     const auto settings = [&] {
-        const Json report = Json::parse(slurp(studio / "r.json"));
+        const Json report = studio_.json("r.json");
         const Json& now = report.at("settings");
         return now.at("detail").get<std::string>() + (now.at("lensFilter") ? " filtered" : "") +
                (now.at("continuous") ? " continuous" : "");
     };
     const auto byLibrary = [&](Detail detail) {
         Display display;
-        display.calibration = readCalibration(studio / "small.json");
+        display.calibration = readCalibration(studio_ / "small.json");
         NativeOptions options;
         options.showAs(detail);
         altiro3D::Scene scene;
-        scene.photo = readPhoto(studio / "photo.png");
-        normalizeDepth(readDepthImage(studio / "depth.png"), scene.depth);
+        scene.photo = readPhoto(studio_ / "photo.png");
+        normalizeDepth(readDepthImage(studio_ / "depth.png"), scene.depth);
         cv::Mat native;
         NativeMaker(display, smallLayout(), options).makeNative(scene, native);
         return native;
@@ -146,19 +150,16 @@ TEST(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
     EXPECT_EQ(settings(), "panel");
     make({"--continuous"});
     EXPECT_EQ(settings(), "view continuous");
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"--quick", "--best"} + studio.display() +
-                                            Arguments{"photo.png", "b.png"}),
-                      2, "--best and --quick exclude each other"));
+    EXPECT_TRUE(fails(convert({"--quick", "--best", "photo.png", "b.png"}), 2,
+                      "--best and --quick exclude each other"));
 }
 
 // A quilt has views of its own size, filtered for it.
-TEST(Photo2Native, QuiltsAreMadeAtTheSizeOfTheirViews) {
-    SmallStudio studio;
+TEST_F(Photo2Native, QuiltsAreMadeAtTheSizeOfTheirViews) {
     const auto quilt = [&](const Arguments& options) {
-        EXPECT_TRUE(isDone(studio.run(
-            kTool, options + Arguments{"-y", "--save-quilt", "q.png"} + studio.display() +
-                       Arguments{"-d", "photo.png", "depth.png", "a.png"})));
-        return slurp(studio / "q_qs3x2a0.75.png");
+        EXPECT_TRUE(isDone(convert(options + Arguments{"-y", "--save-quilt", "q.png", "-d",
+                                                       "photo.png", "depth.png", "a.png"})));
+        return slurp(studio_ / "q_qs3x2a0.75.png");
     };
     const std::string usual = quilt({});
     EXPECT_EQ(quilt({"--best"}), usual);
@@ -166,19 +167,17 @@ TEST(Photo2Native, QuiltsAreMadeAtTheSizeOfTheirViews) {
     EXPECT_NE(quilt({"-k"}), usual);
 }
 
-TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
-    SmallStudio studio;
+TEST_F(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
     const cv::Mat photo = madePhoto(150, 110);
-    writeImage(studio / "photo.png", photo);
+    writeImage(studio_ / "photo.png", photo);
     const cv::Mat depth16 = madeDepth(75, 55);
-    writeImage(studio / "depth.png", depth16);
-    const Outcome outcome = studio.run(
-        kTool, Arguments{"--quick", "--fit", "auto", "--focus", "auto", "--strength", "auto",
-                         "--report", "r.json"} +
-                   studio.display() + Arguments{"-d", "photo.png", "depth.png", "native.png"});
+    writeImage(studio_ / "depth.png", depth16);
+    const Outcome outcome =
+        convert({"--quick", "--fit", "auto", "--focus", "auto", "--strength", "auto", "--report",
+                 "r.json", "-d", "photo.png", "depth.png", "native.png"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.text().find("auto: center "), std::string::npos) << outcome.text();
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_TRUE(holds(outcome.text(), "auto: center "));
+    const Json report = studio_.json("r.json");
     EXPECT_TRUE(report.at("settings").at("focus").is_null());
     EXPECT_EQ(report.at("settings").at("fit"), "auto");
     cv::Mat depth;
@@ -195,35 +194,33 @@ TEST(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
     EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, 1e-9);
     EXPECT_GT(path.views.strengthPercent, 0);
     EXPECT_LE(path.views.strengthPercent, kMaxAutoStrength);
-    EXPECT_TRUE(samePicture(readBack(studio / "native.png"), libraryNative(studio, path)));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "native.png"), libraryNative(studio_, path)));
 }
 
-TEST(Photo2Native, WithoutOptionsFramingFocusAndALimitOfTheStrengthFollowFromThePhoto) {
-    SmallStudio studio;
+TEST_F(Photo2Native, WithoutOptionsFramingFocusAndALimitOfTheStrengthFollowFromThePhoto) {
     cv::Mat photo(200, 280, CV_8UC3, cv::Scalar::all(99)); // a scan with 3 px around it
     for (int y = 3; y < 197; ++y) // stripes, of which the bright ones are near to the network
         for (int x = 3; x < 277; ++x)
             photo.at<cv::Vec3b>(y, x) = cv::Vec3b::all(x / 20 % 2 == 0 ? 240 : 10);
-    writeImage(studio / "photo.png", photo);
+    writeImage(studio_ / "photo.png", photo);
     const auto make = [&](const Arguments& options, const Arguments& files) {
-        const Outcome outcome = studio.run(kTool, Arguments{"-y", "--report", "r.json"} + options +
-                                                      studio.display() + files);
+        const Outcome outcome = convert(Arguments{"-y", "--report", "r.json"} + options + files);
         EXPECT_TRUE(isDone(outcome));
         return outcome.out;
     };
-    const auto picture = [&] { return Json::parse(slurp(studio / "r.json")).at("pictures").at(0); };
+    const auto picture = [&] { return studio_.json("r.json").at("pictures").at(0); };
     const Arguments estimated{"photo.png", "a.png"};
     const std::string said = make({"--save-depth", "depth.png"}, estimated);
-    EXPECT_NE(said.find("--fit cover --focus 0.5 chooses nothing\n"), std::string::npos) << said;
+    EXPECT_TRUE(holds(said, "--fit cover --focus 0.5 chooses nothing\n"));
     for (const char* part : {"; border of the scan cut: 4 px top", " px bottom", ", strength "})
-        EXPECT_NE(said.find(part), std::string::npos) << said;
+        EXPECT_TRUE(holds(said, part));
     const Json chosen = picture();
     EXPECT_LT(chosen.at("strengthPercent"), 8); // H of (7.4) is some 3 stripes of the part shown
     EXPECT_GT(chosen.at("strengthPercent"), 2);
-    const std::string native = slurp(studio / "a.png");
+    const std::string native = slurp(studio_ / "a.png");
     const std::string same = make({"--fit", "auto", "--focus", "auto"}, estimated);
-    EXPECT_EQ(slurp(studio / "a.png"), native);
-    EXPECT_EQ(same.find("chooses nothing"), std::string::npos) << same;
+    EXPECT_EQ(slurp(studio_ / "a.png"), native);
+    EXPECT_FALSE(holds(same, "chooses nothing"));
     // each option is obeyed
     make({"--strength", "10"}, estimated);
     EXPECT_EQ(picture().at("strengthPercent"), 10);
@@ -241,19 +238,16 @@ TEST(Photo2Native, WithoutOptionsFramingFocusAndALimitOfTheStrengthFollowFromThe
     EXPECT_LT(picture().at("crop").at(3), 195);
 }
 
-TEST(Photo2Native, OnlyTheBorderOfAScanThatWouldBeSeenIsSaidToBeCut) {
-    SmallStudio studio;
+TEST_F(Photo2Native, OnlyTheBorderOfAScanThatWouldBeSeenIsSaidToBeCut) {
     const auto saidOf = [&](int cols, int rows, const cv::Rect& inside) {
         cv::Mat photo(rows, cols, CV_8UC3, cv::Scalar::all(250));
         cv::Mat part = photo(inside); // neither rows nor columns of it have one colour
         for (int y = 0; y < part.rows; ++y)
             for (int x = 0; x < part.cols; ++x)
                 part.at<cv::Vec3b>(y, x) = cv::Vec3b::all((x / 9 + y / 9) % 2 == 0 ? 20 : 130);
-        writeImage(studio / "photo.png", photo);
-        writeImage(studio / "depth.png", madeDepth(cols / 4, rows / 4));
-        const Outcome outcome =
-            studio.run(kTool, Arguments{"-y"} + studio.display() +
-                                  Arguments{"-d", "photo.png", "depth.png", "a.png"});
+        writeImage(studio_ / "photo.png", photo);
+        writeImage(studio_ / "depth.png", madeDepth(cols / 4, rows / 4));
+        const Outcome outcome = convert({"-y", "-d", "photo.png", "depth.png", "a.png"});
         EXPECT_TRUE(isDone(outcome));
         const std::size_t at = outcome.out.find("; border of the scan cut: ");
         return at == std::string::npos ? ""
@@ -266,24 +260,23 @@ TEST(Photo2Native, OnlyTheBorderOfAScanThatWouldBeSeenIsSaidToBeCut) {
     EXPECT_EQ(saidOf(300, 400, {5, 0, 295, 400}), "; border of the scan cut: 6 px left");
 }
 
-TEST(Photo2Native, BothPathsGiveTheSameNative) {
-    SmallStudio studio;
-    writeImage(studio / "photo.png", madePhoto(150, 110)); // not of the panel's shape
-    writeImage(studio / "depth.png", madeDepth(75, 55));
+TEST_F(Photo2Native, BothPathsGiveTheSameNative) {
+    writeImage(studio_ / "photo.png", madePhoto(150, 110)); // not of the panel's shape
+    writeImage(studio_ / "depth.png", madeDepth(75, 55));
     const Arguments table{"-q", "2x3", "-r", "40x30", "small.json"};
-    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", Arguments{"-m", "a.map"} + table)));
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", Arguments{"-m", "a.map"} + table)));
     ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", Arguments{"--invert", "off", "-m", "off.map"} + table)));
+        studio_.run("altiro3Dnative", Arguments{"--invert", "off", "-m", "off.map"} + table)));
     const Arguments photo{"-y", "--report", "r.json", "-d", "photo.png", "depth.png", "a.png"};
     const auto native = [&](const Arguments& arguments, const char* path) {
-        EXPECT_TRUE(isDone(studio.run(kTool, arguments + Arguments{"--quick"} + photo)));
-        const Json report = Json::parse(slurp(studio / "r.json"));
+        EXPECT_TRUE(isDone(run(arguments + Arguments{"--quick"} + photo)));
+        const Json report = studio_.json("r.json");
         EXPECT_EQ(report.at("settings").at("path"), path);
         EXPECT_FALSE(report.at("settings").at("continuous").get<bool>());
         const Json& stages = report.at("pictures").at(0).at("milliseconds");
         EXPECT_TRUE(stages.contains("native"));
         EXPECT_EQ(stages.contains("views"), path == std::string("quilt"));
-        return readBack(studio / "a.png");
+        return readBack(studio_ / "a.png");
     };
     std::vector<cv::Mat> seen;
     for (const Arguments& options :
@@ -291,12 +284,12 @@ TEST(Photo2Native, BothPathsGiveTheSameNative) {
           Arguments{"--method", "fast", "--refine", "2"}, Arguments{"--focus", "0.9"},
           Arguments{"--fit", "contain"}}) {
         const Arguments strong = options + Arguments{"--strength", "40"};
-        const cv::Mat direct = native(strong + studio.display(), "direct");
+        const cv::Mat direct = native(strong + studio_.display(), "direct");
         EXPECT_TRUE(samePicture(direct, native(strong + Arguments{"-m", "a.map"}, "quilt")));
         EXPECT_TRUE(samePicture(
-            direct, native(strong + Arguments{"-m", "a.map"} + studio.display(), "quilt")));
+            direct, native(strong + Arguments{"-m", "a.map"} + studio_.display(), "quilt")));
         const cv::Mat inverted =
-            native(strong + Arguments{"--invert", "off"} + studio.display(), "direct");
+            native(strong + Arguments{"--invert", "off"} + studio_.display(), "direct");
         EXPECT_TRUE(samePicture(inverted, native(strong + Arguments{"-m", "off.map"}, "quilt")));
         EXPECT_FALSE(samePicture(inverted, direct));
         for (const cv::Mat& other : seen)
@@ -304,38 +297,36 @@ TEST(Photo2Native, BothPathsGiveTheSameNative) {
         seen.push_back(direct);
     }
     // these need the quilt
-    native(Arguments{"-g"} + studio.display(), "quilt");
-    native(Arguments{"--sampling", "linear"} + studio.display(), "quilt");
-    native(Arguments{"--view-filter", "linear"} + studio.display(), "quilt");
-    native(Arguments{"--view-filter", "nearest", "--sampling", "nearest"} + studio.display(),
+    native(Arguments{"-g"} + studio_.display(), "quilt");
+    native(Arguments{"--sampling", "linear"} + studio_.display(), "quilt");
+    native(Arguments{"--view-filter", "linear"} + studio_.display(), "quilt");
+    native(Arguments{"--view-filter", "nearest", "--sampling", "nearest"} + studio_.display(),
            "direct");
 }
 
-TEST(Photo2Native, OnlyThePathOverTheQuiltNeedsATable) {
-    SmallStudio studio;
+TEST_F(Photo2Native, OnlyThePathOverTheQuiltNeedsATable) {
     const Arguments photo{"-v", "-y", "-d", "photo.png", "depth.png", "a.png"};
     for (const Arguments& options :
          {Arguments{}, Arguments{"-k"}, Arguments{"--continuous"}, Arguments{"--method", "fast"},
           Arguments{"--save-quilt", "q.png", "--save-views", "v"}}) {
-        const Outcome outcome = studio.run(kTool, options + studio.display() + photo);
+        const Outcome outcome = convert(options + photo);
         EXPECT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find("path: direct, "), std::string::npos) << outcome.out;
-        EXPECT_EQ(outcome.out.find("look-up table"), std::string::npos) << outcome.out;
+        EXPECT_TRUE(holds(outcome.out, "path: direct, "));
+        EXPECT_FALSE(holds(outcome.out, "look-up table"));
     }
-    EXPECT_FALSE(fs::exists(studio.home() / ".cache"));
-    const Outcome outcome = studio.run(kTool, Arguments{"-g"} + studio.display() + photo);
+    EXPECT_FALSE(fs::exists(studio_.home() / ".cache"));
+    const Outcome outcome = convert(Arguments{"-g"} + photo);
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("path: over the quilt, as method real"), std::string::npos);
-    EXPECT_NE(outcome.out.find("look-up table: built and kept"), std::string::npos);
-    EXPECT_TRUE(fs::exists(studio.home() / ".cache/altiro3D"));
+    EXPECT_TRUE(holds(outcome.out, "path: over the quilt, as method real"));
+    EXPECT_TRUE(holds(outcome.out, "look-up table: built and kept"));
+    EXPECT_TRUE(fs::exists(studio_.home() / ".cache/altiro3D"));
 }
 
-TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
-    SmallStudio studio;
+TEST_F(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
     const Arguments call{"--strength", "40", "-y", "-d", "photo.png", "depth.png", "a.png"};
     const auto make = [&](const Arguments& options) {
-        EXPECT_TRUE(isDone(studio.run(kTool, options + studio.display() + call)));
-        return readBack(studio / "a.png");
+        EXPECT_TRUE(isDone(convert(options + call)));
+        return readBack(studio_ / "a.png");
     };
     const cv::Mat discrete = make({"--quick", "--save-quilt", "discrete.png"});
     const cv::Mat continuous =
@@ -343,9 +334,9 @@ TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
     const Difference difference = compare(continuous, discrete);
     EXPECT_GT(difference.mean, 0.1); // 6 views are few
     EXPECT_LT(difference.mean, 20);
-    EXPECT_EQ(slurp(studio / "continuous_qs3x2a0.75.png"),
-              slurp(studio / "discrete_qs3x2a0.75.png"));
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_EQ(slurp(studio_ / "continuous_qs3x2a0.75.png"),
+              slurp(studio_ / "discrete_qs3x2a0.75.png"));
+    const Json report = studio_.json("r.json");
     EXPECT_TRUE(report.at("settings").at("continuous").get<bool>());
     EXPECT_EQ(report.at("settings").at("path"), "direct");
     EXPECT_TRUE(report.at("pictures").at(0).at("milliseconds").contains("views")); // the quilt's
@@ -353,9 +344,8 @@ TEST(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
     EXPECT_TRUE(samePicture(make({"--continuous", "--view-filter", "nearest"}), continuous));
 }
 
-TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
+TEST_F(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", studio_.goodCall("altiro3Dnative", "a.map"))));
     const std::pair<Arguments, const char*> cases[] = {
         {{"-g"}, "expected --method layered or fast"},
         {{"--method", "real"}, "expected --method layered or fast"},
@@ -363,111 +353,102 @@ TEST(Photo2Native, ContinuousPositionsNeedTheDirectPath) {
         {{"--view-filter", "linear"}, "expected it without them"},
         {{"--sampling", "linear"}, "expected it without them"}};
     for (const auto& [options, sentence] : cases) {
-        EXPECT_TRUE(fails(studio.run(kTool, Arguments{"--continuous"} + options + studio.display() +
-                                                Arguments{"-d", "photo.png", "depth.png", "a.png"}),
+        EXPECT_TRUE(fails(convert(Arguments{"--continuous"} + options +
+                                  Arguments{"-d", "photo.png", "depth.png", "a.png"}),
                           2, sentence));
     }
-    EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-m", "a.map", "photo.png", "a.png"}), 2,
+    EXPECT_TRUE(fails(run({"--continuous", "-m", "a.map", "photo.png", "a.png"}), 2,
                       "expected -c instead of -m"));
     // more views than the direct path supports in a row
-    const Outcome many = studio.run(kTool, {"-c", "small.json", "-q", "257x256", "-r", "2x2", "-y",
-                                            "-d", "photo.png", "depth.png", "many.png"});
+    const Outcome many = run({"-c", "small.json", "-q", "257x256", "-r", "2x2", "-y", "-d",
+                              "photo.png", "depth.png", "many.png"});
     EXPECT_TRUE(isDone(many));
-    EXPECT_TRUE(fails(studio.run(kTool, {"--continuous", "-c", "small.json", "-q", "257x256", "-r",
-                                         "2x2", "-d", "photo.png", "depth.png", "a.png"}),
+    EXPECT_TRUE(fails(run({"--continuous", "-c", "small.json", "-q", "257x256", "-r", "2x2", "-d",
+                           "photo.png", "depth.png", "a.png"}),
                       2, "more than 65536 views"));
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST(Photo2Native, DepthIsEstimatedByTheFirstNetwork) {
-    SmallStudio studio;
-    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + fixedWay() + studio.display() +
-                                                  Arguments{"photo.png", "a.png"});
+TEST_F(Photo2Native, DepthIsEstimatedByTheFirstNetwork) {
+    const Outcome outcome =
+        convert(Arguments{"--quick"} + fixedWay() + Arguments{"photo.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("depth: network tiny ("), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "depth: network tiny ("));
     LibraryPath path;
     path.isEstimated = true;
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, path)));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative(studio_, path)));
 }
 
-TEST(Photo2Native, WithoutANetworkOnlyPhotosWithoutDepthFail) {
-    SmallStudio studio;
-    fs::remove(studio.models() / "tiny.onnx");
+TEST_F(Photo2Native, WithoutANetworkOnlyPhotosWithoutDepthFail) {
+    fs::remove(studio_.models() / "tiny.onnx");
     const std::string problem = "depth: no network is installed that could estimate it, expected ";
     const auto run = [&](const Arguments& more) {
-        return studio.run(kTool, Arguments{"-y"} + studio.display() + more + Arguments{"a.png"});
+        return convert(Arguments{"-y"} + more + Arguments{"a.png"});
     };
     EXPECT_TRUE(fails(run({"photo.png"}), 1, problem));
     EXPECT_TRUE(fails(run({"-n", "tiny", "photo.png"}), 1, "tiny.onnx is missing"));
     EXPECT_TRUE(fails(run({"-n", "cues", "photo.png"}), 2, "expected -n altiro3d"));
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
     EXPECT_TRUE(isDone(run({"-d", "photo.png", "depth.png"})));
-    fs::copy(studio / "depth.png", studio / "photo-depth.png");
+    fs::copy(studio_ / "depth.png", studio_ / "photo-depth.png");
     EXPECT_TRUE(isDone(run({"photo.png"})));
 }
 
-TEST(Photo2Native, AKeyOfAProfileThatHasNoEffectIsNamed) {
-    SmallStudio studio;
+TEST_F(Photo2Native, AKeyOfAProfileThatHasNoEffectIsNamed) {
     const auto with = [&](const char* share) {
-        spill(studio / "p.json", R"({"name": "p", "inputWidth": 32, "inputHeight": 32,
+        spill(studio_ / "p.json", R"({"name": "p", "inputWidth": 32, "inputHeight": 32,
                                      "cuesShare": )" +
-                                     std::string(share) + "}");
-        return studio.run(kTool, Arguments{"-y", "-n", (studio.models() / "tiny.onnx").string(),
-                                           "--net-profile", "p.json"} +
-                                     studio.display() + Arguments{"photo.png", "a.png"});
+                                      std::string(share) + "}");
+        return convert({"-y", "-n", (studio_.models() / "tiny.onnx").string(), "--net-profile",
+                        "p.json", "photo.png", "a.png"});
     };
     EXPECT_TRUE(isDone(with("0")));
     EXPECT_TRUE(warns(with("0.35"), "p.json: cuesShare: has no effect, expected 0 or no such key"));
 }
 
-TEST(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
-    SmallStudio studio;
-    fs::create_directory(studio / "net");
-    fs::copy(sourcePath("models/catalog.json"), studio / "net/catalog.json");
-    studio.set("ALTIRO3D_MODELS", (studio / "net").string());
-    const Arguments photo = studio.display() + Arguments{"photo.png", "a.png"};
+TEST_F(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
+    fs::create_directory(studio_ / "net");
+    fs::copy(sourcePath("models/catalog.json"), studio_ / "net/catalog.json");
+    studio_.set("ALTIRO3D_MODELS", (studio_ / "net").string());
+    const Arguments photo = studio_.display() + Arguments{"photo.png", "a.png"};
     if (fs::exists(sourcePath("models/model-small.onnx")) ||
         fs::exists(sourcePath("models/model-f6b98070.onnx"))) {
         GTEST_SKIP() << "networks lie in the source tree";
     }
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-l"} + photo), 1, "model-f6b98070.onnx"));
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1, "midas-small"));
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
-    fs::create_directory(studio / "midas-small"); // a folder of that name is not a network
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-n", "midas-small"} + photo), 1,
+    EXPECT_TRUE(fails(run(Arguments{"-l"} + photo), 1, "model-f6b98070.onnx"));
+    EXPECT_TRUE(fails(run(Arguments{"-n", "midas-small"} + photo), 1, "midas-small"));
+    EXPECT_TRUE(fails(run(Arguments{"-n", "no.onnx"} + photo), 1, "no.onnx"));
+    fs::create_directory(studio_ / "midas-small"); // a folder of that name is not a network
+    EXPECT_TRUE(fails(run(Arguments{"-n", "midas-small"} + photo), 1,
                       "its file model-small.onnx is missing"));
-    EXPECT_TRUE(
-        fails(studio.run(kTool, Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
+    EXPECT_TRUE(fails(run(Arguments{"-n", "midas"} + photo), 1, "midas-small, midas-large"));
     // the one of the source tree, and none that is not the first
-    spill(studio / "net/fastdepth_224_op10.onnx", "no network");
-    const Outcome outcome = studio.run(kTool, Arguments{"--quick"} + fixedWay() + photo);
+    spill(studio_ / "net/fastdepth_224_op10.onnx", "no network");
+    const Outcome outcome = run(Arguments{"--quick"} + fixedWay() + photo);
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("depth: network altiro3d ("), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "depth: network altiro3d ("));
     LibraryPath path;
     altiro3D::Scene scene;
     const std::vector<InstalledNetwork> own = installedNetworks({sourcePath("models")});
     ASSERT_EQ(own.size(), 1U);
     depthFromNetwork(DepthNetwork(own[0].file, own[0].profile))
-        ->readScene(readPhoto(studio / "photo.png"), path.views.focus, scene);
+        ->readScene(readPhoto(studio_ / "photo.png"), path.views.focus, scene);
     path.edges = scene.edges;
     // the network's sums depend on the number of threads in the last digits
     EXPECT_TRUE(samePicture(
-        readBack(studio / "a.png"),
-        libraryNative(readCalibration(studio / "small.json"), scene.photo, scene.depth, path), 2));
+        readBack(studio_ / "a.png"),
+        libraryNative(readCalibration(studio_ / "small.json"), scene.photo, scene.depth, path), 2));
 }
 
-TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
-    SmallStudio studio;
-    fs::create_directory(studio / "net");
-    fs::copy(sourcePath("models/catalog.json"), studio / "net/catalog.json");
-    studio.set("ALTIRO3D_MODELS", (studio / "net").string());
-    spill(studio / "net/model-small.onnx", "no network");
-    spill(studio / "net/model-f6b98070.onnx", "no network either");
-    spill(studio / "other.onnx", "nor this");
-    const Arguments photo = studio.display() + Arguments{"photo.png", "a.png"};
-    const auto with = [&](const Arguments& arguments) {
-        return studio.run(kTool, arguments + photo);
-    };
+TEST_F(Photo2Native, LargeMustAgreeWithTheCatalogue) {
+    fs::create_directory(studio_ / "net");
+    fs::copy(sourcePath("models/catalog.json"), studio_ / "net/catalog.json");
+    studio_.set("ALTIRO3D_MODELS", (studio_ / "net").string());
+    spill(studio_ / "net/model-small.onnx", "no network");
+    spill(studio_ / "net/model-f6b98070.onnx", "no network either");
+    spill(studio_ / "other.onnx", "nor this");
+    const Arguments photo = studio_.display() + Arguments{"photo.png", "a.png"};
+    const auto with = [&](const Arguments& arguments) { return run(arguments + photo); };
     EXPECT_TRUE(
         fails(with({"-l", "-n", "midas-small"}), 2, "the catalogue knows it as midas-small"));
     EXPECT_TRUE(fails(with({"-l", "-n", "net/model-small.onnx"}), 2, "midas-small"));
@@ -478,11 +459,10 @@ TEST(Photo2Native, LargeMustAgreeWithTheCatalogue) {
     EXPECT_TRUE(fails(with({"-n", "net/model-f6b98070.onnx"}), 1, "model-f6b98070.onnx"));
     EXPECT_TRUE(fails(with({"-l", "-n", "other.onnx"}), 1, "other.onnx"));
     EXPECT_TRUE(fails(with({"-n", "other.onnx"}), 1, "--net-profile"));
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
-    SmallStudio studio;
+TEST_F(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
     const std::string kinds =
         ", expected near-white, far-white, metric or metric:SCALE (units of a metre)";
     const std::pair<Arguments, std::string> cases[] = {
@@ -513,26 +493,23 @@ TEST(Photo2Native, DepthOptionsThatContradictAreWrongUsage) {
         {{"--zoom", "0.5"}, "--zoom is \"0.5\", expected a number 1..1000"},
         {{"--sampling", "cubic"}, "--sampling is \"cubic\", expected nearest or linear"}};
     for (const auto& [more, sentence] : cases) {
-        Arguments call = more + studio.display() + Arguments{"photo.png"};
+        Arguments call = more + studio_.display() + Arguments{"photo.png"};
         if (more.front() == "-d") call.emplace_back("depth.png");
-        EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"a.png"}), 2, sentence));
+        EXPECT_TRUE(fails(run(call + Arguments{"a.png"}), 2, sentence));
     }
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "a.png"}),
-                      2, "PHOTO DEPTH OUT"));
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_TRUE(fails(convert({"-d", "photo.png", "a.png"}), 2, "PHOTO DEPTH OUT"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST(Photo2Native, AnRgbdPictureGivesTheNativeOfTwoFiles) {
-    SmallStudio studio;
-    const cv::Mat photo = readBack(studio / "photo.png");
+TEST_F(Photo2Native, AnRgbdPictureGivesTheNativeOfTwoFiles) {
+    const cv::Mat photo = readBack(studio_ / "photo.png");
     cv::Mat depth(photo.size(), CV_8UC3, cv::Scalar::all(40));
     depth(cv::Rect(20, 30, 40, 50)) = cv::Scalar::all(220);
     cv::Mat grey;
     cv::extractChannel(depth, grey, 0);
-    writeImage(studio / "grey.png", grey);
-    ASSERT_TRUE(isDone(
-        studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "grey.png", "two.png"})));
-    const cv::Mat expected = readBack(studio / "two.png");
+    writeImage(studio_ / "grey.png", grey);
+    ASSERT_TRUE(isDone(convert({"-d", "photo.png", "grey.png", "two.png"})));
+    const cv::Mat expected = readBack(studio_ / "two.png");
     for (const std::string side : {"right", "left", "top", "bottom"}) {
         const cv::Mat& first = side == "right" || side == "bottom" ? photo : depth;
         const cv::Mat& second = side == "right" || side == "bottom" ? depth : photo;
@@ -542,89 +519,77 @@ TEST(Photo2Native, AnRgbdPictureGivesTheNativeOfTwoFiles) {
         } else {
             cv::vconcat(first, second, both);
         }
-        writeImage(studio / "rgbd.png", both);
-        EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-y", "--rgbd", side} + studio.display() +
-                                                 Arguments{"rgbd.png", "one.png"})));
-        EXPECT_TRUE(samePicture(readBack(studio / "one.png"), expected)) << side;
+        writeImage(studio_ / "rgbd.png", both);
+        EXPECT_TRUE(isDone(convert({"-y", "--rgbd", side, "rgbd.png", "one.png"})));
+        EXPECT_TRUE(samePicture(readBack(studio_ / "one.png"), expected)) << side;
     }
 }
 
-TEST(Photo2Native, FlatDepthGivesEqualViewsWhateverTheFocus) {
-    SmallStudio studio;
+TEST_F(Photo2Native, FlatDepthGivesEqualViewsWhateverTheFocus) {
     for (const int value : {0, 40000}) {
-        writeImage(studio / "flat.png", cv::Mat(60, 45, CV_16UC1, cv::Scalar(value)));
+        writeImage(studio_ / "flat.png", cv::Mat(60, 45, CV_16UC1, cv::Scalar(value)));
         for (const char* focus : {"0", "0.77", "1"}) {
-            const Outcome outcome = studio.run(
-                kTool,
-                Arguments{"-v", "-y", "--strength", "80", "--focus", focus, "--save-views", "v"} +
-                    studio.display() + Arguments{"-d", "photo.png", "flat.png", "a.png"});
+            const Outcome outcome =
+                convert({"-v", "-y", "--strength", "80", "--focus", focus, "--save-views", "v",
+                         "-d", "photo.png", "flat.png", "a.png"});
             ASSERT_EQ(outcome.status, 0) << outcome.text();
-            EXPECT_NE(outcome.out.find("at most 0.00 view px"), std::string::npos) << outcome.out;
-            const std::string first = slurp(studio / "v/view_0.png");
+            EXPECT_TRUE(holds(outcome.out, "at most 0.00 view px"));
+            const std::string first = slurp(studio_ / "v/view_0.png");
             for (int i = 1; i < 6; ++i)
-                EXPECT_EQ(slurp(studio / ("v/view_" + std::to_string(i) + ".png")), first);
+                EXPECT_EQ(slurp(studio_ / ("v/view_" + std::to_string(i) + ".png")), first);
         }
     }
 }
 
-TEST(Photo2Native, NearerThingsMoveLeftFromViewToView) {
-    SmallStudio studio;
+TEST_F(Photo2Native, NearerThingsMoveLeftFromViewToView) {
     cv::Mat photo(160, 120, CV_8UC3, cv::Scalar::all(10));
     cv::Mat depth(160, 120, CV_8UC1, cv::Scalar(20));
     photo(cv::Rect(50, 60, 20, 40)) = cv::Scalar::all(250);
     depth(cv::Rect(35, 50, 50, 60)) = 230; // wider than the white bar: Fast is exact inside
-    writeImage(studio / "photo.png", photo);
-    writeImage(studio / "depth.png", depth);
-    ASSERT_EQ(
-        studio
-            .run(kTool, fixedWay({"-c", "small.json", "-q", "2x3", "-r", "160x120", "--save-views",
-                                  "v", "-d", "photo.png", "depth.png", "a.png"}))
-            .status,
-        0);
+    writeImage(studio_ / "photo.png", photo);
+    writeImage(studio_ / "depth.png", depth);
+    ASSERT_EQ(run(fixedWay({"-c", "small.json", "-q", "2x3", "-r", "160x120", "--save-views", "v",
+                            "-d", "photo.png", "depth.png", "a.png"}))
+                  .status,
+              0);
     // S = 12 px between the outermost views for a whole depth range, half of it before the focus;
     // 0.1: resampling in steps of 1/32 px and rounding of colours
     std::vector<double> columns;
     for (int i = 0; i < 6; ++i)
         columns.push_back(
-            brightColumn(readBack(studio / ("v/view_" + std::to_string(i) + ".png"))));
+            brightColumn(readBack(studio_ / ("v/view_" + std::to_string(i) + ".png"))));
     EXPECT_NEAR(columns.front() - columns.back(), 6, 0.1);
     for (std::size_t i = 1; i < 6; ++i)
         EXPECT_NEAR(columns[i - 1] - columns[i], 1.2, 0.1) << "view " << i;
 }
 
-TEST(Photo2Native, NoStrengthGivesEqualViews) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(studio.run(kTool, Arguments{"--strength", "0", "--save-views", "v"} +
-                                             studio.display() +
-                                             Arguments{"-d", "photo.png", "depth.png", "a.png"})));
+TEST_F(Photo2Native, NoStrengthGivesEqualViews) {
+    ASSERT_TRUE(isDone(convert(
+        {"--strength", "0", "--save-views", "v", "-d", "photo.png", "depth.png", "a.png"})));
     for (int i = 1; i < 6; ++i) {
-        EXPECT_EQ(slurp(studio / ("v/view_" + std::to_string(i) + ".png")),
-                  slurp(studio / "v/view_0.png"));
+        EXPECT_EQ(slurp(studio_ / ("v/view_" + std::to_string(i) + ".png")),
+                  slurp(studio_ / "v/view_0.png"));
     }
 }
 
-TEST(Photo2Native, TellsHowMuchIsCutOffForThePanelsShape) {
-    SmallStudio studio; // panel 96 x 128 px, 3 : 4
+TEST_F(Photo2Native, TellsHowMuchIsCutOffForThePanelsShape) {
     const auto said = [&](cv::Size size, const Arguments& more) {
-        writeImage(studio / "photo.png", madePhoto(size.width, size.height));
-        const Outcome outcome = studio.run(kTool, more + studio.goodCall(kTool, "a.png"));
+        writeImage(studio_ / "photo.png", madePhoto(size.width, size.height));
+        const Outcome outcome = run(more + studio_.goodCall(kTool, "a.png"));
         EXPECT_EQ(outcome.status, 0); // and it warns of the depth's other shape
         return outcome.out;
     };
-    EXPECT_NE(said({160, 90}, {"-y"}).find("fit: 58 % of the width is cut off"), std::string::npos);
-    EXPECT_NE(said({50, 200}, {"-y"}).find("fit: 67 % of the height is cut off"),
-              std::string::npos);
-    EXPECT_EQ(said({100, 90}, {"-y"}).find("fit:"), std::string::npos); // 32.5 %
-    EXPECT_EQ(said({160, 90}, {"-y", "--fit", "contain"}).find("fit:"), std::string::npos);
+    EXPECT_TRUE(holds(said({160, 90}, {"-y"}), "fit: 58 % of the width is cut off"));
+    EXPECT_TRUE(holds(said({50, 200}, {"-y"}), "fit: 67 % of the height is cut off"));
+    EXPECT_FALSE(holds(said({100, 90}, {"-y"}), "fit:")); // 32.5 %
+    EXPECT_FALSE(holds(said({160, 90}, {"-y", "--fit", "contain"}), "fit:"));
 }
 
-TEST(Photo2Native, TellsTheShapeThatViewsAreShownIn) {
-    SmallStudio studio;
+TEST_F(Photo2Native, TellsTheShapeThatViewsAreShownIn) {
     const auto said = [&](cv::Size panel, const char* tile) {
-        writeCalibration(studio / "small.json", panel);
-        return studio
-            .run(kTool, {"-c", "small.json", "-q", "2x3", "-r", tile, "-d", "photo.png",
-                         "depth.png", "a.png", "-y"})
+        writeCalibration(studio_ / "small.json", panel);
+        return run({"-c", "small.json", "-q", "2x3", "-r", tile, "-d", "photo.png", "depth.png",
+                    "a.png", "-y"})
             .out;
     };
     const auto holds = [](const std::string& text, const char* part) {
@@ -636,103 +601,91 @@ TEST(Photo2Native, TellsTheShapeThatViewsAreShownIn) {
     EXPECT_TRUE(holds(said({96, 128}, "40x30"), "each view 30 x 40 px\n"));
 }
 
-TEST(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
-    SmallStudio studio;
-    const Arguments photo = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+TEST_F(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
+    const Arguments photo = studio_.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
     for (const Arguments& keep : {Arguments{"--quick"}, Arguments{"-k", "--view-filter", "nearest"},
                                   Arguments{"-k", "-g"}}) {
-        ASSERT_TRUE(isDone(studio.run(kTool, keep + Arguments{"-y"} + photo)));
-        const std::string expected = slurp(studio / "a.png");
-        const Outcome outcome =
-            studio.run(kTool, keep +
-                                  Arguments{"-y", "--save-quilt", "q.png", "--save-views", "v",
-                                            "--save-depth", "d.png", "--save-rgbd", "r.png"} +
-                                  photo);
+        ASSERT_TRUE(isDone(run(keep + Arguments{"-y"} + photo)));
+        const std::string expected = slurp(studio_ / "a.png");
+        const Outcome outcome = run(keep +
+                                    Arguments{"-y", "--save-quilt", "q.png", "--save-views", "v",
+                                              "--save-depth", "d.png", "--save-rgbd", "r.png"} +
+                                    photo);
         ASSERT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find("q_qs3x2a0.75.png"), std::string::npos) << outcome.out;
-        EXPECT_EQ(slurp(studio / "a.png"), expected); // whatever else is saved
+        EXPECT_TRUE(holds(outcome.out, "q_qs3x2a0.75.png"));
+        EXPECT_EQ(slurp(studio_ / "a.png"), expected); // whatever else is saved
         EXPECT_TRUE(
-            isDone(studio.run("quilt2native", {"-y", "--sampling", "nearest", "-c", "small.json",
-                                               "q_qs3x2a0.75.png", "fromQuilt.png"})));
+            isDone(studio_.run("quilt2native", {"-y", "--sampling", "nearest", "-c", "small.json",
+                                                "q_qs3x2a0.75.png", "fromQuilt.png"})));
         // sampled at the panel's resolution, the Native shows more than any quilt
         const bool ofQuilt = keep.size() != 3;
-        EXPECT_EQ(slurp(studio / "fromQuilt.png") == expected, ofQuilt);
-        EXPECT_EQ(names(studio / "v").size(), 6U);
-        EXPECT_TRUE(isDone(studio.run("views2native", Arguments{"-y", "--sampling", "nearest"} +
-                                                          studio.display() +
-                                                          Arguments{"v", "fromViews.png"})));
-        EXPECT_EQ(slurp(studio / "fromViews.png"), slurp(studio / "fromQuilt.png"));
-        EXPECT_EQ(readBack(studio / "d.png").type(), CV_16UC1);
-        EXPECT_EQ(readBack(studio / "d.png").size(), cv::Size(90, 120));
-        EXPECT_EQ(readBack(studio / "r.png").size(), cv::Size(180, 120));
-        EXPECT_TRUE(samePicture(readBack(studio / "r.png")(cv::Rect(0, 0, 90, 120)),
-                                readBack(studio / "photo.png")));
+        EXPECT_EQ(slurp(studio_ / "fromQuilt.png") == expected, ofQuilt);
+        EXPECT_EQ(names(studio_ / "v").size(), 6U);
+        EXPECT_TRUE(isDone(studio_.convert("views2native",
+                                           {"-y", "--sampling", "nearest", "v", "fromViews.png"})));
+        EXPECT_EQ(slurp(studio_ / "fromViews.png"), slurp(studio_ / "fromQuilt.png"));
+        EXPECT_EQ(readBack(studio_ / "d.png").type(), CV_16UC1);
+        EXPECT_EQ(readBack(studio_ / "d.png").size(), cv::Size(90, 120));
+        EXPECT_EQ(readBack(studio_ / "r.png").size(), cv::Size(180, 120));
+        EXPECT_TRUE(samePicture(readBack(studio_ / "r.png")(cv::Rect(0, 0, 90, 120)),
+                                readBack(studio_ / "photo.png")));
     }
 }
 
-TEST(Photo2Native, SavedDepthIsNearWhite) {
-    SmallStudio studio;
+TEST_F(Photo2Native, SavedDepthIsNearWhite) {
     cv::Mat metres(60, 45, CV_16UC1, cv::Scalar(4000));
     metres(cv::Rect(10, 10, 20, 20)) = 1000;
     metres(cv::Rect(0, 50, 45, 10)) = 0; // unknown
-    writeImage(studio / "metres.png", metres);
-    ASSERT_TRUE(isDone(studio.run(
-        kTool, Arguments{"--depth-kind", "metric", "--save-depth", "d.png"} + studio.display() +
-                   Arguments{"-d", "photo.png", "metres.png", "a.png"})));
-    const cv::Mat depth = readBack(studio / "d.png");
+    writeImage(studio_ / "metres.png", metres);
+    ASSERT_TRUE(isDone(convert({"--depth-kind", "metric", "--save-depth", "d.png", "-d",
+                                "photo.png", "metres.png", "a.png"})));
+    const cv::Mat depth = readBack(studio_ / "d.png");
     EXPECT_EQ(depth.at<ushort>(40, 40), 65535);
     EXPECT_EQ(depth.at<ushort>(40, 85), 0);
     EXPECT_EQ(depth.at<ushort>(118, 40), 0); // unknown is far
 }
 
-TEST(Photo2Native, FormatsThatKeepLessThanDepthHasAreWarnedOf) {
-    SmallStudio studio;
+TEST_F(Photo2Native, FormatsThatKeepLessThanDepthHasAreWarnedOf) {
     const auto save = [&](const char* name) {
-        return studio.run(kTool, Arguments{"-y", "--save-depth", name} + studio.display() +
-                                     Arguments{"-d", "photo.png", "depth.png", "a.png"});
+        return convert({"-y", "--save-depth", name, "-d", "photo.png", "depth.png", "a.png"});
     };
     for (const char* name : {"d.png", "d.tif", "d.TIFF", "d.pgm"})
         EXPECT_TRUE(isDone(save(name))) << name;
     for (const char* name : {"d.jpg", "d.JPEG", "d.jp2"}) {
         const Outcome outcome = save(name);
         EXPECT_TRUE(warns(outcome, std::string(name) + ": this format changes depth"));
-        EXPECT_TRUE(fs::exists(studio / name));
+        EXPECT_TRUE(fs::exists(studio_ / name));
     }
     for (const char* name : {"d.bmp", "d.webp"})
         EXPECT_TRUE(warns(save(name), std::string(name) + ": this format keeps 8 of the depth's"));
 }
 
-TEST(Photo2Native, VerboseTellsWhatTheRunNeeded) {
-    SmallStudio studio;
-    const Outcome outcome = studio.run(
-        kTool, Arguments{"-v", "--report", "r.json", "--save-quilt", "q.png"} + studio.display() +
-                   Arguments{"-d", "photo.png", "depth.png", "a.png"});
+TEST_F(Photo2Native, VerboseTellsWhatTheRunNeeded) {
+    const Outcome outcome = convert({"-v", "--report", "r.json", "--save-quilt", "q.png", "-d",
+                                     "photo.png", "depth.png", "a.png"});
     ASSERT_TRUE(isDone(outcome));
     for (const char* part : {"ready: start ", "display ", "read ", ", save ", "peak memory "})
-        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << outcome.out;
-    const Json report = Json::parse(slurp(studio / "r.json"));
+        EXPECT_TRUE(holds(outcome.out, part));
+    const Json report = studio_.json("r.json");
     for (const char* stage : {"start", "plan", "display"})
         EXPECT_GT(report.at("setupMilliseconds").at(stage).get<double>(), 0) << stage;
     EXPECT_GT(report.at("peakMegabytes").get<double>(), 1); // the program alone is larger
     EXPECT_GT(report.at("pictures").at(0).at("milliseconds").at("save").get<double>(), 0);
 }
 
-TEST(Photo2Native, OfABrokenPhotoAndABrokenDepthThePhotoIsNamed) {
-    SmallStudio studio;
-    spill(studio / "photo.png", "broken");
-    spill(studio / "depth.png", "broken too");
+TEST_F(Photo2Native, OfABrokenPhotoAndABrokenDepthThePhotoIsNamed) {
+    spill(studio_ / "photo.png", "broken");
+    spill(studio_ / "depth.png", "broken too");
     for (const char* threads : {"1", "2"}) {
-        EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-j", threads} + studio.display() +
-                                                Arguments{"-d", "photo.png", "depth.png", "a.png"}),
-                          1, "photo.png"));
+        EXPECT_TRUE(fails(convert({"-j", threads, "-d", "photo.png", "depth.png", "a.png"}), 1,
+                          "photo.png"));
     }
-    writeImage(studio / "photo.png", madePhoto(90, 120));
+    writeImage(studio_ / "photo.png", madePhoto(90, 120));
     for (const char* threads : {"1", "2"}) {
-        EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-j", threads} + studio.display() +
-                                                Arguments{"-d", "photo.png", "depth.png", "a.png"}),
-                          1, "depth.png"));
+        EXPECT_TRUE(fails(convert({"-j", threads, "-d", "photo.png", "depth.png", "a.png"}), 1,
+                          "depth.png"));
     }
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
 namespace {
@@ -768,10 +721,9 @@ Arguments callOf(const Json& settings) {
 
 } // namespace
 
-TEST(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
-    SmallStudio studio;
-    fs::rename(studio / "small.json", studio / "visual.json"); // found, not given
-    spill(studio / "camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5, "zNear": 1,
+TEST_F(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
+    fs::rename(studio_ / "small.json", studio_ / "visual.json"); // found, not given
+    spill(studio_ / "camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5, "zNear": 1,
                                       "zFar": 10, "baseline": 0.2})");
     struct Case {
         const char* method;
@@ -788,25 +740,23 @@ TEST(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
         {"real", {"-g", "--camera", "camera.json"}}};
     std::set<std::string> natives;
     for (const auto& [method, arguments] : cases) {
-        const Outcome first =
-            studio.run(kTool, arguments + Arguments{"-y",           "-q",        "2x3",
-                                                    "-r",           "40x30",     "--focus",
-                                                    "0.31",         "-k",        "--fit",
-                                                    "contain",      "--invert",  "off",
-                                                    "--report",     "r.json",    "-d",
-                                                    "--depth-kind", "far-white", "--view-filter",
-                                                    "linear",       "photo.png", "depth.png",
-                                                    "a.png"});
+        const Outcome first = run(
+            arguments +
+            Arguments{
+                "-y",       "-q",        "2x3",       "-r",           "40x30",     "--focus",
+                "0.31",     "-k",        "--fit",     "contain",      "--invert",  "off",
+                "--report", "r.json",    "-d",        "--depth-kind", "far-white", "--view-filter",
+                "linear",   "photo.png", "depth.png", "a.png"});
         ASSERT_TRUE(isDone(first));
-        const Json report = Json::parse(slurp(studio / "r.json"));
+        const Json report = studio_.json("r.json");
         const Json& settings = report.at("settings");
         const Json& picture = report.at("pictures").at(0);
         ASSERT_TRUE(settings.at("depthImages").get<bool>());
-        ASSERT_TRUE(isDone(studio.run(
-            kTool, callOf(settings) + Arguments{"-y", "-d", textOf(picture.at("photo")),
-                                                textOf(picture.at("depthImage")), "again.png"})));
-        const std::string native = slurp(studio / textOf(picture.at("native")));
-        EXPECT_EQ(slurp(studio / "again.png"), native) << first.call;
+        ASSERT_TRUE(isDone(
+            run(callOf(settings) + Arguments{"-y", "-d", textOf(picture.at("photo")),
+                                             textOf(picture.at("depthImage")), "again.png"})));
+        const std::string native = slurp(studio_ / textOf(picture.at("native")));
+        EXPECT_EQ(slurp(studio_ / "again.png"), native) << first.call;
         EXPECT_TRUE(natives.insert(native).second) << "a knob does nothing: " << first.call;
 
         EXPECT_EQ(report.at("tool"), kTool);
@@ -825,39 +775,34 @@ TEST(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
     }
 }
 
-TEST(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "out.png"})));
-    const std::string photo = slurp(studio / "photo.png");
+TEST_F(Photo2Native, NamesInTheWrongOrderLoseNoPhoto) {
+    ASSERT_TRUE(isDone(convert({"photo.png", "out.png"})));
+    const std::string photo = slurp(studio_ / "photo.png");
     const std::string wrong = "out.png: is a Native already, expected a photo";
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-y", "out.png", "photo.png"}),
-                      1, wrong));
-    EXPECT_EQ(slurp(studio / "photo.png"), photo);
-    const std::string depth = slurp(studio / "depth.png");
+    EXPECT_TRUE(fails(convert({"-y", "out.png", "photo.png"}), 1, wrong));
+    EXPECT_EQ(slurp(studio_ / "photo.png"), photo);
+    const std::string depth = slurp(studio_ / "depth.png");
     for (const Arguments& names : {Arguments{"out.png", "depth.png", "photo.png"},
                                    {"depth.png", "out.png", "photo.png"},
                                    {"out.png", "photo.png", "depth.png"},
                                    {"photo.png", "out.png", "depth.png"}}) {
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "-y"} + names), 1,
-                          "out.png: is a Native already"));
+        EXPECT_TRUE(
+            fails(convert(Arguments{"-d", "-y"} + names), 1, "out.png: is a Native already"));
     }
-    EXPECT_EQ(slurp(studio / "photo.png"), photo);
-    EXPECT_EQ(slurp(studio / "depth.png"), depth);
-    EXPECT_TRUE(fails(studio.run("quilt2native", {"-c", "small.json", "out.png", "b.png"}), 1,
+    EXPECT_EQ(slurp(studio_ / "photo.png"), photo);
+    EXPECT_EQ(slurp(studio_ / "depth.png"), depth);
+    EXPECT_TRUE(fails(studio_.run("quilt2native", {"-c", "small.json", "out.png", "b.png"}), 1,
                       "out.png: is a Native already, expected a quilt"));
-    EXPECT_TRUE(fails(
-        studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png", "missing.png"}), 2,
-        "or -d with a photo and its depth"));
+    EXPECT_TRUE(fails(convert({"photo.png", "depth.png", "missing.png"}), 2,
+                      "or -d with a photo and its depth"));
     // photo and depth
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"-d", "depth.png", "photo.png", "c.png"}),
-        "photo.png: has colours, and depth has none"));
+    EXPECT_TRUE(warns(convert({"-d", "depth.png", "photo.png", "c.png"}),
+                      "photo.png: has colours, and depth has none"));
 }
 
-TEST(Photo2Native, ErrorsSuggestWhatWasMeant) {
-    SmallStudio studio;
-    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
-    spill(studio / "clip.mp4", "");
+TEST_F(Photo2Native, ErrorsSuggestWhatWasMeant) {
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", studio_.goodCall("altiro3Dnative", "a.map"))));
+    spill(studio_ / "clip.mp4", "");
     const std::pair<Arguments, const char*> wrong[] = {
         {{"small.json", "photo.png", "o.png"}, "a calibration is given with -c"},
         {{"a.map", "photo.png", "o.png"}, "a look-up table is given with -m"},
@@ -872,160 +817,142 @@ TEST(Photo2Native, ErrorsSuggestWhatWasMeant) {
         {{"-g", "--fill", "continue", "photo.png", "o.png"}, "expected --method layered"},
         {{"--method", "fast", "--inpaint-from", "behind", "photo.png", "o.png"}, "of method real"}};
     for (const auto& [arguments, message] : wrong)
-        EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, message));
-    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "a.map", "photo.png", "o.png"}), 1,
+        EXPECT_TRUE(fails(run(arguments), 2, message));
+    EXPECT_TRUE(fails(run({"-c", "a.map", "photo.png", "o.png"}), 1,
                       "a.map: is a look-up table, expected a display's visual.json"));
-    const Outcome unknown = studio.run(kTool, {"--quite-another", "photo.png", "o.png"});
+    const Outcome unknown = run({"--quite-another", "photo.png", "o.png"});
     EXPECT_TRUE(fails(unknown, 2, "quite-another"));
-    EXPECT_EQ(unknown.err.find("did you mean"), std::string::npos) << unknown.err;
-    EXPECT_FALSE(fs::exists(studio / "o.png"));
+    EXPECT_FALSE(holds(unknown.err, "did you mean"));
+    EXPECT_FALSE(fs::exists(studio_ / "o.png"));
     // an existing file that is not a Native may be an input
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"photo.png", "depth.png"}), 1,
+    EXPECT_TRUE(fails(convert({"photo.png", "depth.png"}), 1,
                       "depth.png: exists, and is not marked as a Native (inputs come first, "
                       "then outputs)"));
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"--strength", "0.1", "photo.png", "o.png"}),
-        "--strength is in %"));
+    EXPECT_TRUE(warns(convert({"--strength", "0.1", "photo.png", "o.png"}), "--strength is in %"));
 }
 
-TEST(Photo2Native, ACalibrationIsFoundInItsVolume) {
-    SmallStudio studio;
-    fs::create_directories(studio / "LKG/LKG_calibration");
-    fs::rename(studio / "small.json", studio / "LKG/LKG_calibration/visual.json");
+TEST_F(Photo2Native, ACalibrationIsFoundInItsVolume) {
+    fs::create_directories(studio_ / "LKG/LKG_calibration");
+    fs::rename(studio_ / "small.json", studio_ / "LKG/LKG_calibration/visual.json");
     const Arguments rest{"-q", "2x3", "-r", "40x30", "photo.png"};
-    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-c", "LKG"} + rest + Arguments{"a.png"})));
-    EXPECT_TRUE(isDone(
-        studio.run(kTool, Arguments{"-c", "LKG/LKG_calibration"} + rest + Arguments{"b.png"})));
-    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-c", "."} + rest + Arguments{"c.png"}), 1,
-                      "is a directory"));
+    EXPECT_TRUE(isDone(run(Arguments{"-c", "LKG"} + rest + Arguments{"a.png"})));
+    EXPECT_TRUE(isDone(run(Arguments{"-c", "LKG/LKG_calibration"} + rest + Arguments{"b.png"})));
+    EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
+    EXPECT_TRUE(fails(run(Arguments{"-c", "."} + rest + Arguments{"c.png"}), 1, "is a directory"));
     // and it is an input, which nothing replaces
     const std::string inside = "LKG/LKG_calibration/visual.json";
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-c", "LKG", "--report", inside, "-y"} + rest +
-                                            Arguments{"c.png"}),
-                      2, "is also an input"));
     EXPECT_TRUE(
-        fails(studio.run("altiro3Dnative", {"-y", "-m", inside, "LKG"}), 2, "is also an input"));
+        fails(run(Arguments{"-c", "LKG", "--report", inside, "-y"} + rest + Arguments{"c.png"}), 2,
+              "is also an input"));
+    EXPECT_TRUE(
+        fails(studio_.run("altiro3Dnative", {"-y", "-m", inside, "LKG"}), 2, "is also an input"));
 }
 
-TEST(Photo2Native, AQuiltsNameIsAskedAbout) {
-    SmallStudio studio;
-    fs::copy(studio / "photo.png", studio / "photo_qs3x2a0.75.png");
-    fs::copy(studio / "photo.png", studio / "photo_qs0x2.png"); // no quilt's name
+TEST_F(Photo2Native, AQuiltsNameIsAskedAbout) {
+    fs::copy(studio_ / "photo.png", studio_ / "photo_qs3x2a0.75.png");
+    fs::copy(studio_ / "photo.png", studio_ / "photo_qs0x2.png"); // no quilt's name
     EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"photo_qs3x2a0.75.png", "a.png"}),
+        convert({"photo_qs3x2a0.75.png", "a.png"}),
         "its name says that it is a quilt, but it is read as one picture of a scene; for a quilt "
         "use quilt2native"));
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, studio.display() + Arguments{"photo_qs0x2.png", "b.png"})));
+    EXPECT_TRUE(isDone(convert({"photo_qs0x2.png", "b.png"})));
 }
 
-TEST(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
-    SmallStudio studio;
-    fs::create_directory(studio / "photos");
-    writeImage(studio / "photos/a.png", madePhoto(40, 50));
-    const Arguments again = studio.display() + Arguments{"-y", "photos", "photos"};
-    ASSERT_TRUE(isDone(studio.run(kTool, again)));
-    const Outcome outcome = studio.run(kTool, again);
+TEST_F(Photo2Native, NativesAmongThePhotosOfADirectoryAreLeftOut) {
+    fs::create_directory(studio_ / "photos");
+    writeImage(studio_ / "photos/a.png", madePhoto(40, 50));
+    const Arguments again = studio_.display() + Arguments{"-y", "photos", "photos"};
+    ASSERT_TRUE(isDone(run(again)));
+    const Outcome outcome = run(again);
     EXPECT_TRUE(
         warns(outcome, "photos/a_native.png: is a Native, which is finished; it is left out"));
-    EXPECT_NE(outcome.out.find("1 photo made, 1 left out (1 Native), in "), std::string::npos)
-        << outcome.out;
-    EXPECT_EQ(names(studio / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
-    fs::remove(studio / "photos/a.png");
-    EXPECT_TRUE(fails(studio.run(kTool, again), 1, "photos: holds no pictures"));
+    EXPECT_TRUE(holds(outcome.out, "1 photo made, 1 left out (1 Native), in "));
+    EXPECT_EQ(names(studio_ / "photos"), (std::vector<std::string>{"a.png", "a_native.png"}));
+    fs::remove(studio_ / "photos/a.png");
+    EXPECT_TRUE(fails(run(again), 1, "photos: holds no pictures"));
 }
 
-TEST(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
-    SmallStudio studio;
-    fs::create_directory(studio / "photos");
+TEST_F(Photo2Native, OneBadPhotoDoesNotStopTheRest) {
+    fs::create_directory(studio_ / "photos");
     for (const char* name : {"photos/a.png", "photos/c.png", "photos/d.png"})
-        writeImage(studio / name, madePhoto(40, 50));
-    spill(studio / "photos/b.png", "broken");
-    spill(studio / "photos/notes.txt", "not a picture");
-    fs::create_directory(studio / "photos/deeper");
+        writeImage(studio_ / name, madePhoto(40, 50));
+    spill(studio_ / "photos/b.png", "broken");
+    spill(studio_ / "photos/notes.txt", "not a picture");
+    fs::create_directory(studio_ / "photos/deeper");
     const Outcome outcome =
-        studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "--save-quilt", "q",
-                                                       "--save-views", "v", "photos", "out"});
+        convert({"--report", "r.json", "--save-quilt", "q", "--save-views", "v", "photos", "out"});
     EXPECT_TRUE(fails(outcome, 1, "photos/b.png"));
-    EXPECT_NE(
-        outcome.out.find("\n3 photos made, 1 failed, 2 left out (1 .txt file, 1 folder), in "),
-        std::string::npos)
-        << outcome.out;
-    EXPECT_NE(outcome.out.find("\nc.png: out/c_native.png: "), std::string::npos) << outcome.out;
-    EXPECT_EQ(names(studio / "out"),
+    EXPECT_TRUE(
+        holds(outcome.out, "\n3 photos made, 1 failed, 2 left out (1 .txt file, 1 folder), in "));
+    EXPECT_TRUE(holds(outcome.out, "\nc.png: out/c_native.png: "));
+    EXPECT_EQ(names(studio_ / "out"),
               (std::vector<std::string>{"a_native.png", "c_native.png", "d_native.png"}));
-    EXPECT_EQ(names(studio / "q").size(), 3U);
-    EXPECT_EQ(names(studio / "v/c_views").size(), 6U);
-    const Json pictures = Json::parse(slurp(studio / "r.json")).at("pictures");
+    EXPECT_EQ(names(studio_ / "q").size(), 3U);
+    EXPECT_EQ(names(studio_ / "v/c_views").size(), 6U);
+    const Json pictures = studio_.json("r.json").at("pictures");
     ASSERT_EQ(pictures.size(), 4U);
     for (std::size_t i = 0; i < 4; ++i)
         EXPECT_EQ(pictures[i].contains("error"), i == 1) << i;
 
     // alone it is the same Native
-    ASSERT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos/c.png", "c.png"})));
-    EXPECT_EQ(slurp(studio / "c.png"), slurp(studio / "out/c_native.png"));
+    ASSERT_TRUE(isDone(convert({"photos/c.png", "c.png"})));
+    EXPECT_EQ(slurp(studio_ / "c.png"), slurp(studio_ / "out/c_native.png"));
 }
 
-TEST(Photo2Native, PhotosOfOneNameInSubfoldersHaveTheirOwnDepth) {
-    SmallStudio studio;
-    const cv::Mat depth = readBack(studio / "depth.png");
+TEST_F(Photo2Native, PhotosOfOneNameInSubfoldersHaveTheirOwnDepth) {
+    const cv::Mat depth = readBack(studio_ / "depth.png");
     cv::Mat turned;
     cv::flip(depth, turned, 0);
     for (const char* folder : {"in/100", "in/101", "depths/100", "depths/101"})
-        fs::create_directories(studio / folder);
+        fs::create_directories(studio_ / folder);
     for (const char* name : {"in/100/a.png", "in/101/a.png"})
-        fs::copy(studio / "photo.png", studio / name);
-    writeImage(studio / "depths/100/a.png", depth);
-    writeImage(studio / "depths/101/a.png", turned);
-    const Arguments usual = studio.display() + Arguments{"-d"};
-    EXPECT_EQ(studio.run(kTool, usual + Arguments{"--recursive", "in", "depths", "out"}).status, 0);
+        fs::copy(studio_ / "photo.png", studio_ / name);
+    writeImage(studio_ / "depths/100/a.png", depth);
+    writeImage(studio_ / "depths/101/a.png", turned);
+    const Arguments usual = studio_.display() + Arguments{"-d"};
+    EXPECT_EQ(run(usual + Arguments{"--recursive", "in", "depths", "out"}).status, 0);
     for (const char* folder : {"100", "101"}) {
         const std::string name = std::string(folder) + "/a";
-        EXPECT_EQ(studio
-                      .run(kTool, usual + Arguments{"in/" + name + ".png",
-                                                    "depths/" + name + ".png", "alone.png", "-y"})
+        EXPECT_EQ(run(usual + Arguments{"in/" + name + ".png", "depths/" + name + ".png",
+                                        "alone.png", "-y"})
                       .status,
                   0);
-        EXPECT_EQ(slurp(studio / ("out/" + name + "_native.png")), slurp(studio / "alone.png"));
+        EXPECT_EQ(slurp(studio_ / ("out/" + name + "_native.png")), slurp(studio_ / "alone.png"));
     }
-    EXPECT_NE(slurp(studio / "out/100/a_native.png"), slurp(studio / "out/101/a_native.png"));
-    fs::remove(studio / "depths/101/a.png");
-    EXPECT_TRUE(
-        fails(studio.run(kTool, usual + Arguments{"--recursive", "in", "depths", "out", "-y"}), 1,
-              "depths/101/a.png"));
+    EXPECT_NE(slurp(studio_ / "out/100/a_native.png"), slurp(studio_ / "out/101/a_native.png"));
+    fs::remove(studio_ / "depths/101/a.png");
+    EXPECT_TRUE(fails(run(usual + Arguments{"--recursive", "in", "depths", "out", "-y"}), 1,
+                      "depths/101/a.png"));
 }
 
-TEST(Photo2Native, VideosAreRecognizedByAllTheirNames) {
-    SmallStudio studio;
+TEST_F(Photo2Native, VideosAreRecognizedByAllTheirNames) {
     for (const char* name : {"a.mp4", "a.MTS", "a.avi", "a.webm", "a.3gp"}) {
-        spill(studio / name, "not a picture");
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{name, "out.png"}), 2,
+        spill(studio_ / name, "not a picture");
+        EXPECT_TRUE(fails(convert({name, "out.png"}), 2,
                           std::string(name) + ": is not a picture, expected a photo; video2native "
                                               "makes Natives of videos"));
     }
 }
 
-TEST(Photo2Native, OnlyGivenDepthIsSaidToBeExchanged) {
-    SmallStudio studio;
+TEST_F(Photo2Native, OnlyGivenDepthIsSaidToBeExchanged) {
     const Eyes eyes = ceiling();
-    writeImage(studio / "l.jpg", eyes.left);
-    writeImage(studio / "r.jpg", eyes.right);
-    spill(studio / "p.mpo", mpoFile(slurp(studio / "l.jpg"), slurp(studio / "r.jpg")));
+    writeImage(studio_ / "l.jpg", eyes.left);
+    writeImage(studio_ / "r.jpg", eyes.right);
+    spill(studio_ / "p.mpo", mpoFile(slurp(studio_ / "l.jpg"), slurp(studio_ / "r.jpg")));
     cv::Mat depth(eyesSize(), CV_32FC1);
     for (int y = 0; y < depth.rows; ++y)
         depth.row(y) = 1 - static_cast<float>(y) / static_cast<float>(depth.rows);
-    writePhotoWithDepth(studio / "e.jpg", eyes.left, depth);
-    fs::create_directory(studio / "in");
-    fs::copy(studio / "l.jpg", studio / "in/l.jpg");
+    writePhotoWithDepth(studio_ / "e.jpg", eyes.left, depth);
+    fs::create_directory(studio_ / "in");
+    fs::copy(studio_ / "l.jpg", studio_ / "in/l.jpg");
     depth.convertTo(depth, CV_8U, 255);
-    writeImage(studio / "in/l-depth.png", depth);
+    writeImage(studio_ / "in/l-depth.png", depth);
     const auto run = [&](const Arguments& call) {
         const Arguments strength{"-y", "--strength", "1", "--report", "r.json"};
-        return studio.run(kTool, studio.display() + strength + call);
+        return convert(strength + call);
     };
     const auto depthSource = [&] {
-        const Json report = Json::parse(slurp(studio / "r.json"));
+        const Json report = studio_.json("r.json");
         return report.at("pictures").at(0).at("depthSource").get<std::string>();
     };
     const std::string exchanged =
@@ -1042,53 +969,50 @@ TEST(Photo2Native, OnlyGivenDepthIsSaidToBeExchanged) {
     EXPECT_EQ(depthSource(), "depth image beside the photo (in/l-depth.png)");
 }
 
-TEST(Photo2Native, DepthImagesBesideThePhotosOfAFolderAreCheckedAndCanBeRefused) {
-    SmallStudio studio;
-    fs::create_directory(studio / "in");
-    writeImage(studio / "in/a.png", scenery({60, 80}, 3));
+TEST_F(Photo2Native, DepthImagesBesideThePhotosOfAFolderAreCheckedAndCanBeRefused) {
+    fs::create_directory(studio_ / "in");
+    writeImage(studio_ / "in/a.png", scenery({60, 80}, 3));
     const auto sourceOf = [&](const Arguments& more) {
-        EXPECT_TRUE(isDone(studio.run(
-            kTool, studio.display() + more + Arguments{"-y", "--report", "r.json", "in", "out"})));
-        const Json picture = Json::parse(slurp(studio / "r.json")).at("pictures").at(0);
+        EXPECT_TRUE(isDone(convert(more + Arguments{"-y", "--report", "r.json", "in", "out"})));
+        const Json picture = studio_.json("r.json").at("pictures").at(0);
         auto source = picture.at("depthSource").get<std::string>();
         EXPECT_EQ(picture.contains("depthImage"), source.find("beside") != std::string::npos);
         return source;
     };
-    writeImage(studio / "in/a-depth.png", cv::Mat(40, 30, CV_8UC1, cv::Scalar(9)));
-    const Outcome flat = studio.run(kTool, studio.display() + Arguments{"in", "out"});
+    writeImage(studio_ / "in/a-depth.png", cv::Mat(40, 30, CV_8UC1, cv::Scalar(9)));
+    const Outcome flat = convert({"in", "out"});
     EXPECT_TRUE(warns(flat, "in/a-depth.png: is not used as depth: it is flat"));
-    EXPECT_EQ(flat.out.find("depth of a-depth.png"), std::string::npos) << flat.out;
-    fs::copy(studio / "depth.png", studio / "in/a-depth.png", fs::copy_options::overwrite_existing);
+    EXPECT_FALSE(holds(flat.out, "depth of a-depth.png"));
+    fs::copy(studio_ / "depth.png", studio_ / "in/a-depth.png",
+             fs::copy_options::overwrite_existing);
     EXPECT_EQ(sourceOf({}), "depth image beside the photo (in/a-depth.png)");
     for (const Arguments& other : {Arguments{"-n", "tiny"}, Arguments{"--embedded-depth", "off"}})
         EXPECT_EQ(sourceOf(other).rfind("network tiny (", 0), 0U);
     // in a folder of depth images they may be named as beside a photo
-    fs::create_directory(studio / "depths");
-    fs::rename(studio / "in/a-depth.png", studio / "depths/a_depth.png");
-    const Outcome apart =
-        studio.run(kTool, studio.display() + Arguments{"-d", "in", "depths", "apart"});
+    fs::create_directory(studio_ / "depths");
+    fs::rename(studio_ / "in/a-depth.png", studio_ / "depths/a_depth.png");
+    const Outcome apart = convert({"-d", "in", "depths", "apart"});
     EXPECT_TRUE(isDone(apart));
-    EXPECT_NE(apart.out.find("depth of a_depth.png"), std::string::npos) << apart.out;
+    EXPECT_TRUE(holds(apart.out, "depth of a_depth.png"));
 }
 
-TEST(Photo2Native, NothingInAFolderIsLostSilently) {
-    SmallStudio studio;
-    fs::create_directories(studio / "in/trip");
+TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
+    fs::create_directories(studio_ / "in/trip");
     const cv::Mat photo = scenery({60, 80}, 3);
     for (const char* name :
          {"in/a.png", "in/b.jpg", "in/trip/a.png", "in/q_qs3x2a0.75.png", "in/lone_depth.png"})
-        writeImage(studio / name, photo);
+        writeImage(studio_ / name, photo);
     for (const char* name : {"in/a-depth.png", "in/a_disparity.png", "in/z.png"})
-        fs::copy(studio / "depth.png", studio / name);
+        fs::copy(studio_ / "depth.png", studio_ / name);
     cv::Mat web; // a quilt whose name does not say it
     Depth2Quilt({4, 5, {140, 100}, 20})
         .render(scenery({140, 100}, 3), randomDepth({140, 100}), web);
-    writeImage(studio / "in/web.png", web);
+    writeImage(studio_ / "in/web.png", web);
     for (const char* name : {"in/b.MOV", "in/c.mp4", "in/d.xyz", "in/e.xyz", "in/.hidden"})
-        spill(studio / name, "not a picture");
-    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"in", "out"});
+        spill(studio_ / name, "not a picture");
+    const Outcome outcome = convert({"in", "out"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_EQ(names(studio / "out"), (std::vector<std::string>{"a_native.png", "b_native.png"}));
+    EXPECT_EQ(names(studio_ / "out"), (std::vector<std::string>{"a_native.png", "b_native.png"}));
     for (const char* line :
          {"\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
           "\nin/a_disparity.png: is a depth image by its name, but a-depth.png is used\n",
@@ -1100,56 +1024,44 @@ TEST(Photo2Native, NothingInAFolderIsLostSilently) {
           "\nin/trip: is a folder; --recursive also converts what it holds\n",
           "\nz.png: looks like a depth image, as it is grey and smooth; a photo is converted if",
           "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
-        EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
-    EXPECT_NE(outcome.out.find("\n2 photos made, 10 left out (1 Live Photo clip, 1 video, 2 .xyz "
-                               "files, 2 quilts, 3 depth images, 1 folder), in "),
-              std::string::npos)
-        << outcome.out;
-    EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
+        EXPECT_TRUE(holds(outcome.out, line));
+    EXPECT_TRUE(holds(outcome.out,
+                      "\n2 photos made, 10 left out (1 Live Photo clip, 1 video, 2 .xyz "
+                      "files, 2 quilts, 3 depth images, 1 folder), in "));
+    EXPECT_FALSE(holds(outcome.out, "hidden"));
     // the depth is the one that -d gives
-    ASSERT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"-d", "in/a.png", "in/a-depth.png", "d.png"})));
-    EXPECT_EQ(slurp(studio / "d.png"), slurp(studio / "out/a_native.png"));
+    ASSERT_TRUE(isDone(convert({"-d", "in/a.png", "in/a-depth.png", "d.png"})));
+    EXPECT_EQ(slurp(studio_ / "d.png"), slurp(studio_ / "out/a_native.png"));
     // a photo alone is made with it as well
-    const Outcome alone = studio.run(kTool, studio.display() + Arguments{"in/a.png", "alone.png"});
+    const Outcome alone = convert({"in/a.png", "alone.png"});
     EXPECT_TRUE(isDone(alone));
-    EXPECT_NE(alone.out.find("depth image beside the photo (in/a-depth.png)"), std::string::npos)
-        << alone.out;
-    EXPECT_EQ(slurp(studio / "alone.png"), slurp(studio / "d.png"));
+    EXPECT_TRUE(holds(alone.out, "depth image beside the photo (in/a-depth.png)"));
+    EXPECT_EQ(slurp(studio_ / "alone.png"), slurp(studio_ / "d.png"));
 
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, studio.display() + Arguments{"--recursive", "--skip-existing",
-                                                              "in", "in/trip/out"})));
-    EXPECT_EQ(names(studio / "in/trip/out/trip"), (std::vector<std::string>{"a_native.png"}));
+    EXPECT_TRUE(isDone(convert({"--recursive", "--skip-existing", "in", "in/trip/out"})));
+    EXPECT_EQ(names(studio_ / "in/trip/out/trip"), (std::vector<std::string>{"a_native.png"}));
     // what is written there is not read again
-    EXPECT_NE(studio
-                  .run(kTool, studio.display() +
-                                  Arguments{"--recursive", "--skip-existing", "in", "in/trip/out"})
-                  .out.find("\n0 photos made, 3 skipped as the outputs exist, "),
-              std::string::npos);
+    EXPECT_TRUE(holds(convert({"--recursive", "--skip-existing", "in", "in/trip/out"}).out,
+                      "\n0 photos made, 3 skipped as the outputs exist, "));
 }
 
-TEST(Photo2Native, APhotoSavedWithDepthIsAPhotoUnlessItsOriginalIsThere) {
-    SmallStudio studio;
-    fs::create_directory(studio / "in");
-    writeImage(studio / "in/a.png", scenery({60, 80}, 3));
-    fs::copy(studio / "depth.png", studio / "in/a-depth.png");
+TEST_F(Photo2Native, APhotoSavedWithDepthIsAPhotoUnlessItsOriginalIsThere) {
+    fs::create_directory(studio_ / "in");
+    writeImage(studio_ / "in/a.png", scenery({60, 80}, 3));
+    fs::copy(studio_ / "depth.png", studio_ / "in/a-depth.png");
     const auto make = [&](const Arguments& options) {
-        const Outcome outcome =
-            studio.run(kTool, studio.display() + options + Arguments{"-y", "in", "out"});
+        const Outcome outcome = convert(options + Arguments{"-y", "in", "out"});
         EXPECT_TRUE(isDone(outcome));
         return outcome.out;
     };
     make({"--save-photo-with-depth", "in"}); // in/a_with_depth.jpg
     const std::string both = make({});
-    EXPECT_NE(both.find("\nin/a_with_depth.jpg: is a photo that was saved with its depth: a.png is "
-                        "taken\n"),
-              std::string::npos)
-        << both;
-    EXPECT_EQ(names(studio / "out"), (std::vector<std::string>{"a_native.png"}));
-    fs::remove(studio / "in/a.png");
-    EXPECT_NE(make({}).find("\na_with_depth.jpg: out/a_with_depth_native.png: Native"),
-              std::string::npos);
+    EXPECT_TRUE(holds(both,
+                      "\nin/a_with_depth.jpg: is a photo that was saved with its depth: a.png is "
+                      "taken\n"));
+    EXPECT_EQ(names(studio_ / "out"), (std::vector<std::string>{"a_native.png"}));
+    fs::remove(studio_ / "in/a.png");
+    EXPECT_TRUE(holds(make({}), "\na_with_depth.jpg: out/a_with_depth_native.png: Native"));
 }
 
 class SkipExisting : public SmallStudio {
@@ -1176,11 +1088,11 @@ class SkipExisting : public SmallStudio {
     }
 };
 
-TEST(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
+TEST_F(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
     const SkipExisting studio;
     const Outcome first = studio.make({"--skip-existing"});
     EXPECT_TRUE(isDone(first));
-    EXPECT_NE(first.out.find("\n3 photos made, in "), std::string::npos) << first.out;
+    EXPECT_TRUE(holds(first.out, "\n3 photos made, in "));
     const auto whole = studio.contents();
     ASSERT_EQ(whole.size(), 3 * 8U);
 
@@ -1196,24 +1108,22 @@ TEST(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
     const auto before = fs::last_write_time(studio / "out/a_native.png");
     const Outcome second = studio.make({"--skip-existing"});
     EXPECT_TRUE(isDone(second));
-    EXPECT_NE(second.out.find("\n1 photo made, 2 skipped as the outputs exist, in "),
-              std::string::npos)
-        << second.out;
-    EXPECT_EQ(second.out.find("a.png"), std::string::npos) << second.out;
+    EXPECT_TRUE(holds(second.out, "\n1 photo made, 2 skipped as the outputs exist, in "));
+    EXPECT_FALSE(holds(second.out, "a.png"));
     EXPECT_EQ(studio.contents(), whole);
     EXPECT_EQ(fs::last_write_time(studio / "out/a_native.png"), before);
-    const Json pictures = Json::parse(slurp(studio / "r.json")).at("pictures");
+    const Json pictures = studio.json("r.json").at("pictures");
     ASSERT_EQ(pictures.size(), 3U);
     for (std::size_t i = 0; i < 3; ++i)
         EXPECT_EQ(pictures[i].contains("skipped"), i < 2) << i;
 
     const Outcome third = studio.make({"--skip-existing"});
     EXPECT_TRUE(isDone(third));
-    EXPECT_NE(third.out.find("\n0 photos made, 3 skipped"), std::string::npos) << third.out;
+    EXPECT_TRUE(holds(third.out, "\n0 photos made, 3 skipped"));
 }
 
 // If any output of a photo is missing or empty, all of them are made.
-TEST(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
+TEST_F(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
     const SkipExisting studio;
     ASSERT_TRUE(isDone(studio.make({})));
     const auto whole = studio.contents();
@@ -1222,11 +1132,11 @@ TEST(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
     spill(studio / "out/b_native.png", "of another run");
     const Outcome outcome = studio.make({"--skip-existing"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("\n2 photos made, 1 skipped"), std::string::npos) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "\n2 photos made, 1 skipped"));
     EXPECT_EQ(studio.contents(), whole);
 }
 
-TEST(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
+TEST_F(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
     const SkipExisting studio;
     EXPECT_TRUE(fails(studio.make({"--skip-existing", "-y"}), 2, "exclude each other"));
     EXPECT_FALSE(fs::exists(studio / "out"));
@@ -1236,9 +1146,8 @@ TEST(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
     spill(studio / "in/b.png", "broken");
     const Outcome outcome = studio.make({"--skip-existing"});
     EXPECT_TRUE(fails(outcome, 1, "in/b.png"));
-    EXPECT_NE(outcome.out.find("\n1 photo made, 1 skipped as the outputs exist, 1 failed, in "),
-              std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(
+        holds(outcome.out, "\n1 photo made, 1 skipped as the outputs exist, 1 failed, in "));
 
     // and of a single photo
     const Arguments one = studio.display() + Arguments{"--skip-existing", "photo.png", "a.png"};
@@ -1246,21 +1155,19 @@ TEST(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
     const std::string native = slurp(studio / "a.png");
     const Outcome again = studio.run(kTool, one);
     EXPECT_TRUE(isDone(again));
-    EXPECT_NE(again.out.find("photo.png: skipped, as a.png exists\n"), std::string::npos)
-        << again.out;
+    EXPECT_TRUE(holds(again.out, "photo.png: skipped, as a.png exists\n"));
     EXPECT_EQ(slurp(studio / "a.png"), native);
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() +
-                                            Arguments{"--skip-existing", "photo.png", "photo.png"}),
-                      2, "is also an input"));
+    EXPECT_TRUE(fails(studio.convert(kTool, {"--skip-existing", "photo.png", "photo.png"}), 2,
+                      "is also an input"));
 }
 
-TEST(Photo2Native, BestNeedsTheDirectPath) {
-    SmallStudio studio;
-    studio.makeClip();
+TEST_F(Photo2Native, BestNeedsTheDirectPath) {
+    studio_.makeClip();
     const auto make = [&](const std::string& tool, const Arguments& more) {
         const std::string name = outputName(tool, "a");
-        EXPECT_TRUE(isDone(studio.run(tool, Arguments{"-y"} + more + studio.goodCall(tool, name))));
-        return slurp(studio / name);
+        EXPECT_TRUE(
+            isDone(studio_.run(tool, Arguments{"-y"} + more + studio_.goodCall(tool, name))));
+        return slurp(studio_ / name);
     };
     for (const char* tool : {"photo2native", "video2native"}) {
         const std::string best = make(tool, {"--best"});
@@ -1268,156 +1175,130 @@ TEST(Photo2Native, BestNeedsTheDirectPath) {
         EXPECT_EQ(best == make(tool, {"-k", "--continuous"}), tool == std::string("video2native"));
         EXPECT_NE(best, make(tool, {"-k"}));
         EXPECT_NE(best, make(tool, {"--continuous"}));
-        EXPECT_TRUE(fails(studio.run(tool, Arguments{"--best", "-g"} +
-                                               studio.goodCall(tool, outputName(tool, "b"))),
+        EXPECT_TRUE(fails(studio_.run(tool, Arguments{"--best", "-g"} +
+                                                studio_.goodCall(tool, outputName(tool, "b"))),
                           2, "--best reads single sub-pixels"));
-        EXPECT_TRUE(fails(studio.run(tool, Arguments{"--best", "--sampling", "linear"} +
-                                               studio.goodCall(tool, outputName(tool, "b"))),
+        EXPECT_TRUE(fails(studio_.run(tool, Arguments{"--best", "--sampling", "linear"} +
+                                                studio_.goodCall(tool, outputName(tool, "b"))),
                           2, "--best needs no blending"));
     }
-    EXPECT_TRUE(fails(studio.run("video2native", {"--best", "--from-quilt", "clip.mp4", "b.mp4"}),
+    EXPECT_TRUE(fails(studio_.run("video2native", {"--best", "--from-quilt", "clip.mp4", "b.mp4"}),
                       2, "--from-quilt and --best exclude each other"));
 }
 
-TEST(Photo2Native, WarningsOfTheDisplaySurviveABadFirstPhoto) {
-    SmallStudio studio;
-    writeCalibration(studio / "odd.json", {96, 128}, 52.58, "LKG-PORT-1"); // no Portrait's panel
-    spill(studio / "a.png", "broken");
-    const Outcome outcome = studio.run(
-        kTool, {"-c", "odd.json", "-q", "2x3", "-r", "40x30", "a.png", "photo.png", "out"});
+TEST_F(Photo2Native, WarningsOfTheDisplaySurviveABadFirstPhoto) {
+    writeCalibration(studio_ / "odd.json", {96, 128}, 52.58, "LKG-PORT-1"); // no Portrait's panel
+    spill(studio_ / "a.png", "broken");
+    const Outcome outcome =
+        run({"-c", "odd.json", "-q", "2x3", "-r", "40x30", "a.png", "photo.png", "out"});
     EXPECT_EQ(outcome.status, 1);
     EXPECT_EQ(outcome.errLines().size(), 2U) << outcome.text();
-    EXPECT_NE(outcome.err.find("warning: serial number LKG-PORT-1"), std::string::npos)
-        << outcome.text();
+    EXPECT_TRUE(holds(outcome.err, "warning: serial number LKG-PORT-1"));
 }
 
-TEST(Photo2Native, SeveralPhotosGoIntoADirectory) {
-    SmallStudio studio;
-    fs::create_directory(studio / "more");
-    fs::copy(studio / "photo.png", studio / "more/photo.png");
-    writeImage(studio / "photo.ppm", madePhoto(40, 50));
-    EXPECT_TRUE(
-        isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "photo.ppm", "out"})));
-    EXPECT_EQ(names(studio / "out"),
+TEST_F(Photo2Native, SeveralPhotosGoIntoADirectory) {
+    fs::create_directory(studio_ / "more");
+    fs::copy(studio_ / "photo.png", studio_ / "more/photo.png");
+    writeImage(studio_ / "photo.ppm", madePhoto(40, 50));
+    EXPECT_TRUE(isDone(convert({"photo.png", "photo.ppm", "out"})));
+    EXPECT_EQ(names(studio_ / "out"),
               (std::vector<std::string>{"photo.png_native.png", "photo.ppm_native.png"}));
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photo.png", "more"})));
-    EXPECT_TRUE(fs::exists(studio / "more/photo_native.png"));
+    EXPECT_TRUE(isDone(convert({"photo.png", "more"})));
+    EXPECT_TRUE(fs::exists(studio_ / "more/photo_native.png"));
     for (const char* name : {"new.png", "quilt.png"}) {
-        EXPECT_TRUE(fails(
-            studio.run(kTool, studio.display() + Arguments{"-y", "photo.png", "photo.ppm", name}),
-            2, "expected a directory"));
+        EXPECT_TRUE(
+            fails(convert({"-y", "photo.png", "photo.ppm", name}), 2, "expected a directory"));
     }
-    EXPECT_TRUE(fails(
-        studio.run(kTool, studio.display() + Arguments{"photo.png", "more/photo.png", "out2"}), 2,
-        "is written twice"));
-    fs::create_directory(studio / "empty");
-    EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"empty", "out3"}), 1, "no pictures"));
-    EXPECT_FALSE(fs::exists(studio / "out3"));
+    EXPECT_TRUE(fails(convert({"photo.png", "more/photo.png", "out2"}), 2, "is written twice"));
+    fs::create_directory(studio_ / "empty");
+    EXPECT_TRUE(fails(convert({"empty", "out3"}), 1, "no pictures"));
+    EXPECT_FALSE(fs::exists(studio_ / "out3"));
 }
 
-TEST(Photo2Native, DepthImagesComeInPairs) {
-    SmallStudio studio;
-    writeImage(studio / "photo2.png", madePhoto(60, 80));
-    fs::copy(studio / "depth.png", studio / "depth2.png");
+TEST_F(Photo2Native, DepthImagesComeInPairs) {
+    writeImage(studio_ / "photo2.png", madePhoto(60, 80));
+    fs::copy(studio_ / "depth.png", studio_ / "depth2.png");
     EXPECT_TRUE(
-        isDone(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "depth.png",
-                                                              "photo2.png", "depth2.png", "out"})));
-    EXPECT_EQ(names(studio / "out"),
+        isDone(convert({"-d", "photo.png", "depth.png", "photo2.png", "depth2.png", "out"})));
+    EXPECT_EQ(names(studio_ / "out"),
               (std::vector<std::string>{"photo2_native.png", "photo_native.png"}));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "depth.png",
-                                                                     "photo2.png", "out"}),
-                      2, "pairs"));
-    fs::create_directory(studio / "P");
-    fs::create_directory(studio / "D");
+    EXPECT_TRUE(fails(convert({"-d", "photo.png", "depth.png", "photo2.png", "out"}), 2, "pairs"));
+    fs::create_directory(studio_ / "P");
+    fs::create_directory(studio_ / "D");
     for (const char* name : {"one", "two", "three"})
-        fs::copy(studio / "photo.png", studio / ("P/" + std::string(name) + ".png"));
+        fs::copy(studio_ / "photo.png", studio_ / ("P/" + std::string(name) + ".png"));
     for (const char* name : {"two", "one"})
-        fs::copy(studio / "depth.png", studio / ("D/" + std::string(name) + ".png"));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"-d", "P", "D", "paired"}), 1,
-                      "D/three.png"));
-    EXPECT_EQ(names(studio / "paired"),
+        fs::copy(studio_ / "depth.png", studio_ / ("D/" + std::string(name) + ".png"));
+    EXPECT_TRUE(fails(convert({"-d", "P", "D", "paired"}), 1, "D/three.png"));
+    EXPECT_EQ(names(studio_ / "paired"),
               (std::vector<std::string>{"one_native.png", "two_native.png"}));
 }
 
-TEST(Photo2Native, DepthOfAnotherShapeIsStretchedWithAWarning) {
-    SmallStudio studio;
-    writeImage(studio / "wide.png", madeDepth(80, 40));
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"-d", "photo.png", "wide.png", "a.png"}),
-        "wide.png: its shape differs"));
+TEST_F(Photo2Native, DepthOfAnotherShapeIsStretchedWithAWarning) {
+    writeImage(studio_ / "wide.png", madeDepth(80, 40));
+    EXPECT_TRUE(
+        warns(convert({"-d", "photo.png", "wide.png", "a.png"}), "wide.png: its shape differs"));
 }
 
-TEST(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
-    SmallStudio studio;
-    const Arguments call = studio.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, Arguments{"--save-quilt", "q_qs3x2a1.5.png", "--report", "r.json"} + call)));
-    EXPECT_TRUE(fs::exists(studio / "q_qs3x2a1.5.png"));
-    const Json report = Json::parse(slurp(studio / "r.json"));
+TEST_F(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
+    const Arguments call = studio_.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    EXPECT_TRUE(
+        isDone(run(Arguments{"--save-quilt", "q_qs3x2a1.5.png", "--report", "r.json"} + call)));
+    EXPECT_TRUE(fs::exists(studio_ / "q_qs3x2a1.5.png"));
+    const Json report = studio_.json("r.json");
     EXPECT_EQ(report.at("pictures").at(0).at("quiltAspect"), 1.5);
     EXPECT_EQ(report.at("pictures").at(0).at("aspect"), 0.75);
-    const std::string native = slurp(studio / "a.png"); // keeps the panel's shape
-    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-y"} + call)));
-    EXPECT_EQ(slurp(studio / "a.png"), native);
-    EXPECT_TRUE(fails(studio.run(kTool, Arguments{"-y", "--save-quilt", "q_qs5x9.png"} + call), 1,
-                      "q_qs5x9.png"));
+    const std::string native = slurp(studio_ / "a.png"); // keeps the panel's shape
+    EXPECT_TRUE(isDone(run(Arguments{"-y"} + call)));
+    EXPECT_EQ(slurp(studio_ / "a.png"), native);
+    EXPECT_TRUE(
+        fails(run(Arguments{"-y", "--save-quilt", "q_qs5x9.png"} + call), 1, "q_qs5x9.png"));
 }
 
-TEST(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
-    SmallStudio studio;
+TEST_F(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
     const cv::Mat photo = madePhoto(80, 60);
     cv::Mat depth;
     madeDepth(80, 60).convertTo(depth, CV_32F, 1 / 65535.0);
-    writePhotoWithDepth(studio / "p.jpg", photo, depth);
-    const Outcome used =
-        studio.run(kTool, studio.display() + Arguments{"--report", "r.json", "p.jpg", "a.png"});
+    writePhotoWithDepth(studio_ / "p.jpg", photo, depth);
+    const Outcome used = convert({"--report", "r.json", "p.jpg", "a.png"});
     EXPECT_TRUE(isDone(used));
     const std::string line = "depth in the photo's file (Dynamic Depth, 80 x 60 px)";
-    EXPECT_NE(used.out.find("p.jpg: " + line), std::string::npos) << used.out;
-    EXPECT_EQ(Json::parse(slurp(studio / "r.json")).at("pictures").at(0).at("depthSource"), line);
+    EXPECT_TRUE(holds(used.out, "p.jpg: " + line));
+    EXPECT_EQ(studio_.json("r.json").at("pictures").at(0).at("depthSource"), line);
 
     // the same numbers as a depth image give the same picture
     cv::Mat eightBits;
-    readEmbeddedDepth(studio / "p.jpg")->depth.convertTo(eightBits, CV_8U, 255);
-    writeImage(studio / "d.png", eightBits);
-    EXPECT_TRUE(isDone(
-        studio.run(kTool, studio.display() + Arguments{"-d", "p.jpg", "d.png", "given.png"})));
-    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "given.png"));
+    readEmbeddedDepth(studio_ / "p.jpg")->depth.convertTo(eightBits, CV_8U, 255);
+    writeImage(studio_ / "d.png", eightBits);
+    EXPECT_TRUE(isDone(convert({"-d", "p.jpg", "d.png", "given.png"})));
+    EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "given.png"));
 
     // a named source goes before it, and so does "off"
     for (const Arguments& other :
          {Arguments{"-n", "tiny"}, Arguments{"-n", "tiny", "--embedded-depth", "off"}}) {
-        const Outcome run =
-            studio.run(kTool, studio.display() + other + Arguments{"-y", "p.jpg", "b.png"});
+        const Outcome run = convert(other + Arguments{"-y", "p.jpg", "b.png"});
         EXPECT_TRUE(isDone(run));
-        EXPECT_EQ(run.out.find("depth in the photo"), std::string::npos) << run.out;
+        EXPECT_FALSE(holds(run.out, "depth in the photo"));
     }
-    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_NE(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
     // both: the named source is for photos without depth
-    const Outcome both =
-        studio.run(kTool, studio.display() + Arguments{"-n", "tiny", "--embedded-depth", "auto",
-                                                       "p.jpg", "x.png"});
+    const Outcome both = convert({"-n", "tiny", "--embedded-depth", "auto", "p.jpg", "x.png"});
     EXPECT_TRUE(isDone(both));
-    EXPECT_EQ(slurp(studio / "x.png"), slurp(studio / "a.png"));
+    EXPECT_EQ(slurp(studio_ / "x.png"), slurp(studio_ / "a.png"));
 }
 
-TEST(Photo2Native, APhotoIsSavedWithItsDepth) {
-    SmallStudio studio;
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.jpg", "--save-depth",
-                                            "d.png", "-d", "photo.png", "depth.png", "a.png"})));
-    const auto found = readEmbeddedDepth(studio / "w.jpg");
+TEST_F(Photo2Native, APhotoIsSavedWithItsDepth) {
+    EXPECT_TRUE(isDone(convert({"--save-photo-with-depth", "w.jpg", "--save-depth", "d.png", "-d",
+                                "photo.png", "depth.png", "a.png"})));
+    const auto found = readEmbeddedDepth(studio_ / "w.jpg");
     ASSERT_TRUE(found);
     cv::Mat saved;
-    readDepthSamples(studio / "d.png").convertTo(saved, CV_32F, 1 / 65535.0);
+    readDepthSamples(studio_ / "d.png").convertTo(saved, CV_32F, 1 / 65535.0);
     ASSERT_EQ(found->depth.size(), saved.size());
     EXPECT_LT(cv::norm(found->depth, saved, cv::NORM_L1) / static_cast<double>(saved.total()),
               0.02);
-    EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"--save-photo-with-depth", "w.png",
-                                                             "photo.png", "b.png"}),
-              2, "expected FILE.jpg"));
+    EXPECT_TRUE(fails(convert({"--save-photo-with-depth", "w.png", "photo.png", "b.png"}), 2,
+                      "expected FILE.jpg"));
 }
 
 namespace {
@@ -1432,162 +1313,142 @@ std::pair<double, double> nearAndFar(const fs::path& file) {
 
 } // namespace
 
-TEST(Photo2Native, APairInOnePictureBecomesDepthByMatching) {
-    SmallStudio studio;
+TEST_F(Photo2Native, APairInOnePictureBecomesDepthByMatching) {
     const Eyes eyes = wallAndThing(-6, 14);
-    writeImage(studio / "l.png", eyes.left);
-    writeImage(studio / "r.png", eyes.right);
+    writeImage(studio_ / "l.png", eyes.left);
+    writeImage(studio_ / "r.png", eyes.right);
     cv::Mat both;
     cv::hconcat(eyes.left, eyes.right, both);
-    writeImage(studio / "both.png", both);
-    const Outcome beside = studio.run(
-        kTool, studio.display() + Arguments{"--stereo", "left-right", "--report", "r.json",
-                                            "--save-depth", "d.png", "both.png", "a.png"});
+    writeImage(studio_ / "both.png", both);
+    const Outcome beside = convert({"--stereo", "left-right", "--report", "r.json", "--save-depth",
+                                    "d.png", "both.png", "a.png"});
     EXPECT_TRUE(isDone(beside));
     const std::string line = "stereo pair (left and right half), depth by matching; shift -1.5 %";
-    EXPECT_NE(beside.out.find("both.png: " + line), std::string::npos) << beside.out;
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    EXPECT_TRUE(holds(beside.out, "both.png: " + line));
+    const Json report = studio_.json("r.json");
     EXPECT_EQ(report.at("settings").at("stereo"), "left-right");
     EXPECT_EQ(report.at("pictures").at(0).at("depthSource").get<std::string>().find(line), 0u);
     EXPECT_EQ(report.at("pictures").at(0).at("photoWidth"), eyes.left.cols);
-    const auto [near, far] = nearAndFar(studio / "d.png");
+    const auto [near, far] = nearAndFar(studio_ / "d.png");
     EXPECT_GT(near, 60000);
     EXPECT_LT(far, 6000);
 
     // in every other form the same pair gives the same picture
     cv::hconcat(eyes.right, eyes.left, both);
-    writeImage(studio / "crossed.png", both);
+    writeImage(studio_ / "crossed.png", both);
     cv::vconcat(eyes.left, eyes.right, both);
-    writeImage(studio / "stacked.png", both);
+    writeImage(studio_ / "stacked.png", both);
     for (const Arguments& other : {Arguments{"--stereo", "right-left", "crossed.png"},
                                    Arguments{"--stereo", "top-bottom:full", "stacked.png"},
                                    Arguments{"--stereo", "files", "l.png", "r.png"}}) {
-        EXPECT_TRUE(isDone(
-            studio.run(kTool, studio.display() + Arguments{"-y"} + other + Arguments{"b.png"})));
-        EXPECT_EQ(slurp(studio / "b.png"), slurp(studio / "a.png")) << other[1];
+        EXPECT_TRUE(isDone(convert(Arguments{"-y"} + other + Arguments{"b.png"})));
+        EXPECT_EQ(slurp(studio_ / "b.png"), slurp(studio_ / "a.png")) << other[1];
     }
 }
 
-TEST(Photo2Native, AnMpoIsUsedAsAPairByItself) {
-    SmallStudio studio;
+TEST_F(Photo2Native, AnMpoIsUsedAsAPairByItself) {
     const Eyes eyes = wallAndThing(6, 26);
-    writeImage(studio / "l.jpg", eyes.left);
-    writeImage(studio / "r.jpg", eyes.right);
-    fs::create_directory(studio / "photos");
-    spill(studio / "photos/p.mpo", mpoFile(slurp(studio / "l.jpg"), slurp(studio / "r.jpg")));
-    const Outcome one = studio.run(
-        kTool, studio.display() + Arguments{"--save-depth", "d.png", "photos/p.mpo", "a.png"});
+    writeImage(studio_ / "l.jpg", eyes.left);
+    writeImage(studio_ / "r.jpg", eyes.right);
+    fs::create_directory(studio_ / "photos");
+    spill(studio_ / "photos/p.mpo", mpoFile(slurp(studio_ / "l.jpg"), slurp(studio_ / "r.jpg")));
+    const Outcome one = convert({"--save-depth", "d.png", "photos/p.mpo", "a.png"});
     EXPECT_TRUE(isDone(one));
-    EXPECT_NE(one.out.find("p.mpo: stereo pair (MPO), depth by matching; shift "),
-              std::string::npos)
-        << one.out;
-    EXPECT_EQ(one.err.find("several pictures"), std::string::npos) << one.err;
-    const auto [near, far] = nearAndFar(studio / "d.png");
+    EXPECT_TRUE(holds(one.out, "p.mpo: stereo pair (MPO), depth by matching; shift "));
+    EXPECT_FALSE(holds(one.err, "several pictures"));
+    const auto [near, far] = nearAndFar(studio_ / "d.png");
     EXPECT_GT(near, far + 50000);
 
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
-    EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
+    EXPECT_TRUE(isDone(convert({"photos", "out"})));
+    EXPECT_EQ(slurp(studio_ / "out/p_native.png"), slurp(studio_ / "a.png"));
     for (const Arguments& other : {Arguments{"--embedded-depth", "off"}, Arguments{"-n", "tiny"}}) {
-        const Outcome flat =
-            studio.run(kTool, studio.display() + other + Arguments{"-y", "photos/p.mpo", "b.png"});
+        const Outcome flat = convert(other + Arguments{"-y", "photos/p.mpo", "b.png"});
         EXPECT_EQ(flat.status, 0);
-        EXPECT_EQ(flat.out.find("stereo pair"), std::string::npos) << flat.out;
-        EXPECT_NE(flat.err.find("several pictures: the first one is read"), std::string::npos);
-        EXPECT_NE(slurp(studio / "b.png"), slurp(studio / "a.png"));
+        EXPECT_FALSE(holds(flat.out, "stereo pair"));
+        EXPECT_TRUE(holds(flat.err, "several pictures: the first one is read"));
+        EXPECT_NE(slurp(studio_ / "b.png"), slurp(studio_ / "a.png"));
     }
 }
 
-TEST(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
-    SmallStudio studio;
+TEST_F(Photo2Native, AJpsHoldsBothEyesTheRightOneFirst) {
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat both;
     cv::hconcat(eyes.right, eyes.left, both);
-    writeImage(studio / "both.jpg", both);
-    fs::create_directory(studio / "photos");
-    fs::copy(studio / "both.jpg", studio / "photos/p.jps");
-    const Outcome one = studio.run(kTool, studio.display() + Arguments{"photos/p.jps", "a.png"});
+    writeImage(studio_ / "both.jpg", both);
+    fs::create_directory(studio_ / "photos");
+    fs::copy(studio_ / "both.jpg", studio_ / "photos/p.jps");
+    const Outcome one = convert({"photos/p.jps", "a.png"});
     EXPECT_TRUE(isDone(one));
-    EXPECT_NE(one.out.find("p.jps: stereo pair (JPS), depth by matching; shift "),
-              std::string::npos)
-        << one.out;
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"--stereo", "right-left", "both.jpg", "b.png"})));
-    EXPECT_EQ(slurp(studio / "b.png"), slurp(studio / "a.png"));
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
-    EXPECT_EQ(slurp(studio / "out/p_native.png"), slurp(studio / "a.png"));
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"-n", "tiny", "photos/p.jps", "c.png"}),
-        "p.jps: holds the pictures of both eyes, which are read as one picture"));
+    EXPECT_TRUE(holds(one.out, "p.jps: stereo pair (JPS), depth by matching; shift "));
+    EXPECT_TRUE(isDone(convert({"--stereo", "right-left", "both.jpg", "b.png"})));
+    EXPECT_EQ(slurp(studio_ / "b.png"), slurp(studio_ / "a.png"));
+    EXPECT_TRUE(isDone(convert({"photos", "out"})));
+    EXPECT_EQ(slurp(studio_ / "out/p_native.png"), slurp(studio_ / "a.png"));
+    EXPECT_TRUE(warns(convert({"-n", "tiny", "photos/p.jps", "c.png"}),
+                      "p.jps: holds the pictures of both eyes, which are read as one picture"));
 }
 
-TEST(Photo2Native, AMarkInTheFileGoesBeforeTheUsualOrderOfJps) {
-    SmallStudio studio;
+TEST_F(Photo2Native, AMarkInTheFileGoesBeforeTheUsualOrderOfJps) {
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat both;
     cv::hconcat(eyes.left, eyes.right, both);
-    writeImage(studio / "both.jpg", both);
-    const std::string marked = withSegments(slurp(studio / "both.jpg"), jpsSegment(2, 4));
-    fs::create_directory(studio / "photos");
+    writeImage(studio_ / "both.jpg", both);
+    const std::string marked = withSegments(slurp(studio_ / "both.jpg"), jpsSegment(2, 4));
+    fs::create_directory(studio_ / "photos");
     for (const char* name : {"photos/a.jps", "photos/b.jpg"})
-        spill(studio / name, marked);
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"--stereo", "left-right", "both.jpg", "a.png"})));
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"photos", "out"})));
+        spill(studio_ / name, marked);
+    EXPECT_TRUE(isDone(convert({"--stereo", "left-right", "both.jpg", "a.png"})));
+    EXPECT_TRUE(isDone(convert({"photos", "out"})));
     for (const char* name : {"out/a_native.png", "out/b_native.png"})
-        EXPECT_EQ(slurp(studio / name), slurp(studio / "a.png")) << name;
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"-n", "tiny", "photos/b.jpg", "c.png"}),
-        "b.jpg: holds the pictures of both eyes, which are read as one picture; --stereo "
-        "left-right reads the left one"));
+        EXPECT_EQ(slurp(studio_ / name), slurp(studio_ / "a.png")) << name;
+    EXPECT_TRUE(
+        warns(convert({"-n", "tiny", "photos/b.jpg", "c.png"}),
+              "b.jpg: holds the pictures of both eyes, which are read as one picture; --stereo "
+              "left-right reads the left one"));
 
     cv::hconcat(eyes.right, eyes.left, both);
-    writeImage(studio / "crossed.png", both);
-    fs::copy(studio / "crossed.png", studio / "p.pns");
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"--stereo", "right-left", "crossed.png", "d.png"})));
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"p.pns", "e.png"})));
-    EXPECT_EQ(slurp(studio / "e.png"), slurp(studio / "d.png"));
-    spill(studio / "i.jpg", withSegments(slurp(studio / "both.jpg"), jpsSegment(1, 4)));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"i.jpg", "f.png"}), 1,
-                      "i.jpg: is interleaved by its JPS header"));
+    writeImage(studio_ / "crossed.png", both);
+    fs::copy(studio_ / "crossed.png", studio_ / "p.pns");
+    EXPECT_TRUE(isDone(convert({"--stereo", "right-left", "crossed.png", "d.png"})));
+    EXPECT_TRUE(isDone(convert({"p.pns", "e.png"})));
+    EXPECT_EQ(slurp(studio_ / "e.png"), slurp(studio_ / "d.png"));
+    spill(studio_ / "i.jpg", withSegments(slurp(studio_ / "both.jpg"), jpsSegment(1, 4)));
+    EXPECT_TRUE(fails(convert({"i.jpg", "f.png"}), 1, "i.jpg: is interleaved by its JPS header"));
 }
 
-TEST(Photo2Native, NamesSayWhatAPictureHoldsAloneAndInFolders) {
-    SmallStudio studio;
+TEST_F(Photo2Native, NamesSayWhatAPictureHoldsAloneAndInFolders) {
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat both;
     cv::hconcat(eyes.left, eyes.right, both);
-    writeImage(studio / "both.png", both);
+    writeImage(studio_ / "both.png", both);
     cv::Mat ramp(eyes.left.size(), CV_32FC1);
     for (int x = 0; x < ramp.cols; ++x)
         ramp.col(x).setTo(x / 399.0);
     cv::Mat rgbd;
     joinRgbd(eyes.left, ramp, DepthSide::Right, rgbd);
-    writeImage(studio / "depth.png", rgbd);
-    fs::create_directory(studio / "in");
-    fs::copy(studio / "both.png", studio / "in/a_LR.png");
-    fs::copy(studio / "both.png", studio / "in/b_360.png");
-    fs::copy(studio / "depth.png", studio / "in/c_rgbd.png");
-    writeImage(studio / "in/d_LR.png", randomPhoto({80, 60}, 4));
+    writeImage(studio_ / "depth.png", rgbd);
+    fs::create_directory(studio_ / "in");
+    fs::copy(studio_ / "both.png", studio_ / "in/a_LR.png");
+    fs::copy(studio_ / "both.png", studio_ / "in/b_360.png");
+    fs::copy(studio_ / "depth.png", studio_ / "in/c_rgbd.png");
+    writeImage(studio_ / "in/d_LR.png", randomPhoto({80, 60}, 4));
     const auto make = [&](const Arguments& arguments) {
-        return studio.run(kTool, studio.display() + Arguments{"-y"} + arguments);
+        return convert(Arguments{"-y"} + arguments);
     };
     EXPECT_TRUE(isDone(make({"--stereo", "left-right", "both.png", "a.png"})));
     EXPECT_TRUE(isDone(make({"--rgbd", "right", "depth.png", "c.png"})));
     const Outcome folder = make({"in", "out"});
     EXPECT_TRUE(warns(folder, "d_LR.png: its name (LR) may mean that it holds both eyes"));
-    EXPECT_NE(folder.out.find("b_360.png: is made for headsets (VR) by its name"),
-              std::string::npos);
-    EXPECT_NE(folder.out.find("3 photos made, 1 left out (1 VR file)"), std::string::npos)
-        << folder.out;
+    EXPECT_TRUE(holds(folder.out, "b_360.png: is made for headsets (VR) by its name"));
+    EXPECT_TRUE(holds(folder.out, "3 photos made, 1 left out (1 VR file)"));
     for (const auto& [name, same] :
          {std::pair("a_LR", "a.png"), std::pair("c_rgbd", "c.png"), std::pair("d_LR", "")}) {
         const std::string file = std::string("in/") + name + ".png";
         EXPECT_EQ(make({file, "one.png"}).status, 0);
-        const std::string inFolder = slurp(studio / ("out/" + std::string(name) + "_native.png"));
-        EXPECT_EQ(slurp(studio / "one.png"), inFolder) << name;
+        const std::string inFolder = slurp(studio_ / ("out/" + std::string(name) + "_native.png"));
+        EXPECT_EQ(slurp(studio_ / "one.png"), inFolder) << name;
         if (*same == 0) continue;
-        EXPECT_EQ(inFolder, slurp(studio / same)) << name;
+        EXPECT_EQ(inFolder, slurp(studio_ / same)) << name;
     }
     EXPECT_TRUE(fails(make({"in/b_360.png", "x.png"}), 1, "is made for headsets (VR)"));
     EXPECT_TRUE(fails(make({"-n", "tiny", "in/b_360.png", "x.png"}), 1, "is made for headsets"));
@@ -1600,8 +1461,7 @@ TEST(Photo2Native, NamesSayWhatAPictureHoldsAloneAndInFolders) {
                       "may hold photo and depth, as its name (rgbd) says"));
 }
 
-TEST(Photo2Native, HalvesOfRgbdMayBeSqueezed) {
-    SmallStudio studio;
+TEST_F(Photo2Native, HalvesOfRgbdMayBeSqueezed) {
     const cv::Mat photo = randomPhoto({160, 90}, 4);
     cv::Mat narrow;
     cv::resize(photo, narrow, {80, 90}, 0, 0, cv::INTER_AREA);
@@ -1610,13 +1470,12 @@ TEST(Photo2Native, HalvesOfRgbdMayBeSqueezed) {
     cv::Mat both;
     joinRgbd(narrow, ramp, DepthSide::Right, both); // of 16:9
     for (const char* name : {"a.png", "a_RGBD.png", "a_HRGBD.png"})
-        writeImage(studio / name, both);
+        writeImage(studio_ / name, both);
     const auto size = [&](const std::string& layout, const char* name) {
         const Outcome outcome =
-            studio.run(kTool, studio.display() + Arguments{"-y", "--rgbd", layout, "--save-rgbd",
-                                                           "s.png", name, "o.png"});
+            convert({"-y", "--rgbd", layout, "--save-rgbd", "s.png", name, "o.png"});
         EXPECT_TRUE(isDone(outcome));
-        return readImage(studio / "s.png").size();
+        return readImage(studio_ / "s.png").size();
     };
     EXPECT_EQ(size("right:squeezed", "a_RGBD.png"), cv::Size(320, 90));
     EXPECT_EQ(size("right:full", "a_HRGBD.png"), cv::Size(160, 90));
@@ -1624,108 +1483,85 @@ TEST(Photo2Native, HalvesOfRgbdMayBeSqueezed) {
     EXPECT_EQ(size("right", "a_RGBD.png"), cv::Size(160, 90));
     EXPECT_EQ(size("right", "a_HRGBD.png"), cv::Size(320, 90));
     joinRgbd(narrow, ramp, DepthSide::Left, both);
-    writeImage(studio / "left.png", both);
+    writeImage(studio_ / "left.png", both);
     EXPECT_EQ(size("left:squeezed", "left.png"), cv::Size(320, 90));
     for (const char* wrong : {"right:half", "rigth", "right:", ":full", "right:full:full"}) {
-        EXPECT_TRUE(fails(
-            studio.run(kTool, studio.display() + Arguments{"--rgbd", wrong, "a.png", "w.png"}), 2,
-            "expected right, left, top or bottom, with :full or :squeezed if needed"))
+        EXPECT_TRUE(fails(convert({"--rgbd", wrong, "a.png", "w.png"}), 2,
+                          "expected right, left, top or bottom, with :full or :squeezed if needed"))
             << wrong;
     }
 }
 
-TEST(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
-    SmallStudio studio;
+TEST_F(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat both;
     cv::hconcat(eyes.left, randomPhoto(eyes.left.size(), 77), both);
-    writeImage(studio / "p.png", both);
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"--stereo", "left-right", "p.png", "a.png"}),
-        "the left eye's picture alone is shown; if the file does not hold both eyes, "
-        "all of it is shown without --stereo"));
+    writeImage(studio_ / "p.png", both);
+    EXPECT_TRUE(warns(convert({"--stereo", "left-right", "p.png", "a.png"}),
+                      "the left eye's picture alone is shown; if the file does not hold both eyes, "
+                      "all of it is shown without --stereo"));
 }
 
-TEST(Photo2Native, PicturesOfAFolderNeedNoExtension) {
-    SmallStudio studio;
-    fs::create_directory(studio / "in");
-    writeImage(studio / "p.jpg", scenery({200, 150}, 3));
-    fs::copy(studio / "p.jpg", studio / "in/IMG_0001");
-    spill(studio / "in/README", "text");
+TEST_F(Photo2Native, PicturesOfAFolderNeedNoExtension) {
+    fs::create_directory(studio_ / "in");
+    writeImage(studio_ / "p.jpg", scenery({200, 150}, 3));
+    fs::copy(studio_ / "p.jpg", studio_ / "in/IMG_0001");
+    spill(studio_ / "in/README", "text");
     for (const char* raw : {"in/a.CR3", "in/b.nef"})
-        spill(studio / raw, "x");
-    const Outcome outcome = studio.run(kTool, studio.display() + Arguments{"in", "out"});
+        spill(studio_ / raw, "x");
+    const Outcome outcome = convert({"in", "out"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(fs::exists(studio / "out/IMG_0001_native.png"));
-    EXPECT_NE(outcome.out.find("1 photo made, 3 left out (2 raw pictures, 1 other file), in "),
-              std::string::npos)
-        << outcome.out;
-    EXPECT_NE(outcome.out.find("b.nef: is a raw picture of a camera, which is not read; export it"),
-              std::string::npos);
+    EXPECT_TRUE(fs::exists(studio_ / "out/IMG_0001_native.png"));
+    EXPECT_TRUE(holds(outcome.out, "1 photo made, 3 left out (2 raw pictures, 1 other file), in "));
+    EXPECT_TRUE(
+        holds(outcome.out, "b.nef: is a raw picture of a camera, which is not read; export it"));
 }
 
-TEST(Photo2Native, TheSharpOriginalIsNamed) {
-    SmallStudio studio;
-    writeImage(studio / "blurred.jpg", scenery({120, 160}, 3));
-    writeImage(studio / "sharp.jpg", scenery({120, 160}, 4));
-    writeImage(studio / "d.png", madeDepth(120, 160));
-    spill(studio / "p.jpg", gDepthPhoto(slurp(studio / "blurred.jpg"), slurp(studio / "d.png"),
-                                        "RangeInverse", 1, 10, slurp(studio / "sharp.jpg")));
+TEST_F(Photo2Native, TheSharpOriginalIsNamed) {
+    writeImage(studio_ / "blurred.jpg", scenery({120, 160}, 3));
+    writeImage(studio_ / "sharp.jpg", scenery({120, 160}, 4));
+    writeImage(studio_ / "d.png", madeDepth(120, 160));
+    spill(studio_ / "p.jpg", gDepthPhoto(slurp(studio_ / "blurred.jpg"), slurp(studio_ / "d.png"),
+                                         "RangeInverse", 1, 10, slurp(studio_ / "sharp.jpg")));
     const auto run = [&](const char* photo) {
-        return studio.run(kTool, studio.display() + Arguments{"--unblurred", "-y", "--report",
-                                                              "r.json", photo, "a.png"});
+        return convert({"--unblurred", "-y", "--report", "r.json", photo, "a.png"});
     };
     const auto isReported = [&] {
-        return Json::parse(slurp(studio / "r.json"))
-            .at("pictures")
-            .at(0)
-            .at("unblurred")
-            .get<bool>();
+        return studio_.json("r.json").at("pictures").at(0).at("unblurred").get<bool>();
     };
     const Outcome found = run("p.jpg");
     EXPECT_TRUE(isDone(found));
-    EXPECT_NE(found.out.find("p.jpg: the sharp original in the file is used\n"), std::string::npos)
-        << found.out;
+    EXPECT_TRUE(holds(found.out, "p.jpg: the sharp original in the file is used\n"));
     EXPECT_TRUE(isReported());
     const Outcome none = run("sharp.jpg");
     EXPECT_TRUE(isDone(none));
-    EXPECT_NE(none.out.find("sharp.jpg: no sharp original in the file is used\n"),
-              std::string::npos);
+    EXPECT_TRUE(holds(none.out, "sharp.jpg: no sharp original in the file is used\n"));
     EXPECT_FALSE(isReported());
 }
 
-TEST(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
-    SmallStudio studio;
+TEST_F(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
     const Eyes eyes = wallAndThing(6, 26);
-    writeImage(studio / "l.png", eyes.left);
-    writeImage(studio / "other.png", randomPhoto(eyes.left.size(), 77));
-    writeImage(studio / "tall.png", randomPhoto({300, 400}, 77));
-    const Outcome run = studio.run(
-        kTool, studio.display() + Arguments{"--stereo", "files", "l.png", "other.png", "a.png"});
+    writeImage(studio_ / "l.png", eyes.left);
+    writeImage(studio_ / "other.png", randomPhoto(eyes.left.size(), 77));
+    writeImage(studio_ / "tall.png", randomPhoto({300, 400}, 77));
+    const Outcome run = convert({"--stereo", "files", "l.png", "other.png", "a.png"});
     EXPECT_EQ(run.status, 0);
-    EXPECT_NE(
-        run.err.find("the stereo pair (two files) is not used, because its pictures do not match"),
-        std::string::npos)
-        << run.err;
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"l.png", "b.png"})));
-    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--stereo", "files", "l.png",
-                                                                     "tall.png", "c.png"}),
-                      1, "tall.png: right: has 300 x 400 px, expected the shape"));
-    EXPECT_FALSE(fs::exists(studio / "c.png"));
-    EXPECT_TRUE(fails(
-        studio.run(kTool, studio.display() + Arguments{"--stereo", "files", "l.png", "c.png"}), 2,
-        "expected LEFT RIGHT OUT"));
+    EXPECT_TRUE(holds(
+        run.err, "the stereo pair (two files) is not used, because its pictures do not match"));
+    EXPECT_TRUE(isDone(convert({"l.png", "b.png"})));
+    EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
+    EXPECT_TRUE(fails(convert({"--stereo", "files", "l.png", "tall.png", "c.png"}), 1,
+                      "tall.png: right: has 300 x 400 px, expected the shape"));
+    EXPECT_FALSE(fs::exists(studio_ / "c.png"));
+    EXPECT_TRUE(
+        fails(convert({"--stereo", "files", "l.png", "c.png"}), 2, "expected LEFT RIGHT OUT"));
     for (const char* wrong : {"sideways", "left-right:half", "files:full"}) {
-        EXPECT_TRUE(fails(
-            studio.run(kTool, studio.display() + Arguments{"--stereo", wrong, "l.png", "c.png"}), 2,
-            "expected left-right, right-left, top-bottom or bottom-top"))
+        EXPECT_TRUE(fails(convert({"--stereo", wrong, "l.png", "c.png"}), 2,
+                          "expected left-right, right-left, top-bottom or bottom-top"))
             << wrong;
     }
-    EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"--stereo", "left-right", "--rgbd",
-                                                             "right", "l.png", "c.png"}),
-              2, "--rgbd"));
+    EXPECT_TRUE(fails(convert({"--stereo", "left-right", "--rgbd", "right", "l.png", "c.png"}), 2,
+                      "--rgbd"));
 }
 
 } // namespace altiro3D::test

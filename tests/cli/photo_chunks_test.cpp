@@ -4,6 +4,7 @@
 #include "sandbox.hpp"
 #include "support/photo_files.hpp"
 #include "support/slow.hpp"
+#include "support/texts.hpp"
 
 #include <csignal>
 #include <map>
@@ -86,7 +87,7 @@ TEST(PhotoChunks, OutputsAreThoseOfOneRunAndTheJoinNamesWhatFailed) {
     const PhotoStudio studio;
     const Outcome planned = studio.plan();
     ASSERT_TRUE(isDone(planned));
-    EXPECT_NE(planned.out.find("plan: 4 chunks, 7 photos"), std::string::npos) << planned.out;
+    EXPECT_TRUE(holds(planned.out, "plan: 4 chunks, 7 photos"));
     EXPECT_TRUE(studio.outputs().empty());
     for (const int number : {4, 3, 1})
         EXPECT_TRUE(isDone(studio.chunk(number)));
@@ -96,25 +97,23 @@ TEST(PhotoChunks, OutputsAreThoseOfOneRunAndTheJoinNamesWhatFailed) {
     const Outcome second = studio.chunk(2); // with the broken photo
     EXPECT_EQ(second.status, 0) << second.text();
     EXPECT_EQ(second.errLines().size(), 1u) << second.err;
-    EXPECT_NE(slurp(studio / "plan/logs/2.log").find("failed: in/b.png: "), std::string::npos);
-    EXPECT_NE(slurp(studio / "plan/logs/4.log").find("in/z.png: looks like"), std::string::npos);
+    EXPECT_TRUE(holds(slurp(studio / "plan/logs/2.log"), "failed: in/b.png: "));
+    EXPECT_TRUE(holds(slurp(studio / "plan/logs/4.log"), "in/z.png: looks like"));
     EXPECT_TRUE(studio.hasMade(4));
     const Outcome joined = studio.join();
     EXPECT_TRUE(fails(joined, 1, "in/b.png"));
-    EXPECT_NE(
-        joined.out.find("0 photos made, 5 skipped as the outputs exist, 1 failed, 1 left out"),
-        std::string::npos)
-        << joined.out;
+    EXPECT_TRUE(
+        holds(joined.out, "0 photos made, 5 skipped as the outputs exist, 1 failed, 1 left out"));
     EXPECT_TRUE(studio.outputs() == outputsOfOneRun());
-    const auto report = nlohmann::json::parse(slurp(studio / "r.json"));
+    const auto report = studio.json("r.json");
     EXPECT_EQ(report.at("pictures").size(), 7U);
-    const auto part = nlohmann::json::parse(slurp(studio / "plan/logs/2.json"));
+    const auto part = studio.json("plan/logs/2.json");
     EXPECT_EQ(part.at("pictures").at(1).at("depthImage"), "in/c-depth.png");
     // again
     const auto time = fs::last_write_time(studio / "out/c_native.png");
     const Outcome again = studio.chunk(2);
     EXPECT_TRUE(isDone(again));
-    EXPECT_NE(again.out.find("chunk 2 is made already"), std::string::npos) << again.out;
+    EXPECT_TRUE(holds(again.out, "chunk 2 is made already"));
     EXPECT_TRUE(isDone(studio.plan()));
     EXPECT_TRUE(studio.hasMade(4));
     writeImage(studio / "in/b.png", madePhoto(40, 50)); // the join tries what failed again
@@ -220,9 +219,8 @@ TEST(PhotoChunks, WhatIsMissingIsMadeAgainAndDamageIsNamed) {
 
 TEST(PhotoChunks, AFullDiskIsNotTheFaultOfThePhoto) {
     PhotoStudio studio;
-    ASSERT_TRUE(
-        isDone(studio.run(kTool, Arguments{"--plan", "plan", "--chunk-photos", "1"} +
-                                     studio.display() + Arguments{"-j", "2", "in", "out"})));
+    ASSERT_TRUE(isDone(
+        studio.convert(kTool, {"--plan", "plan", "--chunk-photos", "1", "-j", "2", "in", "out"})));
     studio.limitFiles(4000);
     EXPECT_TRUE(fails(studio.chunk(1), 1, "_native.png: "));
     EXPECT_FALSE(fs::exists(studio / "plan/chunks/1"));
@@ -256,8 +254,8 @@ TEST(PhotoChunks, AJoinThatReplacesFilesDoesNotTakeOldOnesForMade) {
     studio.makeAll();
     const Outcome joined = studio.join();
     EXPECT_EQ(joined.status, 1);
-    EXPECT_NE(joined.text().find("c.png"), std::string::npos) << joined.text();
-    EXPECT_NE(joined.text().find("2 failed"), std::string::npos) << joined.text();
+    EXPECT_TRUE(holds(joined.text(), "c.png"));
+    EXPECT_TRUE(holds(joined.text(), "2 failed"));
 }
 
 TEST(PhotoChunks, WrongCallsAreRefused) {

@@ -7,6 +7,7 @@
 #include "support/compare.hpp"
 #include "support/heif_files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <memory>
@@ -50,18 +51,21 @@ void writeQuiltVideo(const fs::path& file, int frames) {
 
 } // namespace
 
-TEST(Quilt2NativeTool, AnAvifIsAPicture) {
-    const SmallStudio studio;
-    spill(studio / "q.avif", heifFile("avif", {av1Colours(1)}));
-    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "-q", "2x2", "q.avif", "n.png"});
+class Quilt2NativeTool : public StudioTest {
+  protected:
+    Quilt2NativeTool() : StudioTest(kTool) {}
+};
+
+TEST_F(Quilt2NativeTool, AnAvifIsAPicture) {
+    spill(studio_ / "q.avif", heifFile("avif", {av1Colours(1)}));
+    const Outcome outcome = run({"-c", "small.json", "-q", "2x2", "q.avif", "n.png"});
     if (outcome.err.find("built without libheif") != std::string::npos) GTEST_SKIP() << outcome.err;
     EXPECT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_EQ(readBack(studio / "n.png").size(), cv::Size(96, 128));
+    EXPECT_EQ(readBack(studio_ / "n.png").size(), cv::Size(96, 128));
 }
 
-TEST(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {
-    SmallStudio studio;
-    const cv::Mat quilt = readBack(studio / "quilt.png");
+TEST_F(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {
+    const cv::Mat quilt = readBack(studio_ / "quilt.png");
     const std::pair<Arguments, QuiltSampling> cases[] = {
         {{}, {ViewFilter::Nearest, TileSampling::Linear}},
         {{"--sampling", "nearest"}, {}},
@@ -71,22 +75,21 @@ TEST(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {
         {{"--sampling", "linear", "--view-filter", "linear", "-j", "1"},
          {ViewFilter::Linear, TileSampling::Linear}}};
     for (const auto& [arguments, sampling] : cases) {
-        EXPECT_TRUE(isDone(studio.run(kTool, arguments + Arguments{"-y", "-c", "small.json", "-q",
-                                                                   "2x3", "quilt.png", "a.png"})));
-        EXPECT_TRUE(
-            samePicture(readBack(studio / "a.png"), libraryNative(studio, quilt, 3, 2, sampling)));
+        EXPECT_TRUE(isDone(run(
+            arguments + Arguments{"-y", "-c", "small.json", "-q", "2x3", "quilt.png", "a.png"})));
+        EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"),
+                                libraryNative(studio_, quilt, 3, 2, sampling)));
     }
 }
 
-TEST(Quilt2NativeTool, AQuiltOfOneColourPerViewShowsEachViewWhereTheLensSendsIt) {
-    SmallStudio studio;
+TEST_F(Quilt2NativeTool, AQuiltOfOneColourPerViewShowsEachViewWhereTheLensSendsIt) {
     cv::Mat quilt(80, 90, CV_8UC3);
     for (int i = 0; i < 6; ++i)
         quilt(cv::Rect(i % 3 * 30, (1 - i / 3) * 40, 30, 40)) = cv::Scalar::all(10 + 40 * i);
-    writeImage(studio / "views.png", quilt);
-    ASSERT_TRUE(isDone(studio.run(kTool, {"-c", "small.json", "-q", "2x3", "views.png", "a.png"})));
-    const cv::Mat native = readBack(studio / "a.png");
-    const LensGeometry geometry = lensGeometry(readCalibration(studio / "small.json"));
+    writeImage(studio_ / "views.png", quilt);
+    ASSERT_TRUE(isDone(run({"-c", "small.json", "-q", "2x3", "views.png", "a.png"})));
+    const cv::Mat native = readBack(studio_ / "a.png");
+    const LensGeometry geometry = lensGeometry(readCalibration(studio_ / "small.json"));
     for (int y = 0; y < native.rows; y += 5) {
         for (int x = 0; x < native.cols; ++x) {
             for (int channel = 0; channel < 3; ++channel) {
@@ -98,120 +101,97 @@ TEST(Quilt2NativeTool, AQuiltOfOneColourPerViewShowsEachViewWhereTheLensSendsIt)
     }
 }
 
-TEST(Quilt2NativeTool, TheFileNameTellsTheLayout) {
-    SmallStudio studio;
-    fs::copy(studio / "quilt.png", studio / "q_qs3x2a0.75.png");
-    const Outcome outcome = studio.run(kTool, {"-c", "small.json", "q_qs3x2a0.75.png", "a.png"});
+TEST_F(Quilt2NativeTool, TheFileNameTellsTheLayout) {
+    fs::copy(studio_ / "quilt.png", studio_ / "q_qs3x2a0.75.png");
+    const Outcome outcome = run({"-c", "small.json", "q_qs3x2a0.75.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("3 columns x 2 rows, each view 30 x 40 px"), std::string::npos);
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"),
-                            libraryNative(studio, readBack(studio / "quilt.png"), 3, 2)));
+    EXPECT_TRUE(holds(outcome.out, "3 columns x 2 rows, each view 30 x 40 px"));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"),
+                            libraryNative(studio_, readBack(studio_ / "quilt.png"), 3, 2)));
     // 2x3 is rows x columns for -q, and 3x2 columns x rows in the name
-    EXPECT_TRUE(isDone(
-        studio.run(kTool, {"-y", "-c", "small.json", "-q", "2x3", "q_qs3x2a0.75.png", "a.png"})));
-    EXPECT_TRUE(fails(
-        studio.run(kTool, {"-y", "-c", "small.json", "-q", "3x2", "q_qs3x2a0.75.png", "a.png"}), 1,
-        "2 columns x 3 rows"));
-    fs::copy(studio / "quilt.png", studio / "q_qs0x2.png");
-    EXPECT_TRUE(
-        fails(studio.run(kTool, {"-y", "-c", "small.json", "q_qs0x2.png", "a.png"}), 1, "q_qs0x2"));
+    EXPECT_TRUE(isDone(run({"-y", "-c", "small.json", "-q", "2x3", "q_qs3x2a0.75.png", "a.png"})));
+    EXPECT_TRUE(fails(run({"-y", "-c", "small.json", "-q", "3x2", "q_qs3x2a0.75.png", "a.png"}), 1,
+                      "2 columns x 3 rows"));
+    fs::copy(studio_ / "quilt.png", studio_ / "q_qs0x2.png");
+    EXPECT_TRUE(fails(run({"-y", "-c", "small.json", "q_qs0x2.png", "a.png"}), 1, "q_qs0x2"));
 }
 
-TEST(Quilt2NativeTool, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
-    SmallStudio studio;
+TEST_F(Quilt2NativeTool, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
     // as 4096 x 4096 px of 5 columns x 9 rows: tiles of 8 x 5 px in 44 x 50 px
     const cv::Mat quilt = madePhoto(44, 50);
-    writeImage(studio / "rest.png", quilt);
+    writeImage(studio_ / "rest.png", quilt);
     ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", {"-m", "a.map", "-q", "9x5", "-r", "5x8", "small.json"})));
-    EXPECT_TRUE(warns(studio.run(kTool, {"-m", "a.map", "--fit", "stretch", "rest.png", "m.png"}),
-                      "44 x 50"));
-    EXPECT_TRUE(samePicture(readBack(studio / "m.png"),
-                            libraryNative(studio, quilt(cv::Rect(0, 5, 40, 45)), 5, 9, {})));
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, {"-c", "small.json", "--fit", "stretch", "-q", "9x5", "rest.png", "a.png"})));
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), libraryNative(studio, quilt, 5, 9)));
+        studio_.run("altiro3Dnative", {"-m", "a.map", "-q", "9x5", "-r", "5x8", "small.json"})));
+    EXPECT_TRUE(warns(run({"-m", "a.map", "--fit", "stretch", "rest.png", "m.png"}), "44 x 50"));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "m.png"),
+                            libraryNative(studio_, quilt(cv::Rect(0, 5, 40, 45)), 5, 9, {})));
+    EXPECT_TRUE(
+        isDone(run({"-c", "small.json", "--fit", "stretch", "-q", "9x5", "rest.png", "a.png"})));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative(studio_, quilt, 5, 9)));
 }
 
-TEST(Quilt2NativeTool, ALayoutThatNothingStatesIsFoundInThePicture) {
-    SmallStudio studio;
-    writeImage(studio / "web.png", quiltOfAScene());
-    const Outcome outcome =
-        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", "web.png", "a.png"});
+TEST_F(Quilt2NativeTool, ALayoutThatNothingStatesIsFoundInThePicture) {
+    writeImage(studio_ / "web.png", quiltOfAScene());
+    const Outcome outcome = run({"-c", "small.json", "--fit", "stretch", "web.png", "a.png"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(
-        outcome.out.find("each view 140 x 100 px, shown 3:4; found in the picture, 100 % sure"),
-        std::string::npos)
-        << outcome.out;
-    EXPECT_NE(outcome.out.find(" % sure"), std::string::npos);
-    ASSERT_TRUE(isDone(studio.run(
-        kTool, {"-c", "small.json", "--fit", "stretch", "-q", "5x4", "web.png", "b.png"})));
-    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
+    EXPECT_TRUE(
+        holds(outcome.out, "each view 140 x 100 px, shown 3:4; found in the picture, 100 % sure"));
+    EXPECT_TRUE(holds(outcome.out, " % sure"));
+    ASSERT_TRUE(
+        isDone(run({"-c", "small.json", "--fit", "stretch", "-q", "5x4", "web.png", "b.png"})));
+    EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
     // options and names come first
-    fs::copy(studio / "web.png", studio / "web_qs2x5.png");
-    EXPECT_NE(studio.run(kTool, {"-y", "-c", "small.json", "web_qs2x5.png", "a.png"})
-                  .out.find("2 columns x 5 rows"),
-              std::string::npos);
-    const Outcome asked =
-        studio.run(kTool, {"-y", "-c", "small.json", "-q", "5x2", "web.png", "a.png"});
-    EXPECT_NE(asked.out.find("2 columns x 5 rows"), std::string::npos);
-    EXPECT_EQ(asked.out.find("% sure"), std::string::npos);
+    fs::copy(studio_ / "web.png", studio_ / "web_qs2x5.png");
+    EXPECT_TRUE(
+        holds(run({"-y", "-c", "small.json", "web_qs2x5.png", "a.png"}).out, "2 columns x 5 rows"));
+    const Outcome asked = run({"-y", "-c", "small.json", "-q", "5x2", "web.png", "a.png"});
+    EXPECT_TRUE(holds(asked.out, "2 columns x 5 rows"));
+    EXPECT_FALSE(holds(asked.out, "% sure"));
     // quilt2video needs no display then
     const Outcome video =
-        studio.run("quilt2video", {"--seconds", "0.2", "--turns", "1", "web.png", "a.mp4"});
+        studio_.run("quilt2video", {"--seconds", "0.2", "--turns", "1", "web.png", "a.mp4"});
     EXPECT_TRUE(isDone(video));
-    EXPECT_NE(video.out.find("4 columns x 5 rows"), std::string::npos);
+    EXPECT_TRUE(holds(video.out, "4 columns x 5 rows"));
 }
 
-TEST(Quilt2NativeTool, APhotoIsRefusedAndAnUnclearPictureIsAskedAbout) {
-    SmallStudio studio;
-    writeImage(studio / "photo2.png", scenery({400, 300}, 7));
-    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "photo2.png", "a.png"}), 1,
+TEST_F(Quilt2NativeTool, APhotoIsRefusedAndAnUnclearPictureIsAskedAbout) {
+    writeImage(studio_ / "photo2.png", scenery({400, 300}, 7));
+    EXPECT_TRUE(fails(run({"-c", "small.json", "photo2.png", "a.png"}), 1,
                       "photo2.png: is a photo or another picture of one view, expected a quilt"));
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, {"-c", "small.json", "--fit", "stretch", "-q", "2x3", "photo2.png", "a.png"})));
-    fs::remove(studio / "a.png");
-    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "quilt.png", "a.png"}), 2,
+    EXPECT_TRUE(
+        isDone(run({"-c", "small.json", "--fit", "stretch", "-q", "2x3", "photo2.png", "a.png"})));
+    fs::remove(studio_ / "a.png");
+    EXPECT_TRUE(fails(run({"-c", "small.json", "quilt.png", "a.png"}), 2,
                       "quilt.png: its name does not state the layout, and the picture shows none "
                       "clearly, expected -q ROWSxCOLUMNS"));
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
-    SmallStudio studio;
-    fs::create_directories(studio / "in/deeper");
-    writeImage(studio / "in/web.png", quiltOfAScene());
-    fs::copy(studio / "quilt.png", studio / "in/q_qs3x2a0.75.png");
-    writeImage(studio / "in/photo.png", scenery({400, 300}, 7));
-    spill(studio / "in/clip.mp4", "not a picture");
-    writeQuiltVideo(studio / "in/film_qs3x2a0.75.mkv", 3);
-    const Outcome outcome = studio.run(kTool, Arguments{"-c", "small.json", "--fit", "stretch"} +
-                                                  Arguments{"in", "out"});
+TEST_F(Quilt2NativeTool, AFolderIsConvertedAndNothingInItIsLostSilently) {
+    fs::create_directories(studio_ / "in/deeper");
+    writeImage(studio_ / "in/web.png", quiltOfAScene());
+    fs::copy(studio_ / "quilt.png", studio_ / "in/q_qs3x2a0.75.png");
+    writeImage(studio_ / "in/photo.png", scenery({400, 300}, 7));
+    spill(studio_ / "in/clip.mp4", "not a picture");
+    writeQuiltVideo(studio_ / "in/film_qs3x2a0.75.mkv", 3);
+    const Outcome outcome = run({"-c", "small.json", "--fit", "stretch", "in", "out"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("photo.png: is a photo or another picture of one view; photo2"),
-              std::string::npos);
-    EXPECT_NE(outcome.out.find("3 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "),
-              std::string::npos)
-        << outcome.out;
-    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"-c", "small.json", "--fit", "stretch"} +
-                                             Arguments{"in/web.png", "alone.png"})));
-    EXPECT_EQ(slurp(studio / "out/web_native.png"), slurp(studio / "alone.png"));
-    EXPECT_TRUE(fs::exists(studio / "out/q_qs3x2a0.75_native.png"));
+    EXPECT_TRUE(holds(outcome.out, "photo.png: is a photo or another picture of one view; photo2"));
+    EXPECT_TRUE(holds(outcome.out, "3 quilts made, 3 left out (1 video, 1 folder, 1 photo), in "));
+    EXPECT_TRUE(isDone(run({"-c", "small.json", "--fit", "stretch", "in/web.png", "alone.png"})));
+    EXPECT_EQ(slurp(studio_ / "out/web_native.png"), slurp(studio_ / "alone.png"));
+    EXPECT_TRUE(fs::exists(studio_ / "out/q_qs3x2a0.75_native.png"));
+    EXPECT_TRUE(isDone(run({"-c", "small.json", "in/film_qs3x2a0.75.mkv", "film.mkv"})));
+    EXPECT_EQ(slurp(studio_ / "out/film_qs3x2a0.75_native.mkv"), slurp(studio_ / "film.mkv"));
+    EXPECT_FALSE(fs::exists(studio_ / "out/photo_native.png"));
     EXPECT_TRUE(
-        isDone(studio.run(kTool, {"-c", "small.json", "in/film_qs3x2a0.75.mkv", "film.mkv"})));
-    EXPECT_EQ(slurp(studio / "out/film_qs3x2a0.75_native.mkv"), slurp(studio / "film.mkv"));
-    EXPECT_FALSE(fs::exists(studio / "out/photo_native.png"));
-    EXPECT_NE(studio
-                  .run(kTool, Arguments{"-c", "small.json", "--fit", "stretch"} +
-                                  Arguments{"--skip-existing", "in", "out"})
-                  .out.find("0 quilts made, 3 skipped as the outputs exist, "),
-              std::string::npos);
+        holds(run({"-c", "small.json", "--fit", "stretch", "--skip-existing", "in", "out"}).out,
+              "0 quilts made, 3 skipped as the outputs exist, "));
 }
 
-TEST(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
-    SmallStudio studio;
-    fs::create_directory(studio / "in");
-    writeImage(studio / "in/web.png", quiltOfAScene());
+TEST_F(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
+    fs::create_directory(studio_ / "in");
+    writeImage(studio_ / "in/web.png", quiltOfAScene());
     const Arguments calibration{"-c", "small.json"};
     for (const Arguments& option :
          {Arguments{"--report", "r.json"}, Arguments{"--codec", "hevc"}, Arguments{"--crf", "9"},
@@ -219,183 +199,158 @@ TEST(Quilt2NativeTool, OptionsWithoutAnEffectAreRefusedForFoldersToo) {
           Arguments{"--no-subtitles"}, Arguments{"--resume"}, Arguments{"--progress", "json"}}) {
         for (const char* input : {"in", "in/web.png"}) {
             const std::string output = input == std::string("in") ? "out" : "a.png";
-            EXPECT_TRUE(fails(studio.run(kTool, calibration + option + Arguments{input, output}), 2,
+            EXPECT_TRUE(fails(run(calibration + option + Arguments{input, output}), 2,
                               option[0] + " applies to videos, expected a video as output"));
         }
     }
-    EXPECT_TRUE(fails(studio.run(kTool, calibration + Arguments{"--seconds", "3", "in", "out"}), 2,
-                      "--seconds"));
+    EXPECT_TRUE(fails(run(calibration + Arguments{"--seconds", "3", "in", "out"}), 2, "--seconds"));
     for (const char* option : {"--skip-existing", "--recursive"}) {
         EXPECT_TRUE(
-            fails(studio.run(kTool, calibration + Arguments{option, "in/web.png", "a.png"}), 2,
+            fails(run(calibration + Arguments{option, "in/web.png", "a.png"}), 2,
                   option + std::string(" applies to folders, expected a directory of quilts")));
     }
     for (const char* input : {"in", "in/web.png"}) {
-        EXPECT_TRUE(fails(
-            studio.run(kTool, calibration + Arguments{"-y", "--skip-existing", input, "a.png"}), 2,
-            "exclude each other"));
+        EXPECT_TRUE(fails(run(calibration + Arguments{"-y", "--skip-existing", input, "a.png"}), 2,
+                          "exclude each other"));
     }
-    EXPECT_FALSE(fs::exists(studio / "out"));
+    EXPECT_FALSE(fs::exists(studio_ / "out"));
 }
 
-TEST(Quilt2NativeTool, RowsFromTheTopAndStretchedViewsAreSaid) {
-    SmallStudio studio;
+TEST_F(Quilt2NativeTool, RowsFromTheTopAndStretchedViewsAreSaid) {
     const cv::Mat quilt = quiltOfAScene();
-    writeImage(studio / "web.png", quilt); // views of 1.4 : 1 for a panel of 0.75 : 1
+    writeImage(studio_ / "web.png", quilt); // views of 1.4 : 1 for a panel of 0.75 : 1
     cv::Mat turned(quilt.size(), quilt.type());
     for (int row = 0; row < 5; ++row)
         quilt.rowRange(100 * row, 100 * (row + 1))
             .copyTo(turned.rowRange(400 - 100 * row, 500 - 100 * row));
-    writeImage(studio / "top.png", turned);
+    writeImage(studio_ / "top.png", turned);
     const Arguments calibration{"-c", "small.json"};
-    EXPECT_TRUE(warns(studio.run(kTool, calibration + Arguments{"web.png", "a.png"}),
+    EXPECT_TRUE(warns(run(calibration + Arguments{"web.png", "a.png"}),
                       "the views have the shape 7:5 by their px and are stretched to the panel's, "
                       "3:4, as the file name does not state their shape"));
+    EXPECT_TRUE(isDone(run(calibration + Arguments{"--fit", "contain", "web.png", "b.png"})));
+    EXPECT_NE(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
     EXPECT_TRUE(
-        isDone(studio.run(kTool, calibration + Arguments{"--fit", "contain", "web.png", "b.png"})));
-    EXPECT_NE(slurp(studio / "a.png"), slurp(studio / "b.png"));
-    EXPECT_TRUE(
-        fails(studio.run(kTool, calibration + Arguments{"top.png", "c.png"}), 2,
+        fails(run(calibration + Arguments{"top.png", "c.png"}), 2,
               "top.png: its rows of views seem to run from the top to the bottom (4 columns "
               "x 5 rows), expected the first view at the bottom left"));
-    EXPECT_TRUE(warns(studio.run(kTool, calibration + Arguments{"-q", "5x4", "top.png", "c.png"}),
+    EXPECT_TRUE(warns(run(calibration + Arguments{"-q", "5x4", "top.png", "c.png"}),
                       "are stretched to the panel's"));
 }
 
-TEST(Quilt2NativeTool, ANativeInAFolderIsSaidToBeOne) {
-    SmallStudio studio;
-    fs::create_directory(studio / "in");
-    writeImage(studio / "in/web.png", quiltOfAScene());
-    writeImage(studio / "in/n.png", madePhoto(96, 128), ImageMark::Native);
-    const Outcome outcome =
-        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", "in", "out"});
+TEST_F(Quilt2NativeTool, ANativeInAFolderIsSaidToBeOne) {
+    fs::create_directory(studio_ / "in");
+    writeImage(studio_ / "in/web.png", quiltOfAScene());
+    writeImage(studio_ / "in/n.png", madePhoto(96, 128), ImageMark::Native);
+    const Outcome outcome = run({"-c", "small.json", "--fit", "stretch", "in", "out"});
     EXPECT_TRUE(warns(outcome, "in/n.png: is a Native, which is finished; it is left out"));
-    EXPECT_NE(outcome.out.find("1 quilt made, 1 left out (1 Native)"), std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "1 quilt made, 1 left out (1 Native)"));
 }
 
-TEST(Quilt2NativeTool, QuiltsInSubfoldersAndOfOneNameDoNotCollide) {
-    SmallStudio studio;
-    fs::create_directories(studio / "in/deeper");
+TEST_F(Quilt2NativeTool, QuiltsInSubfoldersAndOfOneNameDoNotCollide) {
+    fs::create_directories(studio_ / "in/deeper");
     const Arguments calibration{"-c", "small.json", "--fit", "stretch"};
     for (const char* name : {"in/a.png", "in/a.bmp", "in/a.bmp.tif", "in/deeper/a.png"})
-        writeImage(studio / name, quiltOfAScene());
-    const Outcome outcome =
-        studio.run(kTool, calibration + Arguments{"--recursive", "in", "in/deeper/out"});
+        writeImage(studio_ / name, quiltOfAScene());
+    const Outcome outcome = run(calibration + Arguments{"--recursive", "in", "in/deeper/out"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("\n4 quilts made, in "), std::string::npos) << outcome.out;
-    ASSERT_TRUE(isDone(studio.run(kTool, calibration + Arguments{"in/a.png", "alone.png"})));
+    EXPECT_TRUE(holds(outcome.out, "\n4 quilts made, in "));
+    ASSERT_TRUE(isDone(run(calibration + Arguments{"in/a.png", "alone.png"})));
     for (const char* name :
          {"a.png_native.png", "a.bmp_native.png", "a.bmp.tif_native.png", "deeper/a_native.png"})
-        EXPECT_EQ(slurp(studio / "in/deeper/out" / name), slurp(studio / "alone.png")) << name;
-    EXPECT_TRUE(fails(studio.run(kTool, calibration + Arguments{"in", "in/deeper/out"}), 1,
+        EXPECT_EQ(slurp(studio_ / "in/deeper/out" / name), slurp(studio_ / "alone.png")) << name;
+    EXPECT_TRUE(fails(run(calibration + Arguments{"in", "in/deeper/out"}), 1,
                       "exists, and so do 2 others"));
 }
 
-TEST(Quilt2NativeTool, TheLayoutOfAVideoIsFoundInItsFirstFrames) {
-    SmallStudio studio;
+TEST_F(Quilt2NativeTool, TheLayoutOfAVideoIsFoundInItsFirstFrames) {
     VideoWriterOptions options;
     const cv::Mat quilt = quiltOfAScene();
     options.size = quilt.size();
     options.codec = VideoCodec::Ffv1;
-    VideoWriter writer(studio / "web.mkv", options);
+    VideoWriter writer(studio_ / "web.mkv", options);
     for (int i = 0; i < 4; ++i) // the first frame is black
         writer.write({i == 0 ? cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)) : quilt, i, 1});
     writer.finish();
-    const Outcome outcome =
-        studio.run(kTool, {"-c", "small.json", "--fit", "stretch", "web.mkv", "a.mkv"});
+    const Outcome outcome = run({"-c", "small.json", "--fit", "stretch", "web.mkv", "a.mkv"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(
-        outcome.out.find("each view 140 x 100 px, shown 3:4; found in the picture, 100 % sure"),
-        std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(
+        holds(outcome.out, "each view 140 x 100 px, shown 3:4; found in the picture, 100 % sure"));
 }
 
-TEST(Quilt2NativeTool, ErrorsAndWarningsNameTheOptionThatHelps) {
-    SmallStudio studio;
-    writeImage(studio / "q_qs2x3.png", readBack(studio / "quilt.png"));
-    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "-q", "2x3", "q_qs2x3.png", "a.png"}),
-                      1, "-q: says 3 columns x 2 rows"));
-    EXPECT_TRUE(fails(studio.run("quilt2video", {"-q", "2x3", "q_qs2x3.png", "a.mp4"}), 1,
+TEST_F(Quilt2NativeTool, ErrorsAndWarningsNameTheOptionThatHelps) {
+    writeImage(studio_ / "q_qs2x3.png", readBack(studio_ / "quilt.png"));
+    EXPECT_TRUE(fails(run({"-c", "small.json", "-q", "2x3", "q_qs2x3.png", "a.png"}), 1,
+                      "-q: says 3 columns x 2 rows"));
+    EXPECT_TRUE(fails(studio_.run("quilt2video", {"-q", "2x3", "q_qs2x3.png", "a.mp4"}), 1,
                       "-q: says 3 columns x 2 rows"));
     EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"-r", "10x10", "quilt.png", "a.png"}),
-              1, "-r: says views of 10 x 10"));
-    ASSERT_TRUE(isDone(studio.run("altiro3Dnative", studio.goodCall("altiro3Dnative", "a.map"))));
-    std::string bytes = slurp(studio / "a.map");
+        fails(convert({"-r", "10x10", "quilt.png", "a.png"}), 1, "-r: says views of 10 x 10"));
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", studio_.goodCall("altiro3Dnative", "a.map"))));
+    std::string bytes = slurp(studio_ / "a.map");
     bytes[200] = static_cast<char>(bytes[200] ^ 0x10);
-    spill(studio / "a.map", bytes);
-    EXPECT_TRUE(fails(studio.run(kTool, {"-m", "a.map", "quilt.png", "a.png"}), 1,
+    spill(studio_ / "a.map", bytes);
+    EXPECT_TRUE(fails(run({"-m", "a.map", "quilt.png", "a.png"}), 1,
                       "its checksum does not match, expected a table that is built anew; "
                       "altiro3Dnative makes tables"));
-    EXPECT_TRUE(fails(studio.run(kTool, {"-m", "photo.png", "quilt.png", "a.png"}), 1,
+    EXPECT_TRUE(fails(run({"-m", "photo.png", "quilt.png", "a.png"}), 1,
                       "photo.png: is not a look-up table, expected a .map file; altiro3Dnative"));
 }
 
-TEST(Quilt2NativeTool, ContradictionsAreErrors) {
-    SmallStudio studio;
+TEST_F(Quilt2NativeTool, ContradictionsAreErrors) {
+    EXPECT_TRUE(fails(convert({"-r", "10x10", "quilt.png", "a.png"}), 1, "30 x 40"));
     EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"-r", "10x10", "quilt.png", "a.png"}),
-              1, "30 x 40"));
-    EXPECT_TRUE(
-        fails(studio.run(kTool, {"-c", "small.json", "-q", "100x100", "quilt.png", "a.png"}), 1,
-              "do not fit"));
+        fails(run({"-c", "small.json", "-q", "100x100", "quilt.png", "a.png"}), 1, "do not fit"));
 }
 
-TEST(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {
-    SmallStudio studio;
-    writeImage(studio / "q_qs3x2a1.5.png", cv::Mat(80, 90, CV_8UC3, cv::Scalar::all(200)));
-    const auto run = [&](const Arguments& more) {
-        return studio.run(kTool,
-                          more + Arguments{"-y", "-c", "small.json", "q_qs3x2a1.5.png", "a.png"});
+TEST_F(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {
+    writeImage(studio_ / "q_qs3x2a1.5.png", cv::Mat(80, 90, CV_8UC3, cv::Scalar::all(200)));
+    const auto make = [&](const Arguments& more) {
+        return run(more + Arguments{"-y", "-c", "small.json", "q_qs3x2a1.5.png", "a.png"});
     };
     for (const char* fill : {"cover", "stretch"}) {
-        EXPECT_TRUE(isDone(run({"--fit", fill})));
-        EXPECT_EQ(cv::countNonZero(readBack(studio / "a.png").reshape(1) != 200), 0) << fill;
+        EXPECT_TRUE(isDone(make({"--fit", fill})));
+        EXPECT_EQ(cv::countNonZero(readBack(studio_ / "a.png").reshape(1) != 200), 0) << fill;
     }
-    const Outcome usual = run({});
+    const Outcome usual = make({});
     EXPECT_TRUE(isDone(usual));
-    EXPECT_NE(usual.out.find("each view 30 x 40 px, shown 3:2\nfit: by the file name"),
-              std::string::npos)
-        << usual.out;
-    const cv::Mat bars = readBack(studio / "a.png");
-    const Outcome asked = run({"--fit", "contain"});
+    EXPECT_TRUE(holds(usual.out, "each view 30 x 40 px, shown 3:2\nfit: by the file name"));
+    const cv::Mat bars = readBack(studio_ / "a.png");
+    const Outcome asked = make({"--fit", "contain"});
     EXPECT_TRUE(isDone(asked));
-    EXPECT_EQ(asked.out.find("fit: "), std::string::npos) << asked.out;
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), bars));
+    EXPECT_FALSE(holds(asked.out, "fit: "));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), bars));
     EXPECT_EQ(bars.at<cv::Vec3b>(2, 48), cv::Vec3b(0, 0, 0));
     EXPECT_EQ(bars.at<cv::Vec3b>(64, 48), cv::Vec3b(200, 200, 200));
     EXPECT_EQ(bars.at<cv::Vec3b>(125, 48), cv::Vec3b(0, 0, 0));
 }
 
-TEST(Quilt2NativeTool, ASwayingVideoIsThatOfQuilt2video) {
-    SmallStudio studio;
+TEST_F(Quilt2NativeTool, ASwayingVideoIsThatOfQuilt2video) {
     const Arguments fast{"--seconds", "0.2", "--turns", "1"};
     const auto expect = [&](const std::string& quilt, const Arguments& ofNative,
                             const Arguments& ofVideo) {
         const Arguments display{"-y", "-c", "small.json", "-q", "2x3"};
-        const Outcome outcome = studio.run(kTool, display + fast + ofNative +
-                                                      Arguments{"--lg", "a.mp4", quilt, "a.png"});
+        const Outcome outcome =
+            run(display + fast + ofNative + Arguments{"--lg", "a.mp4", quilt, "a.png"});
         EXPECT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find("a.mp4: video, "), std::string::npos) << outcome.out;
+        EXPECT_TRUE(holds(outcome.out, "a.mp4: video, "));
         EXPECT_TRUE(isDone(
-            studio.run("quilt2video", display + fast + ofVideo + Arguments{quilt, "b.mp4"})));
-        EXPECT_TRUE(slurp(studio / "a.mp4") == slurp(studio / "b.mp4")) << quilt;
+            studio_.run("quilt2video", display + fast + ofVideo + Arguments{quilt, "b.mp4"})));
+        EXPECT_TRUE(slurp(studio_ / "a.mp4") == slurp(studio_ / "b.mp4")) << quilt;
     };
     expect("quilt.png", {}, {});
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"quilt.png", "plain.png"})));
-    EXPECT_TRUE(samePicture(readBack(studio / "a.png"), readBack(studio / "plain.png")));
+    EXPECT_TRUE(isDone(convert({"quilt.png", "plain.png"})));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), readBack(studio_ / "plain.png")));
     const Arguments both{"--view-filter", "linear", "--fit", "cover", "--size", "64x32"};
     expect("quilt.png", both, both);
     // the views have the shape that the Native shows
-    writeImage(studio / "q_qs3x2a1.5.png", madePhoto(90, 80));
+    writeImage(studio_ / "q_qs3x2a1.5.png", madePhoto(90, 80));
     expect("q_qs3x2a1.5.png", {}, {});
     expect("q_qs3x2a1.5.png", {"--fit", "stretch"}, {"--fit", "stretch", "--aspect", "0.75"});
 }
 
-TEST(Quilt2NativeTool, OfASwayingVideoThatFailsNothingIsLeft) {
-    SmallStudio studio;
-    spill(studio / "precious.mp4", "precious");
+TEST_F(Quilt2NativeTool, OfASwayingVideoThatFailsNothingIsLeft) {
+    spill(studio_ / "precious.mp4", "precious");
     struct Case {
         Arguments arguments;
         int status;
@@ -410,22 +365,21 @@ TEST(Quilt2NativeTool, OfASwayingVideoThatFailsNothingIsLeft) {
                           {{"--lg", "s.mp4", "quilt.png", "a.mp4"}, 2, "a.mp4"},
                           {{"--lg", "a.png", "quilt.png", "a.png"}, 2, "a.png"}};
     for (const auto& [arguments, status, part] : cases) {
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), status, part)) << part;
+        EXPECT_TRUE(fails(convert(arguments), status, part)) << part;
         for (const char* output : {"a.png", "a.mp4", "s.mp4", "s.gif"})
-            EXPECT_FALSE(fs::exists(studio / output)) << output;
+            EXPECT_FALSE(fs::exists(studio_ / output)) << output;
     }
-    EXPECT_EQ(slurp(studio / "precious.mp4"), "precious");
+    EXPECT_EQ(slurp(studio_ / "precious.mp4"), "precious");
 }
 
-TEST(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
-    SmallStudio studio;
-    writeQuiltVideo(studio / "q_qs3x2a0.75.mkv", 5);
+TEST_F(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
+    writeQuiltVideo(studio_ / "q_qs3x2a0.75.mkv", 5);
     for (const char* output : {"a.mkv", "a.mp4"}) {
-        const Outcome outcome = studio.run(kTool, {"-c", "small.json", "q_qs3x2a0.75.mkv", output});
+        const Outcome outcome = run({"-c", "small.json", "q_qs3x2a0.75.mkv", output});
         EXPECT_TRUE(isDone(outcome));
-        EXPECT_NE(outcome.out.find("3 columns x 2 rows, each view 30 x 40 px"), std::string::npos);
-        EXPECT_NE(outcome.out.find("Native video, 96 x 128 px, 5 frames"), std::string::npos);
-        VideoReader reader(studio / output);
+        EXPECT_TRUE(holds(outcome.out, "3 columns x 2 rows, each view 30 x 40 px"));
+        EXPECT_TRUE(holds(outcome.out, "Native video, 96 x 128 px, 5 frames"));
+        VideoReader reader(studio_ / output);
         EXPECT_EQ(reader.facts().codec, "h264");
         EXPECT_EQ(reader.facts().pixelFormat, "yuv444p");
         const std::vector<VideoFrame> frames = allFrames(reader);
@@ -435,7 +389,7 @@ TEST(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
             EXPECT_NEAR(static_cast<double>(frame.pts) * reader.facts().timeBase.value(),
                         0.1 * i + 0.01 * (i % 2), 1e-3);
             const auto psnrTo = [&](int number) {
-                return cv::PSNR(frame.picture, libraryNative(studio, movingQuilt(number), 3, 2));
+                return cv::PSNR(frame.picture, libraryNative(studio_, movingQuilt(number), 3, 2));
             };
             EXPECT_GT(psnrTo(i), kMinPsnr) << output << " " << i;
             EXPECT_GT(psnrTo(i), psnrTo(i + 1) + 3) << output << " " << i;
@@ -443,47 +397,41 @@ TEST(Quilt2NativeTool, AVideoOfQuiltsBecomesAVideoOfNatives) {
     }
 }
 
-TEST(Quilt2NativeTool, TheLayoutOfAVideoIsChosenAsThatOfAPicture) {
-    SmallStudio studio;
-    writeQuiltVideo(studio / "q.mkv", 1);
+TEST_F(Quilt2NativeTool, TheLayoutOfAVideoIsChosenAsThatOfAPicture) {
+    writeQuiltVideo(studio_ / "q.mkv", 1);
     const auto native = [&](const Arguments& arguments) {
-        EXPECT_TRUE(isDone(studio.run(kTool, arguments + Arguments{"-y", "q.mkv", "a.mkv"})));
-        return allFrames(*std::make_unique<VideoReader>(studio / "a.mkv")).at(0).picture;
+        EXPECT_TRUE(isDone(run(arguments + Arguments{"-y", "q.mkv", "a.mkv"})));
+        return allFrames(*std::make_unique<VideoReader>(studio_ / "a.mkv")).at(0).picture;
     };
-    const cv::Mat expected = libraryNative(studio, movingQuilt(0), 3, 2);
-    EXPECT_GT(cv::PSNR(native(studio.display()), expected), kMinPsnr);
+    const cv::Mat expected = libraryNative(studio_, movingQuilt(0), 3, 2);
+    EXPECT_GT(cv::PSNR(native(studio_.display()), expected), kMinPsnr);
     EXPECT_GT(cv::PSNR(native({"-c", "small.json", "-q", "2x3"}), expected), kMinPsnr);
     ASSERT_TRUE(isDone(
-        studio.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+        studio_.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
     EXPECT_GT(cv::PSNR(native({"-m", "a.map"}), expected), kMinPsnr);
     const cv::Mat blended =
-        libraryNative(studio, movingQuilt(0), 3, 2, {ViewFilter::Linear, TileSampling::Nearest});
-    EXPECT_GT(cv::PSNR(native(studio.display() + Arguments{"--view-filter", "linear"}), blended),
+        libraryNative(studio_, movingQuilt(0), 3, 2, {ViewFilter::Linear, TileSampling::Nearest});
+    EXPECT_GT(cv::PSNR(native(studio_.display() + Arguments{"--view-filter", "linear"}), blended),
               kMinPsnr);
-    EXPECT_TRUE(fails(
-        studio.run(kTool, studio.display() + Arguments{"-r", "41x30", "-y", "q.mkv", "a.mkv"}), 1,
-        "30 x 40"));
+    EXPECT_TRUE(fails(convert({"-r", "41x30", "-y", "q.mkv", "a.mkv"}), 1, "30 x 40"));
 }
 
-TEST(Quilt2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
-    SmallStudio studio;
-    writeQuiltVideo(studio / "q.mkv", 40);
-    const std::string whole = slurp(studio / "q.mkv");
-    spill(studio / "q_qs3x2a0.75.mkv", whole.substr(0, whole.size() / 2));
-    EXPECT_TRUE(fails(studio.run(kTool, {"-c", "small.json", "q_qs3x2a0.75.mkv", "a.mkv"}), 1,
-                      "is cut off"));
-    VideoReader reader(studio / "a.mkv");
+TEST_F(Quilt2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
+    writeQuiltVideo(studio_ / "q.mkv", 40);
+    const std::string whole = slurp(studio_ / "q.mkv");
+    spill(studio_ / "q_qs3x2a0.75.mkv", whole.substr(0, whole.size() / 2));
+    EXPECT_TRUE(fails(run({"-c", "small.json", "q_qs3x2a0.75.mkv", "a.mkv"}), 1, "is cut off"));
+    VideoReader reader(studio_ / "a.mkv");
     const std::size_t frames = allFrames(reader).size();
     EXPECT_GT(frames, 10U);
     EXPECT_LT(frames, 30U);
 }
 
-TEST(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
-    SmallStudio studio;
-    writeQuiltVideo(studio / "q.mkv", 2);
-    fs::copy(studio / "q.mkv", studio / "nameless");
-    fs::copy(studio / "quilt.png", studio / "picture");
-    spill(studio / "precious.mkv", "precious");
+TEST_F(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
+    writeQuiltVideo(studio_ / "q.mkv", 2);
+    fs::copy(studio_ / "q.mkv", studio_ / "nameless");
+    fs::copy(studio_ / "quilt.png", studio_ / "picture");
+    spill(studio_ / "precious.mkv", "precious");
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
         {{"q.mkv", "a.png"}, {2, "a.png: is not the name of a video, but q.mkv is a video"}},
         {{"nameless", "a.png"}, {2, "a.png: is not the name of a video"}},
@@ -496,21 +444,19 @@ TEST(Quilt2NativeTool, PicturesAndVideosAreNotMixed) {
         {{"q.mkv", "precious.mkv"}, {1, "precious.mkv: exists"}},
         {{"-y", "q.mkv", "./q.mkv"}, {2, "is also an input"}}};
     for (const auto& [arguments, expected] : cases) {
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), expected.first,
-                          expected.second));
-        EXPECT_FALSE(fs::exists(studio / "a.mkv"));
+        EXPECT_TRUE(fails(convert(arguments), expected.first, expected.second));
+        EXPECT_FALSE(fs::exists(studio_ / "a.mkv"));
     }
-    EXPECT_EQ(slurp(studio / "precious.mkv"), "precious");
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"nameless", "a.mkv"})));
-    EXPECT_TRUE(isDone(studio.run(kTool, studio.display() + Arguments{"picture", "a.png"})));
-    studio.limitFiles(1024);
-    fs::create_directory(studio / "out");
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"q.mkv", "out/a.mkv"}), 1,
-                      "cannot be written: File too large"));
-    EXPECT_TRUE(fs::is_empty(studio / "out"));
+    EXPECT_EQ(slurp(studio_ / "precious.mkv"), "precious");
+    EXPECT_TRUE(isDone(convert({"nameless", "a.mkv"})));
+    EXPECT_TRUE(isDone(convert({"picture", "a.png"})));
+    studio_.limitFiles(1024);
+    fs::create_directory(studio_ / "out");
+    EXPECT_TRUE(fails(convert({"q.mkv", "out/a.mkv"}), 1, "cannot be written: File too large"));
+    EXPECT_TRUE(fs::is_empty(studio_ / "out"));
 }
 
-TEST(Quilt2NativeTool, TheSoundOfAVideoIsCopied) {
+TEST_F(Quilt2NativeTool, TheSoundOfAVideoIsCopied) {
     ALTIRO3D_REQUIRE_DATA("videos/derived/chess_lightfield_qs3x3a1.7667.mp4");
     ALTIRO3D_REQUIRE_FFMPEG();
     const fs::path chess = dataPath("videos/derived/chess_lightfield_qs3x3a1.7667.mp4");

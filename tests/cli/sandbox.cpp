@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
@@ -149,6 +150,10 @@ fs::path Sandbox::operator/(const std::string& name) const {
 void Sandbox::set(const std::string& name, const std::optional<std::string>& value) {
     environment_.erase(name);
     if (value) environment_[name] = *value;
+}
+
+nlohmann::json Sandbox::json(const std::string& name) const {
+    return nlohmann::json::parse(slurp(*this / name));
 }
 
 Outcome Sandbox::run(const std::string& tool, const Arguments& arguments, int signal,

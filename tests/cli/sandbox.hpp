@@ -9,6 +9,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -66,6 +67,9 @@ class Sandbox {
     /// Standard input of the runs to come is this file; else it is empty.
     void readInputFrom(const std::filesystem::path& file) { inputFile_ = file; }
 
+    /// A JSON file in the working directory.
+    nlohmann::json json(const std::string& name) const;
+
     /// Runs a tool, one of ours by its name or a program by its path, in the working directory and
     /// without a terminal.
     Outcome run(const std::string& tool, const Arguments& arguments) const {
@@ -103,10 +107,26 @@ class SmallStudio : public Sandbox {
     SmallStudio();
     /// -c small.json -q 2x3 -r 40x30
     Arguments display() const { return {"-c", "small.json", "-q", "2x3", "-r", "40x30"}; }
+    /// Runs a tool for that display.
+    Outcome convert(const std::string& tool, const Arguments& arguments) const {
+        return run(tool, display() + arguments);
+    }
     /// Makes clip.mp4, which video2native reads.
     void makeClip() const;
     /// The arguments of a run that succeeds and writes one file.
     Arguments goodCall(const std::string& tool, const std::string& output) const;
+};
+
+/// A test in a studio, mostly of one tool.
+class StudioTest : public ::testing::Test {
+  protected:
+    explicit StudioTest(std::string tool) : tool_(std::move(tool)) {}
+    Outcome run(const Arguments& arguments) const { return studio_.run(tool_, arguments); }
+    /// Runs it for the studio's display.
+    Outcome convert(const Arguments& arguments) const { return studio_.convert(tool_, arguments); }
+
+    std::string tool_;
+    SmallStudio studio_;
 };
 
 /// Options that leave no framing, focus or strength to the photo, as LibraryPath; the given ones

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <cmath>
@@ -87,8 +88,7 @@ TEST(SwayingVideo, OfAPhotoSwingsThroughItsViews) {
     const std::string native = slurp(studio / "native.png");
     const Outcome outcome = studio.photo({"-y", "--lg", "a.mp4"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("a.mp4: video, 90 x 120 px, 24 frames, 0.8 s"), std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "a.mp4: video, 90 x 120 px, 24 frames, 0.8 s"));
     EXPECT_TRUE(slurp(studio / "native.png") == native);
     expectViews(studio / "a.mp4", studio.views({90, 120}));
 }
@@ -124,9 +124,8 @@ TEST(SwayingVideo, KnowsAllOptionsOfThePhoto) {
     expectViews(studio / "s.mkv", studio.views({60, 64}));
     // estimated depth, and a photo with odd sides
     writeImage(studio / "odd.png", movingPicture({91, 67}, 4));
-    EXPECT_TRUE(isDone(
-        studio.run("photo2native", studio.display() + kShort +
-                                       Arguments{"--lg", "odd.mp4", "odd.png", "odd_native.png"})));
+    EXPECT_TRUE(isDone(studio.convert(
+        "photo2native", kShort + Arguments{"--lg", "odd.mp4", "odd.png", "odd_native.png"})));
     EXPECT_EQ(framesOf(studio / "odd.mp4").at(0).size(), cv::Size(90, 66));
     EXPECT_GT(cv::PSNR(framesOf(studio / "odd.mp4").at(0),
                        readBack(studio / "odd.png")(cv::Rect(0, 0, 90, 66))),
@@ -136,7 +135,7 @@ TEST(SwayingVideo, KnowsAllOptionsOfThePhoto) {
 TEST(SwayingVideo, IsInTheReport) {
     const VideoStudio studio;
     EXPECT_TRUE(isDone(studio.photo({"--lg", "a.mp4", "--report", "r.json"})));
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    const Json report = studio.json("r.json");
     EXPECT_EQ(report["settings"]["video"]["secondsPerTurn"], 0.4);
     EXPECT_EQ(report["settings"]["video"]["turns"], 2);
     EXPECT_EQ(report["settings"]["video"]["framesPerSecond"], 30);
@@ -144,9 +143,8 @@ TEST(SwayingVideo, IsInTheReport) {
     EXPECT_EQ(report["pictures"][0]["video"], expected);
     EXPECT_TRUE(report["pictures"][0]["milliseconds"].contains("video"));
     EXPECT_TRUE(isDone(
-        studio.run("photo2native", studio.display() + Arguments{"-y", "--report", "r.json",
-                                                                "photo.png", "native.png"})));
-    EXPECT_FALSE(Json::parse(slurp(studio / "r.json"))["settings"].contains("video"));
+        studio.convert("photo2native", {"-y", "--report", "r.json", "photo.png", "native.png"})));
+    EXPECT_FALSE(studio.json("r.json")["settings"].contains("video"));
 }
 
 TEST(SwayingVideo, OfSeveralPhotosGoIntoADirectory) {
@@ -174,9 +172,8 @@ TEST(SwayingVideo, ItsOptionsNeedIt) {
     const VideoStudio studio;
     for (const Arguments& option : {Arguments{"--seconds", "1"}, Arguments{"--turns", "1"},
                                     Arguments{"--fps", "25"}, Arguments{"--size", "64x64"}}) {
-        EXPECT_TRUE(fails(
-            studio.run("photo2native", studio.display() + option + Arguments{"photo.png", "a.png"}),
-            2, "expected --lg with them"));
+        EXPECT_TRUE(fails(studio.convert("photo2native", option + Arguments{"photo.png", "a.png"}),
+                          2, "expected --lg with them"));
     }
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
@@ -231,8 +228,8 @@ TEST(SwayingVideo, OfAQuiltSwingsThroughItsTiles) {
     const PhotoFit fit = swayFit({30, 40}, 0.75, {30, 40});
     const Outcome outcome = studio.quilt({"-q", "2x3", "quilt.png", "a.mp4"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(outcome.out.find("3 columns x 2 rows, each view 30 x 40 px"), std::string::npos);
-    EXPECT_NE(outcome.out.find("a.mp4: video, 30 x 40 px, 24 frames, 0.8 s"), std::string::npos);
+    EXPECT_TRUE(holds(outcome.out, "3 columns x 2 rows, each view 30 x 40 px"));
+    EXPECT_TRUE(holds(outcome.out, "a.mp4: video, 30 x 40 px, 24 frames, 0.8 s"));
     expectViews(studio / "a.mp4", quiltViews(quilt, layout, fit));
     EXPECT_TRUE(
         isDone(studio.quilt({"-q", "2x3", "--view-filter", "linear", "quilt.png", "b.mp4"})));
@@ -300,7 +297,7 @@ TEST(SwayingVideo, HelpNamesEveryOption) {
     EXPECT_TRUE(isDone(outcome));
     for (const char* option : {"--seconds S", "--turns N", "--fps RATE", "--size WxH",
                                "--view-filter", "--aspect A", "-q, --layout RxC", "-y "})
-        EXPECT_NE(outcome.out.find(option), std::string::npos) << option << outcome.out;
+        EXPECT_TRUE(holds(outcome.out, option));
     std::istringstream text(outcome.out);
     for (std::string line; std::getline(text, line);)
         EXPECT_LE(line.size(), 100U) << line;

@@ -7,6 +7,7 @@
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/stereo_scene.hpp"
+#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <chrono>
@@ -112,9 +113,9 @@ TEST(Video2NativeTool, ARotatedVideoBecomesUprightWithoutARotationTag) {
            arg(studio / "upright.mp4"));
     cv::Mat natives[2];
     for (int i = 0; i < 2; ++i) {
-        ASSERT_TRUE(isDone(studio.run(
-            kTool, studio.display() + Arguments{"-y", "--codec", "ffv1", "--fit", "contain",
-                                                i == 0 ? "turned.mp4" : "upright.mp4", "o.mkv"})));
+        ASSERT_TRUE(
+            isDone(studio.convert(kTool, {"-y", "--codec", "ffv1", "--fit", "contain",
+                                          i == 0 ? "turned.mp4" : "upright.mp4", "o.mkv"})));
         VideoReader reader(studio / "o.mkv");
         EXPECT_EQ(reader.facts().rotationDegrees, 0);
         EXPECT_EQ(reader.facts().size, cv::Size(96, 128));
@@ -237,8 +238,8 @@ TEST(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
     })->other = true;
     for (const auto& [arguments, path, otherDisplay] : cases) {
         // what is given last counts
-        const Outcome outcome = studio.run(
-            kTool, kLossless + studio.display() +
+        const Outcome outcome = studio.convert(
+            kTool, kLossless +
                        Arguments{"--exact-depth", "--strength", "40", "--depth", "depth.mp4"} +
                        arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_EQ(outcome.status, 0) << outcome.text();
@@ -290,14 +291,13 @@ TEST(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
     const TwoScenes scenes;
     writeLossless(studio / "clip.mkv", scenes.pictures);
     writeLossless(studio / "depth.mkv", scenes.depths);
-    const Outcome outcome =
-        studio.run(kTool, kLossless + studio.display() +
-                              Arguments{"--exact-depth", "--depth", "depth.mkv", "--fit", "auto",
-                                        "--focus", "auto", "--strength", "auto", "--report",
-                                        "r.json", "clip.mkv", "native.mkv"});
+    const Outcome outcome = studio.convert(
+        kTool, kLossless + Arguments{"--exact-depth", "--depth", "depth.mkv", "--fit", "auto",
+                                     "--focus", "auto", "--strength", "auto", "--report", "r.json",
+                                     "clip.mkv", "native.mkv"});
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    EXPECT_NE(outcome.out.find("(first of 2 scenes)"), std::string::npos) << outcome.out;
-    const Json choices = Json::parse(slurp(studio / "r.json")).at("choices");
+    EXPECT_TRUE(holds(outcome.out, "(first of 2 scenes)"));
+    const Json choices = studio.json("r.json").at("choices");
     ASSERT_EQ(choices.size(), 2U);
     EXPECT_DOUBLE_EQ(choices[0].at("start"), 0);
     EXPECT_NEAR(choices[1].at("start").get<double>(), TwoScenes::kCut / 25.0, 1e-6);
@@ -386,12 +386,11 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
     const RestoredThreads restored;
     cv::setNumThreads(1); // as -j 1: a network's sums depend on it
     for (const auto& [arguments, file, input, every] : cases) {
-        const Outcome outcome =
-            studio.run(kTool, kLossless + studio.display() +
-                                  Arguments{"-j", "1", "--report", "r.json", "--exact-depth"} +
-                                  arguments + Arguments{"clip.mp4", "native.mkv"});
+        const Outcome outcome = studio.convert(
+            kTool, kLossless + Arguments{"-j", "1", "--report", "r.json", "--exact-depth"} +
+                       arguments + Arguments{"clip.mp4", "native.mkv"});
         ASSERT_TRUE(isDone(outcome));
-        const Json report = Json::parse(slurp(studio / "r.json"));
+        const Json report = studio.json("r.json");
         EXPECT_EQ(report["settings"]["networkSize"], Json({input.width, input.height}))
             << outcome.call;
         EXPECT_EQ(report["settings"]["depthEvery"], every) << outcome.call;
@@ -422,9 +421,8 @@ TEST(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
                           every),
                       path, outcome.call);
     }
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--network-size", "5000",
-                                                                     "clip.mp4", "o.mkv"}),
-                      2, "--network-size is \"5000\", expected a number 16..4096"));
+    EXPECT_TRUE(fails(studio.convert(kTool, {"--network-size", "5000", "clip.mp4", "o.mkv"}), 2,
+                      "--network-size is \"5000\", expected a number 16..4096"));
 }
 
 // Method fast gains nothing by refined edges, so the time is saved.
@@ -438,10 +436,9 @@ TEST(Video2NativeTool, EstimatedDepthIsNotRefinedForFast) {
                                 R"( "inputHeight": 32})");
     const auto made = [&](const Arguments& more) {
         const Outcome outcome =
-            studio.run("video2native", studio.display() +
-                                           Arguments{"-y", "-j", "1", "-n", "small.onnx",
+            studio.convert("video2native", Arguments{"-y", "-j", "1", "-n", "small.onnx",
                                                      "--net-profile", "mine.json"} +
-                                           more + Arguments{"clip.mp4", "out.mp4"});
+                                               more + Arguments{"clip.mp4", "out.mp4"});
         EXPECT_TRUE(isDone(outcome));
         return slurp(studio / "out.mp4");
     };
@@ -457,9 +454,9 @@ TEST(Video2NativeTool, FramesDoNotDependOnThreads) {
     for (const Arguments& how :
          {Arguments{"-j", "1"}, Arguments{"-j", "2"}, Arguments{"-j", "5"}}) {
         fs::remove(studio / "native.mkv"); // else a run that fails leaves the one before
-        ASSERT_TRUE(isDone(studio.run(
-            kTool, studio.display() + how +
-                       Arguments{"--codec", "ffv1", "--no-subtitles", "clip.mp4", "native.mkv"})));
+        ASSERT_TRUE(
+            isDone(studio.convert(kTool, how + Arguments{"--codec", "ffv1", "--no-subtitles",
+                                                         "clip.mp4", "native.mkv"})));
         hashes.insert(ffmpeg("-i " + arg(studio / "native.mkv") + " -map 0:v -f framemd5 -"));
     }
     EXPECT_EQ(hashes.size(), 1u);
@@ -470,9 +467,8 @@ TEST(Video2NativeTool, EqualFramesAreMadeOnce) {
     SmallStudio studio;
     ffmpeg("-loop 1 -i " + arg(studio / "photo.png") +
            " -t 2 -r 25 -c:v libx264 -qp 0 -pix_fmt yuv444p " + arg(studio / "still.mp4"));
-    ASSERT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"--report", "r.json", "still.mp4", "native.mp4"})));
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    ASSERT_TRUE(isDone(studio.convert(kTool, {"--report", "r.json", "still.mp4", "native.mp4"})));
+    const Json report = studio.json("r.json");
     EXPECT_EQ(report["frames"], 50);
     EXPECT_EQ(report["inferences"], 1);
     EXPECT_EQ(report["repeatedFrames"], 49);
@@ -487,7 +483,7 @@ TEST(Video2NativeTool, SizeAndRateAreSaidAndTheCapIsThePanels) {
         const Outcome outcome =
             studio.run(kTool, studio.call("n.mp4", Arguments{"-y", "--report", "r.json"} + more));
         EXPECT_TRUE(isDone(outcome));
-        return std::pair(outcome.out, Json::parse(slurp(studio / "r.json")));
+        return std::pair(outcome.out, studio.json("r.json"));
     };
     const auto [text, report] = made({"--profile", "balanced", "--preview", "0.5"});
     const auto bytes = static_cast<double>(fs::file_size(studio / "n.mp4"));
@@ -497,13 +493,13 @@ TEST(Video2NativeTool, SizeAndRateAreSaidAndTheCapIsThePanels) {
     char expected[100];
     std::snprintf(expected, sizeof expected, ", %.1f MB, %.1f Mbit/s; ", 1e-6 * bytes,
                   report["megabitsPerSecond"].get<double>());
-    EXPECT_NE(text.find(expected), std::string::npos) << text;
+    EXPECT_TRUE(holds(text, expected));
     std::snprintf(expected, sizeof expected, "the whole video (0:03.0) becomes about %.1f MB",
                   6e-6 * bytes);
-    EXPECT_NE(text.find(expected), std::string::npos) << text;
+    EXPECT_TRUE(holds(text, expected));
     EXPECT_EQ(made({"--profile", "live"}).second["settings"]["encoder"]["maxRate"], 0);
     EXPECT_EQ(made({"--max-rate", "7"}).second["settings"]["encoder"]["maxRate"], 7);
-    EXPECT_EQ(made({"--max-rate", "0"}).first.find("becomes about"), std::string::npos);
+    EXPECT_FALSE(holds(made({"--max-rate", "0"}).first, "becomes about"));
 }
 
 TEST(Video2NativeTool, APartIsMadeWithItsSound) {
@@ -516,9 +512,8 @@ TEST(Video2NativeTool, APartIsMadeWithItsSound) {
                 0.5, 0.05);
     ASSERT_TRUE(isDone(studio.run(kTool, studio.call("same.mp4", {"--from", "1", "--to", "1.5"}))));
     EXPECT_TRUE(slurp(studio / "same.mp4") == slurp(studio / "part.mp4"));
-    EXPECT_TRUE(
-        fails(studio.run(kTool, studio.display() + Arguments{"--from", "70", "clip.mp4", "no.mp4"}),
-              1, "holds no frames in this part, expected at least one (it ends at 0:03.0)"));
+    EXPECT_TRUE(fails(studio.convert(kTool, {"--from", "70", "clip.mp4", "no.mp4"}), 1,
+                      "holds no frames in this part, expected at least one (it ends at 0:03.0)"));
     EXPECT_FALSE(fs::exists(studio / "no.mp4"));
 }
 
@@ -589,10 +584,8 @@ TEST(Video2NativeTool, ShowHandsTheNativesToTheViewerBesideIt) {
             at += natives.front().size();
         }
         EXPECT_GE(count, 1u);
-        EXPECT_NE(outcome.out.find(std::to_string(count) + " frames shown, " +
-                                   std::to_string(natives.size() - count) + " dropped"),
-                  std::string::npos)
-            << outcome.text();
+        EXPECT_TRUE(holds(outcome.out, std::to_string(count) + " frames shown, " +
+                                           std::to_string(natives.size() - count) + " dropped"));
     }
     const Arguments call =
         studio.display() + Arguments{"--depth", "depth.mp4", "--show", "clip.mp4"};
@@ -626,10 +619,9 @@ TEST(Video2NativeTool, DepthOf16BitsHasOneRange) {
     ffmpeg("-framerate 10 -i " + arg(studio / "depths/d%d.png") + " -c:v ffv1 -pix_fmt gray16le " +
            arg(studio / "depth.mkv"));
     const auto made = [&](const Arguments& more, const std::string& name) {
-        const Outcome outcome = studio.run(
-            kTool, studio.display() +
-                       Arguments{"-j", "1", "--rgbd-out", "--codec", "ffv1", "--exact-depth"} +
-                       more + Arguments{"clip.mp4", name});
+        const Outcome outcome = studio.convert(
+            kTool, Arguments{"-j", "1", "--rgbd-out", "--codec", "ffv1", "--exact-depth"} + more +
+                       Arguments{"clip.mp4", name});
         EXPECT_EQ(outcome.status, 0) << outcome.text();
         std::vector<cv::Mat> depths;
         VideoReader reader(studio / name);
@@ -670,10 +662,9 @@ TEST(Video2NativeTool, DepthOf16BitsHasOneRange) {
     EXPECT_TRUE(isDone(studio.run(
         kTool, piped + Arguments{"--depth-range", "0:4095", "--codec", "ffv1", "q.mkv"})));
     for (const char* range : {"4095", "5:5", "9:1", "0:70000", "a:b", "-1:5", "0:9x"}) {
-        EXPECT_TRUE(fails(
-            studio.run(kTool, studio.display() + Arguments{"--depth", "depths", "--depth-range",
-                                                           range, "clip.mp4", "r.mp4"}),
-            2, "expected two numbers of 0..65535"));
+        EXPECT_TRUE(fails(studio.convert(kTool, {"--depth", "depths", "--depth-range", range,
+                                                 "clip.mp4", "r.mp4"}),
+                          2, "expected two numbers of 0..65535"));
     }
 }
 
@@ -683,8 +674,7 @@ TEST(Video2NativeTool, NamesOfFilmsOfBothEyesAreWarnedOf) {
     for (const char* name : {"film_LR.mp4", "film.3D.HSBS.mp4", "plain.mp4", "color.mp4"}) {
         ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.4 -c:v libx264 " +
                arg(studio / name));
-        const Outcome outcome =
-            studio.run(kTool, studio.display() + Arguments{"-y", "--rgbd-out", name, "out.mp4"});
+        const Outcome outcome = studio.convert(kTool, {"-y", "--rgbd-out", name, "out.mp4"});
         EXPECT_EQ(outcome.status, 0) << outcome.text();
         EXPECT_EQ(outcome.err.find("both eyes") != std::string::npos, name[0] == 'f') << name;
     }
@@ -697,10 +687,9 @@ TEST(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {
     VideoStudio studio(0.6);
     const auto frames = [&](const Arguments& arguments) {
         const Outcome outcome =
-            studio.run(kTool, studio.display() +
-                                  Arguments{"-y", "-j", "1", "--codec", "ffv1", "--no-audio",
+            studio.convert(kTool, Arguments{"-y", "-j", "1", "--codec", "ffv1", "--no-audio",
                                             "--no-subtitles", "--exact-depth"} +
-                                  arguments + Arguments{"native.mkv"});
+                                      arguments + Arguments{"native.mkv"});
         EXPECT_TRUE(isDone(outcome));
         return ffmpeg("-i " + arg(studio / "native.mkv") + " -map 0:v -f framemd5 -");
     };
@@ -748,8 +737,7 @@ TEST(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {
     EXPECT_EQ(count, 18);
     // a directory that is too short
     fs::remove(studio / "depths/d18.png");
-    EXPECT_TRUE(warns(studio.run(kTool, studio.display() + Arguments{"-y", "--depth", "depths",
-                                                                     "clip.mp4", "short.mp4"}),
+    EXPECT_TRUE(warns(studio.convert(kTool, {"-y", "--depth", "depths", "clip.mp4", "short.mp4"}),
                       "17 pictures, fewer than the video has frames"));
 }
 
@@ -789,10 +777,9 @@ TEST(Video2NativeTool, PicturesOfDepthBelongToTheFramesByCount) {
     ffmpeg(varying + arg(studio / "vfr.mkv"));
     ffmpeg("-i " + arg(studio / "vfr.mkv") + " -c copy " + arg(studio / "vfr.ts"));
     const auto used = [&](const std::string& clip, const Arguments& part) {
-        const Outcome outcome =
-            studio.run(kTool, studio.display() + part +
-                                  Arguments{"-y", "--rgbd-out", "--crf", "2", "--preset",
-                                            "ultrafast", "--depth", "depths", clip, "out.mp4"});
+        const Outcome outcome = studio.convert(
+            kTool, part + Arguments{"-y", "--rgbd-out", "--crf", "2", "--preset", "ultrafast",
+                                    "--depth", "depths", clip, "out.mp4"});
         EXPECT_EQ(outcome.status, 0) << outcome.text();
         return picturesUsed(studio / "out.mp4");
     };
@@ -840,7 +827,7 @@ TEST(Video2NativeTool, PicturesOfDepthBelongToTheSameFramesAfterAResume) {
     ASSERT_EQ(killed.status, 128 + SIGKILL);
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "out.mp4"});
     ASSERT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos) << resumed.out;
+    EXPECT_TRUE(holds(resumed.out, "continues at 0:"));
     EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
 }
 
@@ -910,17 +897,15 @@ TEST(Video2NativeTool, StandardInputAndDevicesAreRead) {
     ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -map 0:a -c copy " +
            arg(studio / "clip.mkv"));
     studio.readInputFrom(studio / "clip.mkv");
-    ASSERT_TRUE(isDone(
-        studio.run(kTool, studio.display() + Arguments{"--depth", "depth.mp4", "-", "piped.mp4"})));
+    ASSERT_TRUE(isDone(studio.convert(kTool, {"--depth", "depth.mp4", "-", "piped.mp4"})));
     EXPECT_EQ(frameCount(studio / "piped.mp4"), 30u);
     EXPECT_EQ(streamHash(studio / "piped.mp4", "a:1"), streamHash(studio / "clip.mp4", "a:1"));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--resume", "-", "o.mp4"}), 2,
+    EXPECT_TRUE(fails(studio.convert(kTool, {"--resume", "-", "o.mp4"}), 2,
                       "--resume reads the input again"));
     studio.readInputFrom("/dev/null");
-    ASSERT_TRUE(isDone(
-        studio.run(kTool, studio.display() +
-                              Arguments{"--profile", "live", "--input-format", "lavfi", "--preview",
-                                        "0.4", "testsrc2=size=64x48:rate=25", "live.mkv"})));
+    ASSERT_TRUE(
+        isDone(studio.convert(kTool, {"--profile", "live", "--input-format", "lavfi", "--preview",
+                                      "0.4", "testsrc2=size=64x48:rate=25", "live.mkv"})));
     EXPECT_GE(frameCount(studio / "live.mkv"), 1u);
     EXPECT_LE(frameCount(studio / "live.mkv"), 10u);
 }
@@ -936,8 +921,7 @@ TEST(Video2NativeTool, OnlyDevicesLoseFrames) {
     ASSERT_EQ(mkfifo((studio / "pipe").c_str(), 0600), 0);
     std::thread feeder(
         [&] { std::ofstream(studio / "pipe", std::ios::binary) << slurp(studio / "clip.mkv"); });
-    const Outcome piped = studio.run(
-        kTool, studio.display() + Arguments{"--depth", "depth.mp4", "pipe", "piped.mp4"});
+    const Outcome piped = studio.convert(kTool, {"--depth", "depth.mp4", "pipe", "piped.mp4"});
     feeder.join();
     ASSERT_TRUE(isDone(piped));
     EXPECT_EQ(frameCount(studio / "piped.mp4"), count);
@@ -950,9 +934,8 @@ TEST(Video2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
            arg(studio / "clip.mkv"));
     const std::string whole = slurp(studio / "clip.mkv");
     spill(studio / "cut.mkv", whole.substr(0, whole.size() / 2));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"--depth", "depth.mp4",
-                                                                     "cut.mkv", "native.mp4"}),
-                      1, "is cut off"));
+    EXPECT_TRUE(fails(studio.convert(kTool, {"--depth", "depth.mp4", "cut.mkv", "native.mp4"}), 1,
+                      "is cut off"));
     const std::size_t count = frameCount(studio / "native.mp4");
     EXPECT_GT(count, 20u);
     EXPECT_LT(count, 70u);
@@ -961,12 +944,11 @@ TEST(Video2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
     for (std::size_t i = damaged.size() / 4; i < damaged.size() / 4 * 3; ++i)
         if (i % 4000 < 40) damaged[i] = static_cast<char>(damaged[i] ^ 0x5a);
     spill(studio / "damaged.mkv", damaged);
-    const Outcome outcome =
-        studio.run(kTool, studio.display() + Arguments{"--depth", "depth.mp4", "--report", "r.json",
-                                                       "damaged.mkv", "repaired.mp4"});
+    const Outcome outcome = studio.convert(
+        kTool, {"--depth", "depth.mp4", "--report", "r.json", "damaged.mkv", "repaired.mp4"});
     EXPECT_EQ(outcome.status, 0) << outcome.text();
     EXPECT_GT(frameCount(studio / "repaired.mp4"), 40u);
-    EXPECT_GT(Json::parse(slurp(studio / "r.json"))["corruptFrames"].get<int>(), 0);
+    EXPECT_GT(studio.json("r.json")["corruptFrames"].get<int>(), 0);
 }
 
 // --- long runs -------------------------------------------------------------------------------
@@ -988,15 +970,15 @@ TEST(Video2NativeTool, AKilledRunContinuesToTheSameBytes) {
     }
     const Outcome again = studio.run(kTool, call);
     EXPECT_EQ(again.status, 1);
-    EXPECT_NE(again.err.find("expected --resume to continue it, or -y"), std::string::npos);
+    EXPECT_TRUE(holds(again.err, "expected --resume to continue it, or -y"));
     EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{"--resume", "--focus", "0.4"}), 1,
                       "(--focus was not set and is 0.4), expected the same; -y begins again"));
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "--report", "r.json"});
     ASSERT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos);
+    EXPECT_TRUE(holds(resumed.out, "continues at 0:"));
     EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
     EXPECT_FALSE(fs::exists(studio / "out.mp4.parts"));
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    const Json report = studio.json("r.json");
     EXPECT_EQ(report["frames"], 810);
     EXPECT_LT(report["framesOfThisRun"], 631);
 }
@@ -1018,7 +1000,7 @@ TEST(Video2NativeTool, WhatMovesInGivenDepthAloneIsSeenAfterAResume) {
     EXPECT_EQ(killed.status, 128 + SIGKILL);
     const Outcome resumed = studio.run(kTool, call + Arguments{"--resume", "out.mkv"});
     ASSERT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos) << resumed.out;
+    EXPECT_TRUE(holds(resumed.out, "continues at 0:"));
     EXPECT_TRUE(slurp(studio / "out.mkv") == slurp(studio / "whole.mkv"));
 }
 
@@ -1031,9 +1013,8 @@ TEST(Video2NativeTool, APartThatWasMadeButNotJoinedGetsNoFurtherFrames) {
            arg(studio / "long.mkv"));
     for (const Arguments& part : {Arguments{"--to", "7"}, Arguments{"--preview", "7"}}) {
         const auto made = [&](const std::string& name, const Arguments& more = {}) {
-            return studio.run(kTool, studio.display() + part + more +
-                                         Arguments{"-j", "1", "--depth", "long.mkv", "long.mkv"} +
-                                         Arguments{name});
+            return studio.convert(
+                kTool, part + more + Arguments{"-j", "1", "--depth", "long.mkv", "long.mkv", name});
         };
         const std::string whole = "whole" + part[0] + ".mkv";
         const std::string out = "out" + part[0] + ".mkv";
@@ -1056,7 +1037,7 @@ TEST(Video2NativeTool, ARunThatFailsEarlyDoesNotOfferToContinue) {
     studio.limitFiles(12000); // no segment will be whole
     const Outcome outcome = studio.run(kTool, studio.call("out.mkv", {"--codec", "ffv1"}));
     EXPECT_EQ(outcome.status, 1) << outcome.text();
-    EXPECT_EQ(outcome.out.find("is kept"), std::string::npos) << outcome.text();
+    EXPECT_FALSE(holds(outcome.out, "is kept"));
     EXPECT_FALSE(fs::exists(studio / "out.mkv.parts"));
 }
 
@@ -1179,7 +1160,7 @@ TEST(Video2NativeTool, ARunContinuesOnlyWithTheSameDisplayDepthAndThreads) {
         writeMap("small.map", InvertViews::Off); // made again, the same
         const Outcome resumed = run.resumed();
         EXPECT_TRUE(warns(resumed, "holds 3 pictures"));
-        EXPECT_NE(resumed.out.find("continues at 0:"), std::string::npos) << resumed.out;
+        EXPECT_TRUE(holds(resumed.out, "continues at 0:"));
     }
     std::string tilted = slurp(studio / "small.json");
     tilted.replace(tilted.find("52.58"), 5, "52.57");
@@ -1251,7 +1232,7 @@ TEST(Video2NativeTool, AnInterruptEndsTheFileProperly) {
     const auto begun = [&] { return fs::exists(studio / "out.mp4.parts" / "000002.mp4"); };
     const Outcome stopped = studio.run(kTool, studio.call("out.mp4"), SIGINT, begun);
     EXPECT_EQ(stopped.status, 130) << stopped.text();
-    EXPECT_NE(stopped.err.find("stopped at 0:"), std::string::npos) << stopped.text();
+    EXPECT_TRUE(holds(stopped.err, "stopped at 0:"));
     const std::size_t count = frameCount(studio / "out.mp4");
     EXPECT_GT(count, 119u);
     EXPECT_LT(count, 900u);
@@ -1274,12 +1255,10 @@ TEST(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
                " -f lavfi -i sine=duration=" + seconds +
                " -map 0 -map 1 -map 0 -c:v libx264 -preset ultrafast -c:a aac" +
                " -c:v:1 rawvideo -s:v:1 64x48 -allow_raw_vfw 1 " + arg(studio / "clip.mkv"));
-        EXPECT_TRUE(
-            warns(studio.run(kTool, studio.display() + Arguments{"--method", "fast", "--preset",
-                                                                 "ultrafast", "--report", "r.json",
-                                                                 "clip.mkv", "out.mp4"}),
-                  "further video rawvideo is left out"));
-        const Json report = Json::parse(slurp(studio / "r.json"));
+        EXPECT_TRUE(warns(studio.convert(kTool, {"--method", "fast", "--preset", "ultrafast",
+                                                 "--report", "r.json", "clip.mkv", "out.mp4"}),
+                          "further video rawvideo is left out"));
+        const Json report = studio.json("r.json");
         EXPECT_EQ(report["frames"], 25 * std::stoi(seconds));
         return report["peakMegabytes"].get<double>();
     };
@@ -1299,7 +1278,7 @@ TEST(Video2NativeTool, AFullDiskLosesNothingElse) {
     const Outcome outcome = studio.run(kTool, studio.call("out.mkv", {"-y", "--codec", "ffv1"}));
     EXPECT_EQ(outcome.status, 1);
     EXPECT_EQ(outcome.errLines().size(), 1u) << outcome.text();
-    EXPECT_NE(outcome.err.find("File too large"), std::string::npos) << outcome.text();
+    EXPECT_TRUE(holds(outcome.err, "File too large"));
     EXPECT_EQ(slurp(studio / "out.mkv"), "old");
     studio.limitFiles(0);
     ASSERT_TRUE(isDone(
@@ -1321,7 +1300,7 @@ TEST(Video2NativeTool, ProgressIsForProgramsToo) {
     EXPECT_EQ(progress[progress.size() - 2]["state"], "finishing");
     EXPECT_EQ(progress.back()["state"], "done");
     EXPECT_EQ(progress.back()["frames"], 90);
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    const Json report = studio.json("r.json");
     EXPECT_EQ(report["state"], "done");
     EXPECT_EQ(report["frames"], 90);
     const double finish = report["finishSeconds"];
@@ -1357,17 +1336,15 @@ TEST(Video2NativeTool, ANativeVideoIsNotMeantToBeConvertedAgain) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.2);
     ASSERT_TRUE(isDone(studio.run(kTool, studio.call("native.mp4"))));
-    EXPECT_TRUE(
-        warns(studio.run(kTool, studio.display() + Arguments{"-j", "1", "native.mp4", "again.mp4"}),
-              "like a Native video"));
+    EXPECT_TRUE(warns(studio.convert(kTool, {"-j", "1", "native.mp4", "again.mp4"}),
+                      "like a Native video"));
 }
 
 TEST(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {
     ALTIRO3D_REQUIRE_FFMPEG();
     VideoStudio studio(0.2);
-    EXPECT_TRUE(warns(
-        studio.run(kTool, studio.display() + Arguments{"-d", "depth.mp4", "clip.mp4", "o.mp4"}),
-        "clip.mp4: has colours, and depth has none"));
+    EXPECT_TRUE(warns(studio.convert(kTool, {"-d", "depth.mp4", "clip.mp4", "o.mp4"}),
+                      "clip.mp4: has colours, and depth has none"));
 }
 
 // --- folders ---------------------------------------------------------------------------------
@@ -1410,9 +1387,7 @@ TEST(Video2NativeFolder, LongVideosBesidePhotosAreNoClipsOfThem) {
     const Outcome outcome = studio.make({"in", "out"});
     EXPECT_TRUE(isDone(outcome));
     EXPECT_TRUE(fs::exists(studio / "out/holiday_native.mp4"));
-    EXPECT_NE(outcome.out.find("in/live.mov: is the clip of the Live Photo LIVE.JPG\n"),
-              std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "in/live.mov: is the clip of the Live Photo LIVE.JPG\n"));
 }
 
 TEST(Video2NativeTool, HeifPicturesAreNoVideos) {
@@ -1420,7 +1395,7 @@ TEST(Video2NativeTool, HeifPicturesAreNoVideos) {
     for (const char* const name : {"a.avif", "a.heic"}) {
         spill(studio / name, heifFile(fs::path(name).extension().string().substr(1),
                                       {name[2] == 'a' ? av1Colours(1) : hevcColours(1)}));
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{name, "out.mp4"}), 2,
+        EXPECT_TRUE(fails(studio.convert(kTool, {name, "out.mp4"}), 2,
                           "is a picture, expected a video; photo2native"));
     }
 }
@@ -1442,15 +1417,11 @@ TEST(Video2NativeFolder, VideosOfQuiltsWithoutANameAreLeftOut) {
             writer.write({picture, 10 * i, 10});
         writer.finish();
     }
-    const Outcome outcome =
-        studio.run(kTool, studio.display() + Arguments{"--codec", "ffv1", "in", "out"});
+    const Outcome outcome = studio.convert(kTool, {"--codec", "ffv1", "in", "out"});
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_NE(
-        outcome.out.find("film.mkv: is a video of quilts of 4 columns x 5 rows; quilt2native"),
-        std::string::npos)
-        << outcome.out;
-    EXPECT_NE(outcome.out.find("1 video made, 1 left out (1 quilt video), in "), std::string::npos)
-        << outcome.out;
+    EXPECT_TRUE(
+        holds(outcome.out, "film.mkv: is a video of quilts of 4 columns x 5 rows; quilt2native"));
+    EXPECT_TRUE(holds(outcome.out, "1 video made, 1 left out (1 quilt video), in "));
     EXPECT_TRUE(fs::exists(studio / "out/flat_native.mkv"));
 }
 
@@ -1480,7 +1451,7 @@ TEST(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
     writeStill(studio / "in/flat_LR.mkv", scenery({400, 300}, 7));
     writeStill(studio / "in/far_180x180_LR.mkv", both);
     const auto make = [&](const Arguments& arguments) {
-        return studio.run(kTool, studio.display() + Arguments{"--codec", "ffv1"} + arguments);
+        return studio.convert(kTool, Arguments{"--codec", "ffv1"} + arguments);
     };
     const Outcome outcome = make({"in", "out"});
     EXPECT_TRUE(warns(outcome, "flat_LR.mkv: holds the pictures of both eyes by its name (LR), but "
@@ -1490,7 +1461,7 @@ TEST(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
           "clip_RGBD.mkv: holds photo and depth by its name (RGBD); video2native --rgbd right",
           "far_180x180_LR.mkv: is made for headsets (VR) by its name",
           "1 video made, 3 left out (1 VR file, 2 3D videos)"})
-        EXPECT_NE(outcome.out.find(line), std::string::npos) << line << outcome.out;
+        EXPECT_TRUE(holds(outcome.out, line));
     EXPECT_EQ(filesBelow(studio / "out"), std::vector<std::string>{"flat_LR_native.mkv"});
 
     EXPECT_TRUE(fails(
@@ -1508,9 +1479,8 @@ TEST(Video2NativeTool, HalvesOfRgbdFramesMayBeSqueezed) {
     for (const char* name : {"a.mkv", "a_HRGBD.mkv"})
         writeStill(studio / name, both);
     const auto size = [&](const std::string& layout, const char* name) {
-        EXPECT_TRUE(isDone(
-            studio.run(kTool, studio.display() + Arguments{"-y", "--codec", "ffv1", "--rgbd-out",
-                                                           "--rgbd", layout, name, "o.mkv"})));
+        EXPECT_TRUE(isDone(studio.convert(
+            kTool, {"-y", "--codec", "ffv1", "--rgbd-out", "--rgbd", layout, name, "o.mkv"})));
         return VideoReader(studio / "o.mkv").facts().size;
     };
     EXPECT_EQ(size("right:squeezed", "a.mkv"), cv::Size(320, 90));
@@ -1544,14 +1514,13 @@ TEST(Video2NativeFolder, NothingIsLostSilently) {
           "\nshown.mp4: has the panel's size and 4:4:4 colour, like a Native video",
           "\na.mp4: 64 x 48 px, 25.00 fps, ",
           "\na.mp4: in/out/a.mp4_native.mp4: Native video, 96 x 128 px, 5 frames, "})
-        EXPECT_NE(("\n" + outcome.out).find(line), std::string::npos) << line << outcome.out;
-    EXPECT_NE(outcome.out.find("\n3 videos made, 1 failed, 7 left out (1 depth video, 2 photos, 1 "
-                               "Live Photo clip, 1 .txt file, 1 quilt video, 1 Native video), in "),
-              std::string::npos)
-        << outcome.out;
-    EXPECT_EQ(outcome.out.find("hidden"), std::string::npos);
+        EXPECT_TRUE(holds(("\n" + outcome.out), line)) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out,
+                      "\n3 videos made, 1 failed, 7 left out (1 depth video, 2 photos, 1 "
+                      "Live Photo clip, 1 .txt file, 1 quilt video, 1 Native video), in "));
+    EXPECT_FALSE(holds(outcome.out, "hidden"));
 
-    const Json report = Json::parse(slurp(studio / "r.json"));
+    const Json report = studio.json("r.json");
     std::map<std::string, std::string> states;
     for (const Json& video : report.at("videos")) {
         const char* state = video.contains("error")     ? "error"
@@ -1599,10 +1568,8 @@ TEST(Video2NativeFolder, OutputsThatExistAreKeptUnlessReplaced) {
 
     const Outcome resumed = studio.make({"--resume", "in", "out"}); // complete ones stay
     EXPECT_EQ(resumed.status, 0) << resumed.text();
-    EXPECT_NE(resumed.out.find("\n1 video made, 2 skipped as the outputs exist, 1 left out (1 "
-                               "folder), in "),
-              std::string::npos)
-        << resumed.out;
+    EXPECT_TRUE(holds(resumed.out, "\n1 video made, 2 skipped as the outputs exist, 1 left out (1 "
+                                   "folder), in "));
     EXPECT_EQ(contents("a.mp4_native.mp4"), "old");
 
     EXPECT_TRUE(fails(studio.make({"-y", "in", "out"}), 1, "in/b.mp4"));
@@ -1618,18 +1585,13 @@ TEST(Video2NativeFolder, CtrlCEndsTheRunAndResumeCompletesIt) {
     const Arguments call{"--to", "20", "in", "out"};
     const Outcome stopped = studio.make(call, SIGINT, begun);
     EXPECT_EQ(stopped.status, 130) << stopped.text();
-    EXPECT_NE(stopped.out.find("\n1 video made, 1 stopped, 1 left out (1 folder), in "),
-              std::string::npos)
-        << stopped.text();
-    EXPECT_NE(stopped.err.find("a.mp4_native.mp4 is whole up to there, --resume continues"),
-              std::string::npos)
-        << stopped.text();
+    EXPECT_TRUE(holds(stopped.out, "\n1 video made, 1 stopped, 1 left out (1 folder), in "));
+    EXPECT_TRUE(holds(stopped.err, "a.mp4_native.mp4 is whole up to there, --resume continues"));
     EXPECT_EQ(frameCount(studio / "out/a.mov_native.mp4"), 500U);
     EXPECT_LT(frameCount(studio / "out/a.mp4_native.mp4"), 500U);
     const Outcome resumed = studio.make(Arguments{"--resume"} + call);
     EXPECT_TRUE(isDone(resumed));
-    EXPECT_NE(resumed.out.find("\n1 video made, 1 skipped as the outputs exist, "),
-              std::string::npos);
+    EXPECT_TRUE(holds(resumed.out, "\n1 video made, 1 skipped as the outputs exist, "));
     EXPECT_EQ(frameCount(studio / "out/a.mp4_native.mp4"), 500U);
     EXPECT_EQ(filesBelow(studio / "out").size(), 2U);
 }
@@ -1643,8 +1605,7 @@ TEST(Video2NativeFolder, QuiltAndRgbdVideosAreNamedAsSuch) {
               (std::vector<std::string>{"a.mov_qs3x2a0.75.mp4", "a.mp4_qs3x2a0.75.mp4"}));
     EXPECT_EQ(filesBelow(studio / "rgbd"),
               (std::vector<std::string>{"a.mov_rgbd.mkv", "a.mp4_rgbd.mkv"}));
-    const Outcome natives =
-        studio.run(kTool, studio.display() + Arguments{"--from-quilt", "quilts", "natives"});
+    const Outcome natives = studio.convert(kTool, {"--from-quilt", "quilts", "natives"});
     EXPECT_EQ(natives.status, 0) << natives.text();
     EXPECT_EQ(filesBelow(studio / "natives").size(), 2U);
 }
@@ -1711,7 +1672,7 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
         {{"--depth", "depth.mp4", "clip.mp4", "clip.mp4"}, "is also an input"},
         {{"--depth", "depth.mp4", "clip.mp4", "depth.mp4"}, "is also an input"}};
     for (const auto& [arguments, message] : wrong)
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), 2, message));
+        EXPECT_TRUE(fails(studio.convert(kTool, arguments), 2, message));
     const std::pair<Arguments, const char*> failing[] = {
         {{"missing.mp4", "o.mp4"}, "does not exist"},
         {{"small.json", "o.mp4"}, "small.json"},
@@ -1719,7 +1680,7 @@ TEST(Video2NativeTool, WrongCallsSayWhatToDo) {
         {{"--codec", "ffv1", "clip.mp4", "nowhere/o.mkv"}, "there is no directory"},
         {{"--depth", "missing.mp4", "clip.mp4", "o.mp4"}, "missing.mp4: does not exist"}};
     for (const auto& [arguments, message] : failing)
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + arguments), 1, message));
+        EXPECT_TRUE(fails(studio.convert(kTool, arguments), 1, message));
     EXPECT_EQ(everything(), before);
     const Outcome compat = studio.run(kTool, studio.call("o.mp4", {"--compat"}));
     EXPECT_TRUE(warns(compat, "4:2:0"));

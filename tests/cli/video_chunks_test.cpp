@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
+#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <chrono>
@@ -68,21 +69,21 @@ TEST(VideoChunksTool, TheJoinedFileHasTheBytesOfOneRun) {
     const ChunkStudio studio;
     const Outcome planned = studio.plan();
     ASSERT_TRUE(isDone(planned));
-    EXPECT_NE(planned.out.find("152 frames, 0:38.0"), std::string::npos) << planned.out;
+    EXPECT_TRUE(holds(planned.out, "152 frames, 0:38.0"));
     ASSERT_GE(studio.count(), 3);
     studio.makeAll();
     const Outcome joined = studio.join();
     ASSERT_TRUE(isDone(joined));
-    EXPECT_NE(joined.out.find("out.mp4: 152 frames, 0:38.0"), std::string::npos) << joined.out;
+    EXPECT_TRUE(holds(joined.out, "out.mp4: 152 frames, 0:38.0"));
     EXPECT_TRUE(slurp(studio / "out.mp4") == studio.oneRun());
     EXPECT_EQ(lines(ffprobe(studio / "out.mp4", "stream=codec_type")),
               (std::vector<std::string>{"video", "audio", "subtitle", "data"})); // chapters
     // again
     for (const Outcome& again : {studio.join(), studio.chunk(1)}) {
         EXPECT_TRUE(isDone(again));
-        EXPECT_NE(again.out.find("is made already"), std::string::npos) << again.out;
+        EXPECT_TRUE(holds(again.out, "is made already"));
     }
-    EXPECT_NE(slurp(studio / "plan" / "logs" / "1.log").find("made "), std::string::npos);
+    EXPECT_TRUE(holds(slurp(studio / "plan" / "logs" / "1.log"), "made "));
     // another file of that name is not replaced
     spill(studio / "out.mp4", "mine");
     EXPECT_TRUE(fails(studio.join(), 1, "out.mp4: exists"));
@@ -121,7 +122,7 @@ TEST(VideoChunksTool, AKilledChunkIsMadeAgain) {
     // the first chunk is joined as not made
     const Outcome early = studio.join();
     EXPECT_EQ(early.status, 1);
-    EXPECT_NE(early.err.find("has no chunk"), std::string::npos) << early.err;
+    EXPECT_TRUE(holds(early.err, "has no chunk"));
     EXPECT_EQ(early.errLines().size(), 1u) << early.err;
     EXPECT_EQ(studio.folders(), 1u); // what it left
     studio.makeAll();
@@ -191,7 +192,7 @@ TEST(VideoChunksTool, AFullDiskIsReportedAndLeavesNothing) {
     const Outcome full = studio.chunk(1);
     EXPECT_EQ(full.status, 1) << full.text();
     EXPECT_EQ(full.errLines().size(), 1u) << full.err;
-    EXPECT_NE(full.err.find(" (on "), std::string::npos) << full.err; // names its machine
+    EXPECT_TRUE(holds(full.err, " (on ")); // names its machine
     EXPECT_EQ(studio.folders(), 0u);
     studio.limitFiles(0);
     EXPECT_TRUE(isDone(studio.chunk(1)));

@@ -37,70 +37,68 @@ std::vector<int> greys(const fs::path& quilt, int columns, int rows) {
 
 } // namespace
 
-TEST(Views2Native, GivesTheNativeOfTheQuilt) {
-    SmallStudio studio;
-    EXPECT_TRUE(isDone(studio.run(
-        kTool, studio.display() + Arguments{"--save-quilt", "q.png", "views", "a.png"})));
-    EXPECT_TRUE(samePicture(readBack(studio / "q_qs3x2a0.75.png"), readBack(studio / "quilt.png")));
+class Views2Native : public StudioTest {
+  protected:
+    Views2Native() : StudioTest(kTool) {}
+};
+
+TEST_F(Views2Native, GivesTheNativeOfTheQuilt) {
+    EXPECT_TRUE(isDone(convert({"--save-quilt", "q.png", "views", "a.png"})));
+    EXPECT_TRUE(
+        samePicture(readBack(studio_ / "q_qs3x2a0.75.png"), readBack(studio_ / "quilt.png")));
     EXPECT_TRUE(isDone(
-        studio.run("quilt2native", {"-c", "small.json", "-q", "2x3", "quilt.png", "b.png"})));
-    EXPECT_EQ(slurp(studio / "a.png"), slurp(studio / "b.png"));
+        studio_.run("quilt2native", {"-c", "small.json", "-q", "2x3", "quilt.png", "b.png"})));
+    EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
 }
 
-TEST(Views2Native, SortsNumbersByValue) {
-    SmallStudio studio;
-    writeGreys(studio / "grey", 12);
-    spill(studio / "grey/notes.txt", "no view");
-    spill(studio / "grey/.hidden.png", "no view");
+TEST_F(Views2Native, SortsNumbersByValue) {
+    writeGreys(studio_ / "grey", 12);
+    spill(studio_ / "grey/notes.txt", "no view");
+    spill(studio_ / "grey/.hidden.png", "no view");
     const Arguments call{"-c", "small.json",   "-q",    "3x4",  "-r",   "40x30",
                          "-y", "--save-quilt", "q.png", "grey", "a.png"};
-    EXPECT_TRUE(isDone(studio.run(kTool, call)));
+    EXPECT_TRUE(isDone(run(call)));
     std::vector<int> expected;
     for (int i = 0; i < 12; ++i)
         expected.push_back(10 + 10 * i);
-    EXPECT_EQ(greys(studio / "q_qs4x3a0.75.png", 4, 3), expected);
-    EXPECT_TRUE(isDone(studio.run(kTool, Arguments{"--reverse"} + call)));
+    EXPECT_EQ(greys(studio_ / "q_qs4x3a0.75.png", 4, 3), expected);
+    EXPECT_TRUE(isDone(run(Arguments{"--reverse"} + call)));
     std::reverse(expected.begin(), expected.end());
-    EXPECT_EQ(greys(studio / "q_qs4x3a0.75.png", 4, 3), expected);
+    EXPECT_EQ(greys(studio_ / "q_qs4x3a0.75.png", 4, 3), expected);
 }
 
-TEST(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {
-    SmallStudio studio;
+TEST_F(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {
     const auto viewsOf = [&](int pictures, const Arguments& views) {
         EXPECT_TRUE(
-            warns(studio.run(kTool, studio.display() + Arguments{"-y", "--save-quilt", "q.png"} +
-                                        views + Arguments{"a.png"}),
+            warns(convert(Arguments{"-y", "--save-quilt", "q.png"} + views + Arguments{"a.png"}),
                   "are " + std::to_string(pictures) + " pictures for 6 views"));
-        return greys(studio / "q_qs3x2a0.75.png", 3, 2);
+        return greys(studio_ / "q_qs3x2a0.75.png", 3, 2);
     };
-    writeGreys(studio / "grey", 11);
+    writeGreys(studio_ / "grey", 11);
     EXPECT_EQ(viewsOf(11, {"grey"}), (std::vector<int>{10, 30, 50, 70, 90, 110}));
     EXPECT_EQ(viewsOf(2, {"grey/view5.png", "grey/view2.png"}),
               (std::vector<int>{50, 50, 50, 20, 20, 20}));
 }
 
-TEST(Views2Native, ViewsOfDifferentSizesAreRefused) {
-    SmallStudio studio;
-    writeImage(studio / "views/view3.png", madePhoto(31, 40));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"views", "a.png"}), 1,
+TEST_F(Views2Native, ViewsOfDifferentSizesAreRefused) {
+    writeImage(studio_ / "views/view3.png", madePhoto(31, 40));
+    EXPECT_TRUE(fails(convert({"views", "a.png"}), 1,
                       "views: holds pictures of different sizes, expected at least 6 views"));
-    Arguments named = studio.display();
+    Arguments named = studio_.display();
     for (int i = 0; i < 6; ++i)
         named.push_back("views/view" + std::to_string(i) + ".png");
-    EXPECT_TRUE(fails(studio.run(kTool, named + Arguments{"a.png"}), 1,
+    EXPECT_TRUE(fails(run(named + Arguments{"a.png"}), 1,
                       "views/view3.png: has 31 x 40 px, expected 30 x 40 px"));
 }
 
-TEST(Views2Native, ViewsOfAnotherShapeAreCutWithAWarningUnlessFitIsGiven) {
-    SmallStudio studio;
-    writeGreys(studio / "wide", 6, {80, 40});
+TEST_F(Views2Native, ViewsOfAnotherShapeAreCutWithAWarningUnlessFitIsGiven) {
+    writeGreys(studio_ / "wide", 6, {80, 40});
     const auto run = [&](const Arguments& more) {
-        return studio.run(kTool, more + studio.display() +
-                                     Arguments{"-y", "--save-quilt", "q.png", "wide", "a.png"});
+        return convert(more + Arguments{"-y", "--save-quilt", "q.png", "wide", "a.png"});
     };
     EXPECT_TRUE(warns(run({}), "are cut to it; --fit contain keeps all"));
     EXPECT_TRUE(isDone(run({"--fit", "contain"})));
-    EXPECT_EQ(readBack(studio / "q_qs3x2a0.75.png").at<cv::Vec3b>(0, 15), cv::Vec3b(0, 0, 0));
+    EXPECT_EQ(readBack(studio_ / "q_qs3x2a0.75.png").at<cv::Vec3b>(0, 15), cv::Vec3b(0, 0, 0));
     EXPECT_TRUE(isDone(run({"--fit", "stretch"})));
 }
 
@@ -116,61 +114,55 @@ void writeWindows(const fs::path& directory, int count, Step step) {
     }
 }
 
-TEST(Views2Native, AFolderOfOtherPicturesIsNoFolderOfViews) {
-    SmallStudio studio;
+TEST_F(Views2Native, AFolderOfOtherPicturesIsNoFolderOfViews) {
     const auto refusal = [&](const char* folder, const std::string& reason) {
-        return fails(studio.run(kTool, studio.display() + Arguments{folder, "a.png"}), 1,
-                     folder + (": " + reason));
+        return fails(convert({folder, "a.png"}), 1, folder + (": " + reason));
     };
-    fs::create_directory(studio / "photos");
-    fs::create_directory(studio / "mixed");
-    fs::create_directory(studio / "grid");
+    fs::create_directory(studio_ / "photos");
+    fs::create_directory(studio_ / "mixed");
+    fs::create_directory(studio_ / "grid");
     for (int i = 0; i < 6; ++i) {
-        writeImage(studio / ("photos/IMG_" + std::to_string(i) + ".png"),
+        writeImage(studio_ / ("photos/IMG_" + std::to_string(i) + ".png"),
                    scenery({120, 160}, 20 + i));
-        writeImage(studio / ("mixed/v" + std::to_string(i) + ".png"), scenery({120, 160}, 20),
+        writeImage(studio_ / ("mixed/v" + std::to_string(i) + ".png"), scenery({120, 160}, 20),
                    i == 4 ? ImageMark::Native : ImageMark::None);
-        writeImage(studio / ("grid/view_0" + std::to_string(i / 3) + "_0" + std::to_string(i % 3) +
-                             ".png"),
+        writeImage(studio_ / ("grid/view_0" + std::to_string(i / 3) + "_0" + std::to_string(i % 3) +
+                              ".png"),
                    scenery({120, 160}, 20));
     }
     EXPECT_TRUE(refusal("photos", "holds pictures that do not resemble each other, expected at "
                                   "least 6 views of one scene"));
-    EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{"mixed", "a.png"}), 1,
-                      "mixed/v4.png: is a Native already, expected views"));
+    EXPECT_TRUE(
+        fails(convert({"mixed", "a.png"}), 1, "mixed/v4.png: is a Native already, expected views"));
     EXPECT_TRUE(refusal("grid", "holds names with two numbers that count, such as view_01_00.png"));
-    fs::rename(studio / "views/view3.png", studio / "views/depth.png");
+    fs::rename(studio_ / "views/view3.png", studio_ / "views/depth.png");
     EXPECT_TRUE(refusal("views", "holds depth.png and view0.png, which are not numbered"));
-    fs::rename(studio / "views/depth.png", studio / "views/view7.png");
+    fs::rename(studio_ / "views/depth.png", studio_ / "views/view7.png");
     EXPECT_TRUE(refusal("views", "misses numbers between view2.png and view4.png"));
-    fs::remove(studio / "views/view7.png");
+    fs::remove(studio_ / "views/view7.png");
     EXPECT_TRUE(refusal("views", "holds 5 pictures, expected at least 6 views"));
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST(Views2Native, TheCameraOfViewsMovesInOneDirection) {
-    SmallStudio studio;
-    const auto run = [&](const char* folder) {
-        return studio.run(kTool, studio.display() + Arguments{"-y", folder, "a.png"});
-    };
-    writeWindows(studio / "row", 8, [](int i) { return cv::Point(2 * i, 0); });
-    writeWindows(studio / "still", 8, [](int) { return cv::Point(0, 0); });
-    writeWindows(studio / "up", 8, [](int i) { return cv::Point(0, -2 * i); });
+TEST_F(Views2Native, TheCameraOfViewsMovesInOneDirection) {
+    const auto run = [&](const char* folder) { return convert({"-y", folder, "a.png"}); };
+    writeWindows(studio_ / "row", 8, [](int i) { return cv::Point(2 * i, 0); });
+    writeWindows(studio_ / "still", 8, [](int) { return cv::Point(0, 0); });
+    writeWindows(studio_ / "up", 8, [](int i) { return cv::Point(0, -2 * i); });
     constexpr int kHand[8][2] = {{0, 0}, {3, -2}, {-1, 2}, {1, -1},
                                  {4, 3}, {0, 0},  {-2, 2}, {1, 1}};
-    writeWindows(studio / "hand", 8, [&](int i) { return cv::Point(kHand[i][0], kHand[i][1]); });
+    writeWindows(studio_ / "hand", 8, [&](int i) { return cv::Point(kHand[i][0], kHand[i][1]); });
     EXPECT_TRUE(warns(run("row"), "there are 8 pictures for 6 views"));
     EXPECT_TRUE(warns(run("still"), "there are 8 pictures for 6 views"));
     EXPECT_TRUE(fails(run("up"), 1, "up: holds pictures of a camera that moves up or down"));
     EXPECT_TRUE(fails(run("hand"), 1, "hand: holds pictures of a camera that moves to and fro"));
 }
 
-TEST(Views2Native, RealLightFieldsAreViewsUnlessTheyAreGrids) {
+TEST_F(Views2Native, RealLightFieldsAreViewsUnlessTheyAreGrids) {
     ALTIRO3D_REQUIRE_DATA("lightfields");
     SmallStudio studio;
     const auto run = [&](const fs::path& folder) {
-        return studio.run(kTool, studio.display() +
-                                     Arguments{"-y", "--fit", "cover", folder.string(), "a.png"});
+        return studio.convert(kTool, {"-y", "--fit", "cover", folder.string(), "a.png"});
     };
     const fs::path cards = dataPath("lightfields/stanford_cards");
     EXPECT_TRUE(warns(run(dataPath("lightfields/greenbuddha_33")), "33 pictures for 6 views"));
@@ -193,13 +185,12 @@ TEST(Views2Native, RealLightFieldsAreViewsUnlessTheyAreGrids) {
     EXPECT_TRUE(warns(run("line"), "9 pictures for 6 views"));
 }
 
-TEST(Views2Native, PlacesWithoutViewsAreNamed) {
-    SmallStudio studio;
-    fs::create_directory(studio / "empty");
+TEST_F(Views2Native, PlacesWithoutViewsAreNamed) {
+    fs::create_directory(studio_ / "empty");
     for (const char* name : {"empty", "nothere", "photo.png"}) {
-        EXPECT_TRUE(fails(studio.run(kTool, studio.display() + Arguments{name, "a.png"}), 1, name));
+        EXPECT_TRUE(fails(convert({name, "a.png"}), 1, name));
     }
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
 } // namespace altiro3D::test

@@ -6,14 +6,13 @@
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "viewer/model/depth_maker.hpp"
+#include "support/texts.hpp"
+#include "viewer/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QElapsedTimer>
 #include <QProcess>
 #include <QSignalSpy>
-#include <QTimer>
-#include <atomic>
-#include <ctime>
 #include <fcntl.h>
 #include <future>
 #include <gtest/gtest.h>
@@ -76,7 +75,7 @@ class ViewerController : public ::testing::Test {
         return ended.isEmpty() ? "no end" : ended.at(0).at(1).toString();
     }
 
-    QString at(const char* name) const { return QString::fromStdString((folder_ / name).string()); }
+    QString at(const char* name) const { return toName(folder_ / name); }
     // What photo2native then chooses by the photo is given.
     static QStringList fixedWay(QStringList options) {
         if (!options.contains("--focus"))
@@ -87,15 +86,10 @@ class ViewerController : public ::testing::Test {
     }
     // Runs the tool on the photo and its depth image, for the controller's display.
     void photo2native(const QStringList& options, const char* output) const {
-        // as a file: the sample with another panel
-        std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
-        for (const auto& [from, to] : {std::pair{"1536", "150"}, std::pair{"2048", "200"}})
-            text.replace(text.find(from), std::string(from).size(), to);
-        spill(folder_ / "c.json", text);
+        const QStringList call{"-y", "-c", writeSample(folder_ / "c.json", {150, 200}), "-d"};
         ASSERT_EQ(
             QProcess::execute(ALTIRO3D_TOOL_PHOTO2NATIVE,
-                              QStringList{"-c", at("c.json"), "-d"} +
-                                  (options.contains("auto") ? options : fixedWay(options)) +
+                              call + (options.contains("auto") ? options : fixedWay(options)) +
                                   QStringList{at("photo.png"), at("photo-depth.png"), at(output)}),
             0);
     }
@@ -125,32 +119,6 @@ TEST(ViewerWorker, TheLatestOfEachKindWins) {
         last.get_future().wait();
     }
     EXPECT_EQ(done, (std::vector<int>{0, 100, 5}));
-}
-
-TEST(ViewerWorker, DropsWhatWaitsAtItsEnd) {
-    // the worker must end before the running task does, which may fail on a busy machine
-    bool dropped = false;
-    for (int i = 0; i < 20 && !dropped; ++i) {
-        bool done = false;
-        std::promise<void> go;
-        std::thread later([&go] {
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            go.set_value();
-        });
-        {
-            std::promise<void> running;
-            Worker worker;
-            worker.post(0, [&] {
-                running.set_value();
-                go.get_future().wait();
-            });
-            running.get_future().wait();
-            worker.post(0, [&done] { done = true; });
-        }
-        later.join();
-        dropped = !done;
-    }
-    EXPECT_TRUE(dropped);
 }
 
 TEST_F(ViewerController, ShowsAPhotoFromTheMiddleAndFromTheSide) {
@@ -297,8 +265,7 @@ TEST_F(ViewerController, AFolderOfPhotosIsReplacedByItsFiles) {
     EXPECT_EQ(controller_.document()->source.file, folder_ / "in/p0.png");
     EXPECT_EQ(controller_.document()->kind, Kind::Scene);
     ASSERT_EQ(controller_.document()->notes.size(), 1U);
-    EXPECT_NE(controller_.document()->notes[0].text.find("not opened: 1 .txt file"),
-              std::string::npos);
+    EXPECT_TRUE(holds(controller_.document()->notes[0].text, "not opened: 1 .txt file"));
     EXPECT_EQ(controller_.sources()[3].file, folder_ / "in/p2.png");
     controller_.select(2); // said once
     ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
@@ -351,66 +318,63 @@ TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
     EXPECT_TRUE(samePicture(picture(), native));
 }
 
+// Every product of the viewer, as photo2native makes it with the same settings.
 TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
-    ALTIRO3D_TAKES(7);
+    ALTIRO3D_TAKES(3);
+    cv::Mat photo = detailedPhoto({320, 200});
+    cv::GaussianBlur(photo, photo, {15, 15}, 4); // sharp is only the subject, on the right
+    const cv::Rect subject(215, 60, 60, 130);
+    detailedPhoto({320, 200})(subject).copyTo(photo(subject));
+    cv::Mat depth(200, 320, CV_8UC1, cv::Scalar(30));
+    depth(subject) = 200;
+    writeImage(folder_ / "photo.png", photo);
+    writeImage(folder_ / "photo-depth.png", depth);
+    Display display = sampleDisplay({150, 200});
+    display.quilt = {3, 2, {60, 80}, 6};
+    controller_.setDisplay(display);
     openPhoto();
+    const auto expectSame = [&](QStringList options, bool hasQuilt = true) {
+        SCOPED_TRACE(options.join(' ').toStdString());
+        ASSERT_TRUE(waitForFrame());
+        EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
+        EXPECT_EQ(exportTo(Product::Depth, folder_ / "d.png"), "");
+        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mkv"), "");
+        options << "-q"
+                << "2x3"
+                << "-r"
+                << "80x60"
+                << "--save-depth" << at("tool-d.png") << "--lg" << at("tool.mkv");
+        if (hasQuilt) {
+            EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
+            fs::remove_all(folder_ / "views");
+            EXPECT_EQ(exportTo(Product::Views, folder_ / "views"), "");
+            options << "--save-quilt" << at("tool.png") << "--save-views" << at("tool-views");
+        }
+        photo2native(options, "tool-n.png");
+        std::vector<std::pair<const char*, const char*>> files{{"n.png", "tool-n.png"},
+                                                               {"d.png", "tool-d.png"}};
+        if (hasQuilt) {
+            files.emplace_back("q_qs3x2a0.75.png", "tool_qs3x2a0.75.png");
+            files.emplace_back("views/view_5.png", "tool-views/view_5.png");
+        }
+        for (const auto& [ours, theirs] : files)
+            EXPECT_TRUE(slurp(folder_ / ours) == slurp(folder_ / theirs)) << ours;
+        EXPECT_TRUE(beginAlike(folder_ / "sway.mkv", folder_ / "tool.mkv"));
+    };
     Knobs knobs = controller_.knobs();
     knobs.views.strengthPercent = 7.5;
     knobs.views.focus = 0.25;
     controller_.turn(knobs, "strength");
-    ASSERT_TRUE(waitForFrame());
-    EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
-    EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
-    EXPECT_EQ(exportTo(Product::Views, folder_ / "views"), "");
-    EXPECT_EQ(exportTo(Product::Depth, folder_ / "d.png"), "");
-    photo2native({"--strength", "7.5", "--focus", "0.25", "--save-quilt", at("tool.png"),
-                  "--save-depth", at("tool-d.png"), "--save-views", at("tool-views")},
-                 "tool-n.png");
-    EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png"));
-    EXPECT_EQ(slurp(folder_ / "q_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
-    EXPECT_EQ(slurp(folder_ / "d.png"), slurp(folder_ / "tool-d.png"));
-    EXPECT_EQ(slurp(folder_ / "views/view_47.png"), slurp(folder_ / "tool-views/view_47.png"));
-}
-
-TEST_F(ViewerController, ExportsThePartThatTheToolShows) {
-    ALTIRO3D_TAKES(9);
-    writeImage(folder_ / "photo.png", detailedPhoto({640, 400}));
-    writeImage(folder_ / "photo-depth.png", boxDepth({640, 400}));
-    openPhoto();
+    expectSame({"--strength", "7.5", "--focus", "0.25"});
     controller_.moveFrame({0.3, 0}, 1); // the left part comes in
-    for (const double zoom : {1.0, 1.7}) {
-        controller_.zoomFrame({0.2, 0.9}, zoom, 2);
-        const Framing& framing = controller_.knobs().framing;
-        EXPECT_LT(framing.centre.x, 0.5);
-        EXPECT_DOUBLE_EQ(framing.zoom, zoom);
-        const auto text = [](double value) { return QString::number(value, 'g', 17); };
-        for (const Product product : {Product::Native, Product::Quilt, Product::Depth})
-            EXPECT_EQ(exportTo(product, folder_ / (std::to_string(int(product)) + ".png")), "");
-        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mkv"), "");
-        photo2native({"-y", "--center", text(framing.centre.x) + "," + text(framing.centre.y),
-                      "--zoom", text(framing.zoom), "--save-quilt", at("tool.png"), "--save-depth",
-                      at("tool-d.png"), "--lg", at("tool.mkv")},
-                     "tool-n.png");
-        EXPECT_EQ(slurp(folder_ / "0.png"), slurp(folder_ / "tool-n.png")) << zoom;
-        EXPECT_EQ(slurp(folder_ / "1_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
-        EXPECT_EQ(slurp(folder_ / "3.png"), slurp(folder_ / "tool-d.png"));
-        EXPECT_TRUE(beginAlike(folder_ / "sway.mkv", folder_ / "tool.mkv")) << zoom;
-    }
-}
-
-TEST_F(ViewerController, AutomaticSettingsAreThoseOfTheTool) {
-    ALTIRO3D_TAKES(9);
-    cv::Mat photo = detailedPhoto({640, 400});
-    cv::GaussianBlur(photo, photo, {15, 15}, 6); // sharp is only the subject, on the right
-    const cv::Rect subject(430, 120, 120, 260);
-    detailedPhoto({640, 400})(subject).copyTo(photo(subject));
-    cv::Mat depth(400, 640, CV_8UC1, cv::Scalar(30));
-    depth(subject) = 200;
-    writeImage(folder_ / "photo.png", photo);
-    writeImage(folder_ / "photo-depth.png", depth);
-    openPhoto();
+    controller_.zoomFrame({0.2, 0.9}, 1.7, 2);
+    const Framing framing = controller_.knobs().framing;
+    EXPECT_LT(framing.centre.x, 0.5);
+    EXPECT_DOUBLE_EQ(framing.zoom, 1.7);
+    const auto text = [](double value) { return QString::number(value, 'g', 17); };
+    expectSame({"--strength", "7.5", "--focus", "0.25", "--zoom", text(framing.zoom), "--center",
+                text(framing.centre.x) + "," + text(framing.centre.y)});
     for (const bool best : {false, true}) {
-        Knobs knobs = controller_.knobs();
         knobs.automatic = {true, true, true};
         knobs.best = best;
         controller_.turn(knobs, "all");
@@ -418,23 +382,10 @@ TEST_F(ViewerController, AutomaticSettingsAreThoseOfTheTool) {
         const Knobs chosen = controller_.frame().setup.knobs;
         EXPECT_GT(chosen.framing.centre.x, 0.6);
         EXPECT_GT(chosen.views.focus, 0.8);
-        EXPECT_NE(chosen.views.strengthPercent, 10);
-        EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
-        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mkv"), "");
-        QStringList options{"-y",   "--fit", "auto",         "--focus",  "auto",      "--strength",
-                            "auto", "--lg",  at("tool.mkv"), "--report", at("r.json")};
-        if (best) {
-            options << "--best";
-        } else {
-            EXPECT_EQ(exportTo(Product::Quilt, folder_ / "q.png"), "");
-            options << "--save-quilt" << at("tool.png");
-        }
-        photo2native(options, "tool-n.png");
-        EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png")) << best;
-        if (!best) {
-            EXPECT_EQ(slurp(folder_ / "q_qs8x6a0.75.png"), slurp(folder_ / "tool_qs8x6a0.75.png"));
-        }
-        EXPECT_TRUE(beginAlike(folder_ / "sway.mkv", folder_ / "tool.mkv")) << best;
+        EXPECT_NE(chosen.views.strengthPercent, 7.5);
+        QStringList options{"--fit", "auto", "--focus", "auto", "--strength", "auto"};
+        if (best) options << "--best";
+        expectSame(options, !best);
     }
     // the user takes over from what is shown
     const Framing shownFrame = controller_.frame().setup.knobs.framing;
@@ -613,7 +564,7 @@ TEST_F(ViewerController, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
         focus(value);
         EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), ""); // before its frame is there
         EXPECT_EQ(exportTo(Product::Depth, folder_ / "d.png"), "");
-        photo2native({"-y", "--focus", text, "--save-depth", at("tool-d.png")}, "tool-n.png");
+        photo2native({"--focus", text, "--save-depth", at("tool-d.png")}, "tool-n.png");
         EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png")) << text;
         EXPECT_EQ(slurp(folder_ / "d.png"), slurp(folder_ / "tool-d.png")) << text;
         controller_.setPosition(1);
@@ -640,7 +591,7 @@ TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
     EXPECT_EQ(ended.at(0).at(0).toString(), "");
     EXPECT_EQ(ended.at(0).at(1).toString(), "");
     for (const auto& entry : fs::directory_iterator(folder_.path()))
-        EXPECT_EQ(entry.path().string().find("cancelled"), std::string::npos) << entry.path();
+        EXPECT_FALSE(holds(entry.path().string(), "cancelled")) << entry.path();
 }
 
 TEST_F(ViewerController, ViewsDoNotMixWithThoseOfAnotherPicture) {
@@ -684,28 +635,39 @@ TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
     EXPECT_FALSE(controller_.isExporting());
 }
 
+// When each picture of a video was shown, ms, and its grey; at least so many.
+std::vector<std::pair<qint64, int>> played(const fs::path& file, std::size_t count, int seeks = 0) {
+    std::mutex mutex;
+    std::vector<std::pair<qint64, int>> shown;
+    QElapsedTimer timer;
+    timer.start();
+    VideoPlayer player(
+        file,
+        [&](const cv::Mat& picture) {
+            const std::lock_guard<std::mutex> lock(mutex);
+            shown.emplace_back(timer.elapsed(), picture.at<cv::Vec3b>(20, 20)[1]);
+            return true;
+        },
+        [](const std::string& problem) { ADD_FAILURE() << problem; });
+    EXPECT_TRUE(waitFor([&] {
+        const std::lock_guard<std::mutex> lock(mutex);
+        return shown.size() >= count;
+    }));
+    const auto total = [&] { return player.counts().shown + player.counts().dropped; };
+    for (; seeks > 0; --seeks) {
+        const auto before = total();
+        player.seek(0);
+        EXPECT_TRUE(waitFor([&] { return total() > before; }));
+    }
+    player.end();
+    EXPECT_EQ(player.counts().shown, static_cast<std::int64_t>(shown.size()));
+    return shown;
+}
+
 TEST(ViewerVideo, PlaysAtItsRateAgainAndAgain) {
     const TemporaryDirectory folder;
     writeGreys(folder / "v.mkv", {64, 48}, 10);
-    std::mutex mutex;
-    std::vector<std::pair<qint64, int>> shown; // ms, grey
-    QElapsedTimer timer;
-    timer.start();
-    {
-        VideoPlayer player(
-            folder / "v.mkv",
-            [&](const cv::Mat& picture) {
-                const std::lock_guard<std::mutex> lock(mutex);
-                shown.emplace_back(timer.elapsed(), picture.at<cv::Vec3b>(20, 20)[1]);
-                return true;
-            },
-            [](const std::string& problem) { ADD_FAILURE() << problem; });
-        ASSERT_TRUE(waitFor([&] {
-            const std::lock_guard<std::mutex> lock(mutex);
-            return shown.size() >= 15;
-        }));
-        EXPECT_GE(player.counts().shown, 15);
-    }
+    const auto shown = played(folder / "v.mkv", 15);
     // busy machines are late and drop some, but nothing is early, out of order, or the end
     bool again = false;
     for (std::size_t i = 1; i < shown.size(); ++i) {
@@ -721,30 +683,10 @@ TEST(ViewerVideo, PlaysAtItsRateAgainAndAgain) {
     EXPECT_TRUE(again);
 }
 
-// When each picture of a video was shown in so many ms, and its grey.
-std::vector<std::pair<qint64, int>> playedFor(const fs::path& file, int milliseconds) {
-    std::mutex mutex;
-    std::vector<std::pair<qint64, int>> shown;
-    QElapsedTimer timer;
-    timer.start();
-    {
-        VideoPlayer player(
-            file,
-            [&](const cv::Mat& picture) {
-                const std::lock_guard<std::mutex> lock(mutex);
-                shown.emplace_back(timer.elapsed(), picture.at<cv::Vec3b>(20, 20)[1]);
-                return true;
-            },
-            [](const std::string& problem) { ADD_FAILURE() << problem; });
-        QTest::qWait(milliseconds);
-    }
-    return shown;
-}
-
 TEST(ViewerVideo, TheLastPictureHasItsTimeToo) {
     const TemporaryDirectory folder;
     writeGreys(folder / "v.mkv", {64, 48}, 2, 4);
-    const auto shown = playedFor(folder / "v.mkv", 1200);
+    const auto shown = played(folder / "v.mkv", 3);
     ASSERT_GE(shown.size(), 3U);
     for (std::size_t i = 1; i < shown.size(); ++i)
         EXPECT_NE(shown[i].second, shown[i - 1].second);
@@ -754,42 +696,23 @@ TEST(ViewerVideo, TheLastPictureHasItsTimeToo) {
 // Times that a clock of 64 bits in ns cannot count.
 TEST(ViewerVideo, APictureOfTheFarFutureIsNotShownNow) {
     const TemporaryDirectory folder;
-    {
-        VideoWriterOptions options;
-        options.size = {64, 48};
-        options.timeBase = {1, 1};
-        VideoWriter writer(folder / "v.mkv", options);
-        for (int i = 0; i < 2; ++i) {
-            VideoFrame frame;
-            frame.picture = cv::Mat(options.size, CV_8UC3, cv::Scalar::all(20 + 10 * i));
-            frame.pts = i * 20'000'000'000;
-            writer.write(frame);
-        }
-        writer.finish();
-    }
-    EXPECT_EQ(playedFor(folder / "v.mkv", 600).size(), 1U);
+    VideoWriterOptions options;
+    options.size = {64, 48};
+    options.timeBase = {1, 1};
+    VideoWriter writer(folder / "v.mkv", options);
+    for (int i = 0; i < 2; ++i)
+        writer.write(
+            {cv::Mat(options.size, CV_8UC3, cv::Scalar::all(20 + 90 * i)), i * 20'000'000'000, 1});
+    writer.finish();
+    for (const auto& [time, grey] : played(folder / "v.mkv", 1, 5))
+        EXPECT_LT(grey, 60) << time;
 }
 
 TEST(ViewerVideo, ASinglePictureIsNotReadAllTheTime) {
     const TemporaryDirectory folder;
     writeGreys(folder / "v.mkv", {64, 48}, 1, 1000);
-    const auto shown = playedFor(folder / "v.mkv", 600);
-    EXPECT_GE(shown.size(), 1U);
-    EXPECT_LE(shown.size(), 700U / 40);
-}
-
-TEST(ViewerVideo, CountsWhatItDrops) {
-    const TemporaryDirectory folder;
-    writeGreys(folder / "v.mkv", {64, 48}, 20);
-    VideoPlayer player(
-        folder / "v.mkv",
-        [](const cv::Mat&) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(130));
-            return true;
-        },
-        [](const std::string&) {});
-    ASSERT_TRUE(waitFor([&] { return player.counts().shown >= 4; }));
-    EXPECT_GE(player.counts().dropped, 4);
+    const auto shown = played(folder / "v.mkv", 5);
+    EXPECT_GE(shown.back().first, 40 * static_cast<qint64>(shown.size() - 1));
 }
 
 TEST(ViewerVideo, SaysWhyAVideoCannotBeRead) {
@@ -799,7 +722,7 @@ TEST(ViewerVideo, SaysWhyAVideoCannotBeRead) {
     VideoPlayer player(
         folder / "v.mp4", [](const cv::Mat&) { return true; },
         [&](const std::string& text) { problem.set_value(text); });
-    EXPECT_NE(problem.get_future().get().find("v.mp4"), std::string::npos);
+    EXPECT_TRUE(holds(problem.get_future().get(), "v.mp4"));
 }
 
 TEST_F(ViewerController, VideosOfAllKindsPlay) {
@@ -821,14 +744,16 @@ TEST_F(ViewerController, VideosOfAllKindsPlay) {
         });
         EXPECT_TRUE(waitFor([&] { return greys.size() >= 4; })) << name;
         controller_.setPlaying(false);
-        const auto standsStill = [this] {
-            const auto before = controller_.videoCounts();
-            QTest::qWait(150);
-            return controller_.videoCounts().shown == before.shown;
+        const auto standsStill = [this] { // while 20 frames are made of its last picture
+            const auto before = controller_.videoCounts().shown;
+            for (int width = 280; width < 300; ++width) {
+                QSignalSpy frames(&controller_, &Controller::frameReady);
+                controller_.setArea({width, 400});
+                if (!waitFor([&] { return frames.count() > 0; })) return false;
+            }
+            return controller_.videoCounts().shown == before;
         };
         ASSERT_TRUE(waitFor(standsStill)) << name; // a picture was on its way
-        for (int i = 0; i < 3; ++i)
-            EXPECT_TRUE(standsStill()) << name;
         const auto counts = controller_.videoCounts();
         controller_.setPlaying(true);
         EXPECT_TRUE(waitFor([&] { return controller_.videoCounts().shown > counts.shown; }));
@@ -943,31 +868,7 @@ TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
     EXPECT_EQ(controller_.problem(), "");
 }
 
-// After some time, repeatedly gives the reader of a named pipe nothing to read.
-class Feeder {
-  public:
-    Feeder(fs::path pipe, int milliseconds)
-        : thread_([this, pipe = std::move(pipe), milliseconds] {
-              std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
-              while (!ending_) {
-                  const int file = open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
-                  if (file >= 0) close(file);
-                  std::this_thread::sleep_for(std::chrono::milliseconds(5));
-              }
-          }) {}
-    ~Feeder() {
-        ending_ = true;
-        thread_.join();
-    }
-    Feeder(const Feeder&) = delete;
-    Feeder& operator=(const Feeder&) = delete;
-
-  private:
-    std::atomic<bool> ending_{false};
-    std::thread thread_;
-};
-
-// A slow network runs in the player's thread and in the worker.
+// A network that is a named pipe: it takes as long as the pipe is open for writing.
 TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
     const TemporaryDirectory models;
     ASSERT_EQ(mkfifo((models / "model-small.onnx").c_str(), 0600), 0);
@@ -980,18 +881,22 @@ TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
     controller.setArea({300, 400});
     controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});
     ASSERT_TRUE(waitFor([&] { return controller.document() != nullptr; }));
-    const Feeder feeder(models / "model-small.onnx", 3000);
-    QTest::qWait(500); // both threads are in the network by now
-    QElapsedTimer timer;
-    timer.start();
-    for (int i = 0; i < 3; ++i)
+    int pipe = -1;
+    ASSERT_TRUE(waitFor([&] { // a thread reads it
+        pipe = open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+        return pipe >= 0;
+    }));
+    for (int i = 0; i < 3; ++i) // does not wait for that thread, which waits for this one
         controller.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
-    EXPECT_LT(timer.elapsed(), 1000);
     knobs.depth = kBestDepth;
     controller.turn(knobs, "depth");
+    EXPECT_TRUE(controller.isBusy());
     EXPECT_TRUE(waitFor([&] {
+        close(std::exchange(pipe, -1)); // nothing was in it; others may have begun to read it
+        pipe = open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
         return !controller.isBusy() && controller.document() && !controller.document()->video;
     }));
+    close(pipe);
 }
 
 TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
@@ -999,11 +904,14 @@ TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
     controller_.open(std::vector<fs::path>{folder_ / "broken.jpg"});
     openPhoto();
     controller_.setSwinging(true); // requests frames continuously
+    QObject watcher;
+    QObject::connect(&controller_, &Controller::documentChanged, &watcher, [this] {
+        EXPECT_FALSE(!controller_.document() && controller_.problem().isEmpty());
+    });
     for (int i = 0; i < 10; ++i) {
         controller_.select(0);
         controller_.setPosition(0.1 * i); // while the file is being read
         ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
-        QTest::qWait(40);
         EXPECT_FALSE(controller_.problem().isEmpty()) << i;
         EXPECT_EQ(controller_.document(), nullptr);
         controller_.select(1);
@@ -1013,65 +921,51 @@ TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
 
 TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
     writeImage(folder_ / "large.png", detailedPhoto({2000, 1500}));
-    for (int milliseconds = 0; milliseconds < 100; milliseconds += 20) {
+    for (int frames = 0; frames < 4; ++frames) {
         Controller controller(sampleDisplay());
+        QSignalSpy made(&controller, &Controller::frameReady);
         controller.setArea({600, 800});
         controller.open(std::vector<fs::path>{folder_ / "large.png"});
         controller.setSwinging(true);
-        QTest::qWait(milliseconds);
+        EXPECT_TRUE(waitFor([&] { return made.count() >= frames; }));
     }
     fs::create_directory(folder_ / "exports");
-    for (int milliseconds = 0; milliseconds < 100; milliseconds += 40) {
+    for (int steps = 0; steps < 4; ++steps) {
         Controller controller(sampleDisplay());
+        QSignalSpy progress(&controller, &Controller::exportProgress);
         controller.setArea({600, 800});
         controller.open(std::vector<fs::path>{folder_ / "large.png"});
         ASSERT_TRUE(waitFor([&] { return controller.exportObstacle().isEmpty(); }));
         controller.setSwinging(true);
         EXPECT_TRUE(controller.startExport(Product::SwayVideo, folder_ / "exports/e.mp4"));
-        QTest::qWait(milliseconds);
+        EXPECT_TRUE(waitFor([&] { return progress.count() >= steps; }));
         EXPECT_TRUE(controller.isExporting());
     }
     EXPECT_TRUE(fs::is_empty(folder_ / "exports"));
 }
 
-// The viewer promises that a change of a setting is visible within 50 ms on two idle cores. This
-// test limits the processor time of both, because the machine may be busy.
-TEST_F(ViewerController, AKnobOnAPhotoOfAMegapixelTakes100MillisecondsOfProcessorTime) {
-    writeImage(folder_ / "mega.png", detailedPhoto({867, 1156}));
-    writeImage(folder_ / "mega-depth.png", boxDepth({867, 1156}));
+// A change of a setting is visible at once because it costs one frame of bounded size and nothing
+// is read or estimated again.
+TEST_F(ViewerController, AKnobOnALargePhotoCostsOneSmallFrame) {
+    writeImage(folder_ / "mega.png", detailedPhoto({1734, 2312}));
+    writeImage(folder_ / "mega-depth.png", boxDepth({1734, 2312}));
     controller_.setArea({867, 1156});
     controller_.open(std::vector<fs::path>{folder_ / "mega.png", folder_ / "mega-depth.png"});
     ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
-    ASSERT_GT(picture().total(), 600000U); // the largest size while settings change
     controller_.setPosition(0.7);
     ASSERT_TRUE(waitForFrame());
-    QTimer wake; // if nothing else comes
-    wake.start(100);
-    std::vector<qint64> milliseconds;
-    double leastProcessorTime = 1e9;
-    for (int i = 0; i < 15; ++i) {
-        const std::clock_t before = std::clock();
-        QElapsedTimer timer;
-        timer.start();
+    const auto document = controller_.document();
+    QSignalSpy frames(&controller_, &Controller::frameReady);
+    for (int i = 1; i <= 4; ++i) {
         Knobs knobs = controller_.knobs();
-        (i % 2 == 0 ? knobs.views.strengthPercent : knobs.views.focus) += i % 2 == 0 ? 0.5 : 0.01;
-        controller_.turn(knobs, "knob");
-        while (!shown() && timer.elapsed() < 120000)
-            QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents);
-        ASSERT_TRUE(shown());
-        milliseconds.push_back(timer.elapsed());
-        leastProcessorTime =
-            std::min(leastProcessorTime,
-                     1000.0 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+        knobs.views.focus += 0.01;
+        controller_.turn(knobs, "focus");
+        ASSERT_TRUE(waitForFrame());
+        EXPECT_EQ(frames.count(), i);
+        EXPECT_GT(picture().total(), 600000U);
+        EXPECT_LE(picture().total(), 867U * 1156);
+        EXPECT_EQ(controller_.document(), document);
     }
-    std::sort(milliseconds.begin(), milliseconds.end());
-    RecordProperty("median_ms", static_cast<int>(milliseconds[7]));
-    std::printf("median %lld ms, fastest %lld ms, slowest %lld ms\n",
-                static_cast<long long>(milliseconds[7]), static_cast<long long>(milliseconds[0]),
-                static_cast<long long>(milliseconds[14]));
-#ifdef NDEBUG // no sanitizer
-    EXPECT_LE(leastProcessorTime, 2 * 50);
-#endif
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "altiro3D/qt/display_search.hpp"
 
 #include "support/files.hpp"
+#include "support/texts.hpp"
 
 #include <QGuiApplication>
 #include <QScreen>
@@ -112,13 +113,13 @@ TEST(DisplaySearch, SaysWhichPartIsMissing) {
     EXPECT_EQ(screenOnly[0].name, "LKG-P00655");
     EXPECT_FALSE(screenOnly[0].calibration);
     ASSERT_EQ(screenOnly[0].problems.size(), 1U);
-    EXPECT_NE(screenOnly[0].problems[0].find("visual.json"), std::string::npos);
+    EXPECT_TRUE(holds(screenOnly[0].problems[0], "visual.json"));
 
     mounts.add("LKG-E05304", "LKG-E05304", kGo);
     const auto volumeOnly = mounts.find({kMonitor});
     ASSERT_EQ(volumeOnly.size(), 1U);
     ASSERT_EQ(volumeOnly[0].problems.size(), 1U);
-    EXPECT_NE(volumeOnly[0].problems[0].find("1440 x 2560"), std::string::npos);
+    EXPECT_TRUE(holds(volumeOnly[0].problems[0], "1440 x 2560"));
 }
 
 TEST(DisplaySearch, BrokenCalibrationsAreProblemsNotErrors) {
@@ -129,7 +130,7 @@ TEST(DisplaySearch, BrokenCalibrationsAreProblemsNotErrors) {
     EXPECT_EQ(found[0].screen, 0U);
     EXPECT_FALSE(found[0].calibration);
     ASSERT_EQ(found[0].problems.size(), 1U);
-    EXPECT_NE(found[0].problems[0].find("visual.json"), std::string::npos);
+    EXPECT_TRUE(holds(found[0].problems[0], "visual.json"));
 }
 
 TEST(DisplaySearch, ReportsDesktopSettingsThatChangePixels) {
@@ -144,10 +145,10 @@ TEST(DisplaySearch, ReportsDesktopSettingsThatChangePixels) {
         const auto problems = qt::problemsOf(facts, kPortrait);
         return problems.size() == 1 ? problems[0] : std::to_string(problems.size());
     };
-    EXPECT_NE(one(screen("", kPortrait, 1.5)).find("150 %"), std::string::npos);
-    EXPECT_NE(one(screen("", {2048, 1536})).find("rotation"), std::string::npos);
-    EXPECT_NE(one(screen("", {1920, 1080})).find("1920 x 1080 px, but the panel has 1536 x 2048"),
-              std::string::npos);
+    EXPECT_TRUE(holds(one(screen("", kPortrait, 1.5)), "150 %"));
+    EXPECT_TRUE(holds(one(screen("", {2048, 1536})), "rotation"));
+    EXPECT_TRUE(
+        holds(one(screen("", {1920, 1080})), "1920 x 1080 px, but the panel has 1536 x 2048"));
     Mounts mounts;
     mounts.add("LKG-P00655", "LKG-P00655", kPortrait);
     const auto found = mounts.find({screen("LKG-P00655", {1920, 1080}, 2)});

@@ -4,23 +4,16 @@
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/photo_strip.hpp"
 #include "viewer_scenes.hpp"
+#include "support/texts.hpp"
+#include "viewer/photo_strip.hpp"
+#include "window_actions.hpp"
 
-#include <QAbstractButton>
-#include <QAction>
-#include <QApplication>
-#include <QDropEvent>
-#include <QFileDialog>
 #include <QIcon>
-#include <QLineEdit>
 #include <QListWidget>
-#include <QMessageBox>
-#include <QMimeData>
 #include <QPixmap>
 #include <QProcess>
 #include <QSettings>
 #include <QSignalSpy>
-#include <QTimer>
-#include <QUrl>
 #include <gtest/gtest.h>
 
 namespace altiro3D::test {
@@ -102,7 +95,7 @@ TEST_F(ViewerKnobStore, BrokenFilesAreNotUsedAndSaidSo) {
     const std::string good = slurp(file_);
     const auto replaced = [&good](const std::string& from, const std::string& to) {
         std::string text = good;
-        EXPECT_NE(text.find(from), std::string::npos) << from;
+        EXPECT_TRUE(holds(text, from));
         return text.replace(text.find(from), from.size(), to);
     };
     const std::string half = good.substr(0, good.size() / 2);
@@ -126,7 +119,7 @@ TEST_F(ViewerKnobStore, BrokenFilesAreNotUsedAndSaidSo) {
         const KnobStore store(file_);
         EXPECT_FALSE(store.find(photo_)) << to;
         EXPECT_TRUE(store.find(other_)) << to;
-        EXPECT_NE(store.note().find("1 photo are broken"), std::string::npos) << store.note();
+        EXPECT_TRUE(holds(store.note(), "1 photo are broken"));
     }
     spill(file_, half); // is replaced by a whole one
     KnobStore store(file_);
@@ -139,7 +132,7 @@ TEST_F(ViewerKnobStore, SaysThatNothingCanBeKept) {
     KnobStore store(photo_ / "settings.json"); // in a file
     store.set(other_, otherKnobs());
     store.save();
-    EXPECT_NE(store.note().find("cannot be written"), std::string::npos);
+    EXPECT_TRUE(holds(store.note(), "cannot be written"));
     EXPECT_EQ(store.find(other_), otherKnobs()); // in this run
 }
 
@@ -164,8 +157,8 @@ TEST_F(ViewerKnobStore, DropsTheOldestOfTooMany) {
     store.save();
     EXPECT_TRUE(KnobStore(file_).find(other_));
     const std::string after = slurp(file_);
-    EXPECT_EQ(after.find("\"photo\": \"0\""), std::string::npos);
-    EXPECT_NE(after.find("\"photo\": \"1\""), std::string::npos);
+    EXPECT_FALSE(holds(after, "\"photo\": \"0\""));
+    EXPECT_TRUE(holds(after, "\"photo\": \"1\""));
     EXPECT_LE(fs::file_size(file_), KnobStore::kMaxBytes);
 }
 
@@ -185,9 +178,7 @@ class ViewerManyFiles : public ::testing::Test {
     }
     fs::path photo(const std::string& name) const { return folder_ / "photos" / name; }
     fs::path native(const std::string& name) const { return folder_ / "natives" / name; }
-    QString at(const std::string& name) const {
-        return QString::fromStdString((folder_ / name).string());
-    }
+    QString at(const std::string& name) const { return toName(folder_ / name); }
     void openFolder(Controller& controller) const {
         controller.setArea({200, 200});
         controller.open(std::vector<fs::path>{folder_ / "photos"});
@@ -221,13 +212,8 @@ class ViewerManyFiles : public ::testing::Test {
     }
     // Runs the tool for the controller's display.
     void photo2native(const QStringList& options, const QStringList& files) const {
-        std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
-        for (const auto& [from, to] : {std::pair{"1536", "150"}, std::pair{"2048", "200"}})
-            text.replace(text.find(from), std::string(from).size(), to);
-        spill(folder_ / "c.json", text);
-        ASSERT_EQ(QProcess::execute(ALTIRO3D_TOOL_PHOTO2NATIVE,
-                                    QStringList{"-c", at("c.json")} + options + files),
-                  0);
+        const QStringList display{"-c", writeSample(folder_ / "c.json", {150, 200})};
+        ASSERT_EQ(QProcess::execute(ALTIRO3D_TOOL_PHOTO2NATIVE, display + options + files), 0);
     }
 
     TemporaryDirectory folder_;
@@ -366,7 +352,7 @@ TEST_F(ViewerManyFiles, APhotoIsNeverReplacedByAnExport) {
     const BatchReport report = exportAll(controller, folder_ / "photos");
     EXPECT_EQ(report.written, 1u); // b_native_native.png
     ASSERT_EQ(report.problems.size(), 1u);
-    EXPECT_NE(report.problems[0].find("is one of the photos"), std::string::npos);
+    EXPECT_TRUE(holds(report.problems[0], "is one of the photos"));
     EXPECT_EQ(slurp(photo("b_native.png")), before);
 }
 
@@ -415,7 +401,7 @@ TEST_F(ViewerManyFiles, OnlyTheIconsThatAreAskedForAreMade) {
     Thumbnails thumbnails(1);
     std::vector<Source> sources;
     for (int i = 0; i < 2000; ++i)
-        sources.push_back({photo(i == 3 ? "broken.jpg" : "b.jpg"), {}});
+        sources.push_back({photo(i == 0 ? "b.jpg" : std::to_string(i) + ".jpg"), {}});
     thumbnails.setSources(sources);
     QSignalSpy made(&thumbnails, &Thumbnails::made);
     EXPECT_FALSE(thumbnails.data(thumbnails.index(3), Qt::DecorationRole).isNull()); // a sign
@@ -425,8 +411,10 @@ TEST_F(ViewerManyFiles, OnlyTheIconsThatAreAskedForAreMade) {
         return thumbnails.data(thumbnails.index(0), Qt::DecorationRole).value<QPixmap>().width() ==
                Thumbnails::kSide;
     }));
-    QTest::qWait(50);
-    EXPECT_EQ(made.count(), 2); // of 2000
+    thumbnails.data(thumbnails.index(1000), Qt::DecorationRole);
+    EXPECT_TRUE(waitFor(
+        [&] { return !made.isEmpty() && made.last().at(0).toString().endsWith("1000.jpg"); }));
+    EXPECT_EQ(made.count(), 3); // of 2000
 }
 
 // The window with the photos open.
@@ -434,28 +422,16 @@ class ViewerStrip : public ViewerManyFiles {
   protected:
     void SetUp() override {
         ViewerManyFiles::SetUp();
-        window_ = std::make_unique<MainWindow>(display_, std::vector<std::string>());
-        window_->resize(1000, 700);
-        window_->show();
-        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+        window_ = shownWindow();
     }
     void dropFolder() {
-        QMimeData data;
-        data.setUrls({QUrl::fromLocalFile(at("photos"))});
-        QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-        QCoreApplication::sendEvent(window_.get(), &enter);
-        QDropEvent event({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
-        QCoreApplication::sendEvent(window_.get(), &event);
+        dropOn(*window_, {folder_ / "photos"});
         ASSERT_TRUE(waitFor(
             [this] { return controller().sources().size() == 3 && !controller().isBusy(); }));
     }
     Controller& controller() { return window_->controller(); }
     PhotoStrip& strip() { return *window_->findChild<PhotoStrip*>(); }
-    QAction* entry(const QString& text) {
-        for (QAction* action : window_->findChildren<QAction*>())
-            if (action->text().remove('&').remove(QChar(0x2026)) == text) return action;
-        return nullptr;
-    }
+    QAction* entry(const QString& text) { return entryOf(*window_, text); }
     std::unique_ptr<MainWindow> window_;
 };
 
@@ -483,36 +459,19 @@ TEST_F(ViewerStrip, ShowsTheFilesOfAFolderAndGoesThroughThem) {
     EXPECT_FALSE(strip().isVisible());
     entry("Strip of photos")->trigger();
     EXPECT_TRUE(strip().isVisible());
-    const QString pictures = qEnvironmentVariable("SESSION_PICTURES");
-    QTest::qWait(pictures.isEmpty() ? 0 : 1500);
-    if (!pictures.isEmpty()) {
-        EXPECT_TRUE(window_->grab().save(pictures + "/strip.png"));
-    }
 }
 
 TEST_F(ViewerStrip, ExportsAllToAFolderAndListsWhatFailed) {
     dropFolder();
     spill(native("b_native.png"), "mine");
-    QStringList asked;
-    QTimer timer;
-    QObject::connect(&timer, &QTimer::timeout, &timer, [&] {
-        QWidget* const dialog = QApplication::activeModalWidget();
-        if (auto* files = qobject_cast<QFileDialog*>(dialog)) {
-            files->findChild<QLineEdit*>("fileNameEdit")->setText(at("natives"));
-            QMetaObject::invokeMethod(files, "accept", Qt::QueuedConnection);
-        } else if (auto* box = qobject_cast<QMessageBox*>(dialog)) {
-            asked << box->text() + box->informativeText();
-            QAbstractButton* const yes = box->button(QMessageBox::Yes);
-            (yes != nullptr ? yes : box->button(QMessageBox::Ok))->click();
-        }
-    });
-    timer.start(20);
-    entry("Export all Natives")->trigger();
-    ASSERT_TRUE(waitFor([&] { return asked.size() == 2; }));
-    EXPECT_TRUE(asked[0].contains("1 of the files exist already")) << asked[0].toStdString();
-    EXPECT_TRUE(asked[1].contains("2 Natives written; 1 files were not exported"))
-        << asked[1].toStdString();
-    EXPECT_TRUE(asked[1].contains("broken.jpg"));
+    const QStringList asked = answering(
+        folder_ / "natives", QMessageBox::Yes, [this] { entry("Export all Natives")->trigger(); },
+        [](const QStringList& soFar) { return soFar.size() == 3; });
+    ASSERT_EQ(asked.size(), 3);
+    EXPECT_TRUE(asked[1].contains("1 of the files exist already")) << asked[1].toStdString();
+    EXPECT_TRUE(asked[2].contains("2 Natives written; 1 files were not exported"))
+        << asked[2].toStdString();
+    EXPECT_TRUE(asked[2].contains("broken.jpg"));
     EXPECT_NE(slurp(native("b_native.png")), "mine");
     EXPECT_TRUE(entry("Export all Natives")->isEnabled());
 }

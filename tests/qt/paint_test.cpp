@@ -6,16 +6,14 @@
 #include "viewer/window/paint_bar.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
+#include "viewer/depth_canvas.hpp"
+#include "viewer/paint_bar.hpp"
+#include "viewer/picture_view.hpp"
+#include "window_actions.hpp"
 
-#include <QAbstractButton>
-#include <QAction>
-#include <QApplication>
 #include <QElapsedTimer>
-#include <QMessageBox>
-#include <QMouseEvent>
 #include <QSettings>
 #include <QSignalSpy>
-#include <QTimer>
 #include <QToolButton>
 #include <gtest/gtest.h>
 
@@ -283,11 +281,7 @@ class ViewerPaintWindow : public ViewerPaint {
   protected:
     void SetUp() override {
         ViewerPaint::SetUp();
-        window_ =
-            std::make_unique<MainWindow>(sampleDisplay({150, 200}), std::vector<std::string>());
-        window_->resize(1000, 700);
-        window_->show();
-        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+        window_ = shownWindow();
         window_->controller().open(
             std::vector<fs::path>{file("photo.png"), file("photo-depth.png")});
         ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !isBusy(); }));
@@ -306,28 +300,9 @@ class ViewerPaintWindow : public ViewerPaint {
         ASSERT_TRUE(waitFor([this] { return bar().isVisible() && controller().canPaint(); }));
         ASSERT_TRUE(waitFor([this] { return picture().pointer() == PictureView::Pointer::Brush; }));
     }
-    void drag(const QPoint& from, const QPoint& to) {
-        QTest::mousePress(&picture(), Qt::LeftButton, Qt::NoModifier, from);
-        for (int i = 1; i <= 4; ++i) { // QTest::mouseMove() holds no button
-            QMouseEvent move(QEvent::MouseMove, from + (to - from) * i / 4, Qt::NoButton,
-                             Qt::LeftButton, Qt::NoModifier);
-            QCoreApplication::sendEvent(&picture(), &move);
-        }
-        QTest::mouseRelease(&picture(), Qt::LeftButton, Qt::NoModifier, to);
-    }
     // Closes the window and answers its question.
     QString closing(QMessageBox::StandardButton answer) {
-        QString asked;
-        QTimer timer;
-        QObject::connect(&timer, &QTimer::timeout, &timer, [&] {
-            if (auto* box = qobject_cast<QMessageBox*>(QApplication::activeModalWidget())) {
-                asked = box->text() + " " + box->informativeText();
-                box->button(answer)->click();
-            }
-        });
-        timer.start(20);
-        window_->close();
-        return asked;
+        return test::answering({}, answer, [this] { window_->close(); }).value(0);
     }
 
     std::unique_ptr<MainWindow> window_;
@@ -364,7 +339,7 @@ TEST_F(ViewerPaintWindow, TheMousePaintsAndCtrlZUndoes) {
     Knobs chosen = ofVideo(controller().frame().setup.knobs);
     chosen.isFramingChosen = true;
     const QPoint middle = picture().rect().center();
-    drag(middle, middle + QPoint(40, 30));
+    drag(picture(), middle, middle + QPoint(40, 30));
     EXPECT_EQ(controller().knobs(), chosen); // stays as it is; no click, no drag
     EXPECT_EQ(controller().undoStack().count(), 1);
     EXPECT_TRUE(controller().isPainted());
@@ -385,7 +360,7 @@ TEST_F(ViewerPaintWindow, ClosingAsksForDepthThatIsNotSaved) {
     beginToPaint();
     const QPoint middle = picture().rect().center();
     press("Farther");
-    drag(middle, middle + QPoint(9, 9));
+    drag(picture(), middle, middle + QPoint(9, 9));
     EXPECT_EQ(closing(QMessageBox::Cancel),
               "The depth that you have painted is not saved. Close anyway? " +
                   QString::fromStdString(file("photo.png").string()));

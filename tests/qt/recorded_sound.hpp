@@ -4,6 +4,7 @@
 #include "support/video.hpp"
 
 #include <QByteArray>
+#include <QTest>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -19,7 +20,7 @@ namespace altiro3D::test {
 /// is set, as by scripts/soak.sh). Beside other tests on a slow machine only gross faults are
 /// found, such as another rate or sound that starts elsewhere.
 inline double inStep() {
-    return qEnvironmentVariableIsSet("ALTIRO3D_CLICK_SECONDS") ? 0.04 : 0.3;
+    return qEnvironmentVariableIsSet("ALTIRO3D_CLICK_SECONDS") ? 0.04 : 0.4;
 }
 
 /// An environment variable with another value, while it lives.
@@ -59,6 +60,16 @@ class Recording {
     void stop() {
         ending_ = true;
         if (thread_.joinable()) thread_.join();
+    }
+    /// Waits until so many seconds of sound, also silence, have been recorded from now on.
+    bool goesOnFor(double seconds) const {
+        const auto samples = [this] {
+            std::error_code none;
+            const auto bytes = std::filesystem::file_size(file_, none);
+            return none ? 0.0 : static_cast<double>(bytes) / 8;
+        };
+        const double end = samples() + seconds * kRate;
+        return QTest::qWaitFor([&] { return samples() >= end; }, 120000);
     }
     /// The recorded samples of the left channel. Call stop() before.
     std::vector<float> samples() const {

@@ -6,6 +6,9 @@
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/video_bar.hpp"
 #include "viewer_scenes.hpp"
+#include "viewer/slide_presenter.hpp"
+#include "viewer/video_bar.hpp"
+#include "window_actions.hpp"
 
 #include <QComboBox>
 #include <QGuiApplication>
@@ -63,11 +66,7 @@ class ViewerVideoBar : public ::testing::Test {
         return makeClicks(folder_ / "native.mkv", seconds, scale + " -map 0 -map 1 -map 1");
     }
     void open(const fs::path& file) {
-        window_ =
-            std::make_unique<MainWindow>(sampleDisplay({150, 200}), std::vector<std::string>());
-        window_->resize(1000, 700);
-        window_->show();
-        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
+        window_ = shownWindow();
         EXPECT_FALSE(bar().isVisible());
         controller().open(std::vector<fs::path>{file});
         ASSERT_TRUE(waitFor([this] { return bar().isVisible() && state().sounds; }));
@@ -154,7 +153,7 @@ TEST_F(ViewerVideoBar, KeysSeekMuteAndChangeTheVolume) {
 }
 
 TEST_F(ViewerVideoBar, TheWindowIsInStep) {
-    const fs::path file = clicks(6);
+    const fs::path file = clicks(20); // it is not played to its end
     Recording recording(folder_ / "played.raw");
     Flashes flashes;
     QObject watcher;
@@ -166,7 +165,7 @@ TEST_F(ViewerVideoBar, TheWindowIsInStep) {
             flashes.note(picture.at<cv::Vec3b>(picture.rows / 2, picture.cols / 2)[1]);
     });
     EXPECT_TRUE(waitFor([&] { return flashes.count() >= 4; }));
-    QTest::qWait(100);
+    EXPECT_TRUE(recording.goesOnFor(0.1)); // with the last click
     window_.reset();
     recording.stop();
     const double worst = flashes.largestOffset(recording);
@@ -177,7 +176,7 @@ TEST_F(ViewerVideoBar, TheWindowIsInStep) {
 TEST_F(ViewerVideoBar, AShowIsInStepAndHasItsKeys) {
     QScreen& screen = *QGuiApplication::primaryScreen();
     const cv::Size size = qt::factsOf(screen).size;
-    const fs::path file = clicks(6, size);
+    const fs::path file = clicks(20, size);
     Recording recording(folder_ / "played.raw");
     Flashes flashes;
     {
@@ -195,7 +194,7 @@ TEST_F(ViewerVideoBar, AShowIsInStepAndHasItsKeys) {
         });
         look.start(1);
         EXPECT_TRUE(waitFor([&] { return flashes.count() >= 4; }));
-        QTest::qWait(100);
+        EXPECT_TRUE(recording.goesOnFor(0.1));
         auto* const widget = const_cast<qt::NativeWidget*>(&presenter.widget());
         for (const Qt::Key key : {Qt::Key_Minus, Qt::Key_Minus, Qt::Key_M, Qt::Key_Plus})
             QTest::keyClick(widget, key);

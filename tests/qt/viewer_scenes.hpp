@@ -4,6 +4,7 @@
 #include "cli/display_options.hpp"
 #include "support/files.hpp"
 
+#include <QProcess>
 #include <QTest>
 #include <functional>
 #include <opencv2/core.hpp>
@@ -17,6 +18,19 @@ inline Display sampleDisplay(cv::Size panel = {1536, 2048}) {
     calibration.screenW = panel.width;
     calibration.screenH = panel.height;
     return displayOf(calibration, "sample");
+}
+
+inline QString toName(const std::filesystem::path& file) {
+    return QString::fromStdString(file.string());
+}
+
+/// The file of sampleDisplay().
+inline QString writeSample(const std::filesystem::path& file, cv::Size panel) {
+    std::string text = slurp(sourcePath("calibration/portrait-sample.json"));
+    for (const auto& [from, to] : {std::pair("1536", panel.width), {"2048", panel.height}})
+        text.replace(text.find(from), 4, std::to_string(to));
+    spill(file, text);
+    return toName(file);
 }
 
 /// A photo with detail. [size, CV_8UC3]

@@ -5,6 +5,8 @@
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
+#include "viewer/picture_view.hpp"
+#include "window_actions.hpp"
 
 #include <QAccessible>
 #include <QAction>
@@ -30,13 +32,7 @@ class ViewerWelcome : public ::testing::Test {
         writeImage(folder_ / "own.png", detailedPhoto({60, 80}));
         begin();
     }
-    void begin() {
-        window_ =
-            std::make_unique<MainWindow>(sampleDisplay({150, 200}), std::vector<std::string>());
-        window_->resize(1000, 700);
-        window_->show();
-        ASSERT_TRUE(QTest::qWaitForWindowExposed(window_.get()));
-    }
+    void begin() { window_ = shownWindow(); }
     Controller& controller() { return window_->controller(); }
     WelcomeCard* card() { return window_->findChild<WelcomeCard*>(); }
     bool hasPicture() {

@@ -213,14 +213,14 @@ void PictureView::mouseReleaseEvent(QMouseEvent* event) {
 }
 
 void PictureView::wheelEvent(QWheelEvent* event) {
-    constexpr int kPauseMilliseconds = 500;
+    constexpr ulong kPauseMilliseconds = 500;
     const int turned = event->angleDelta().y();
     if (turned == 0 || picture_.isNull()) return;
     const QPointF at = inPicture(event->position());
     if (!isInside(at)) return;
-    if (!sinceWheel_.isValid() || sinceWheel_.elapsed() > kPauseMilliseconds)
+    if (wheelGesture_ == 0 || event->timestamp() - wheeledAt_ > kPauseMilliseconds)
         wheelGesture_ = nextGesture();
-    sinceWheel_.start();
+    wheeledAt_ = event->timestamp();
     emit wheeled(at.x(), at.y(), static_cast<double>(turned) / QWheelEvent::DefaultDeltasPerStep,
                  wheelGesture_);
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <QElapsedTimer>
 #include <QImage>
 #include <QPolygonF>
 #include <QWidget>
@@ -94,7 +93,7 @@ class PictureView : public QWidget {
     QPolygonF line_; // of the lasso, px of the widget
     int dragGesture_ = 0;
     int wheelGesture_ = 0;
-    QElapsedTimer sinceWheel_;
+    ulong wheeledAt_ = 0; // ms, of the last turn of the wheel
 };
 
 } // namespace altiro3D::viewer

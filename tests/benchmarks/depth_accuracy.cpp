@@ -37,6 +37,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -93,19 +94,14 @@ void addMiddlebury(const fs::path& folder, std::vector<Scene>& scenes) {
 }
 
 void addRgbd(const fs::path& folder, std::vector<Scene>& scenes) {
-    for (int i = 1; i <= 5; ++i) {
-        const fs::path set = folder / "ch5_rgbd";
-        const std::string number = std::to_string(i);
-        if (!addScene("Kinect room", "Kinect room " + number, set / "color" / (number + ".png"),
-                      set / "depth" / (number + ".pgm"), true, scenes))
-            break;
-    }
-    for (int i = 1; i <= 5; ++i) {
-        const fs::path set = folder / "ch12_dense_rgbd";
-        const std::string number = std::to_string(i);
-        if (!addScene("rendered room", "rendered room " + number, set / "color" / (number + ".png"),
-                      set / "depth" / (number + ".png"), true, scenes))
-            break;
+    for (const auto& [name, set, extension] : {std::tuple("Kinect room ", "ch5_rgbd", ".pgm"),
+                                               {"rendered room ", "ch12_dense_rgbd", ".png"}}) {
+        bool isThere = true;
+        for (int i = 1; i <= 5 && isThere; ++i) {
+            const std::string number = std::to_string(i);
+            isThere = addScene(name, name + number, folder / set / "color" / (number + ".png"),
+                               folder / set / "depth" / (number + extension), true, scenes);
+        }
     }
 }
 

@@ -25,6 +25,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <hwy/highway.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -161,28 +162,30 @@ class BenchDisplay {
     mutable std::optional<NativeLut> lut_;
 };
 
-Calibration portraitCalibration() {
+Calibration calibrationOf(const char* serial, double pitch, double slope, double center, double dpi,
+                          cv::Size panel) {
     Calibration c;
-    c.serial = "LKG-PORT-BENCH";
-    c.pitch = 52.58;
-    c.slope = -7.17;
-    c.center = 0.5;
-    c.DPI = 324;
-    c.screenW = 1536;
-    c.screenH = 2048;
+    c.serial = serial;
+    c.pitch = pitch;
+    c.slope = slope;
+    c.center = center;
+    c.DPI = dpi;
+    c.screenW = panel.width;
+    c.screenH = panel.height;
     return c;
 }
 
-Calibration largeCalibration() {
-    Calibration c;
-    c.serial = "LKG-8K-BENCH";
-    c.pitch = 38.6;
-    c.slope = -6.6;
-    c.center = 0.3;
-    c.DPI = 280;
-    c.screenW = 7680;
-    c.screenH = 4320;
-    return c;
+using Stage = std::function<void(benchmark::State&, const BenchDisplay&)>;
+
+// Times work whose result is kept in a picture.
+template <class Work>
+void measure(benchmark::State& state, const cv::Mat& result, const Work& work) {
+    for (auto _ : state) {
+        work();
+        auto* samples = result.data;
+        benchmark::DoNotOptimize(samples);
+        benchmark::ClobberMemory();
+    }
 }
 
 // Number of threads of a variant: one, or all.
@@ -295,10 +298,7 @@ void BM_FitDepth(benchmark::State& state, const BenchDisplay& display) {
     fitDepth(small, whole, display.photo(), fitted);
     const cv::Mat expected = test::referenceFit(small, whole, display.photo());
     require(cv::norm(fitted, expected, cv::NORM_INF) <= 2e-6, "FitDepth"); // float against double
-    for (auto _ : state) {
-        fitDepth(small, whole, display.photo(), fitted);
-        benchmark::DoNotOptimize(fitted.data);
-    }
+    measure(state, fitted, [&] { fitDepth(small, whole, display.photo(), fitted); });
 }
 
 // A file of docs/examples.
@@ -317,70 +317,61 @@ void busyScene(const BenchDisplay& display, cv::Mat& photo, cv::Mat& depth) {
     wholeDepth.convertTo(depth, CV_32F, 1 / 65535.0);
 }
 
-// Depth as it comes: exact, soft (both measured), soft with known flaws as in a video, and noisy.
-void refine(benchmark::State& state, const cv::Mat& photo, const cv::Mat& depth, bool isKnown) {
-    DepthRefineOptions options;
-    if (isKnown) options.flaws = measureDepthFlaws(photo, depth);
-    cv::Mat refined;
-    for (auto _ : state) {
-        refineDepth(photo, depth, refined, options);
-        benchmark::DoNotOptimize(refined.data);
-    }
-}
-
-cv::Mat softDepth(const BenchDisplay& display) {
-    cv::Mat soft;
-    cv::GaussianBlur(display.depth(), soft, {}, 2);
-    return soft;
-}
-
-void BM_RefineDepthExact(benchmark::State& state, const BenchDisplay& display) {
-    refine(state, display.photo(), display.depth(), false);
-}
-void BM_RefineDepth(benchmark::State& state, const BenchDisplay& display) {
-    refine(state, display.photo(), softDepth(display), false);
-}
-void BM_RefineDepthKnown(benchmark::State& state, const BenchDisplay& display) {
-    refine(state, display.photo(), softDepth(display), true);
-}
-// Soft depth as a network gives it: most px are in a step.
-void BM_RefineDepthBusy(benchmark::State& state, const BenchDisplay& display) {
+// What refineDepth() is given.
+struct Rough {
     cv::Mat photo;
     cv::Mat depth;
-    busyScene(display, photo, depth);
-    cv::Mat small;
-    cv::resize(depth, small, {128, 128}, 0, 0, cv::INTER_AREA);
-    cv::resize(small, depth, depth.size(), 0, 0, cv::INTER_CUBIC);
-    refine(state, photo, depth, true);
+    DepthRefineOptions options{}; // without flaws: they are measured
+};
+
+Rough known(Rough rough) {
+    rough.options.flaws = measureDepthFlaws(rough.photo, rough.depth);
+    return rough;
 }
-// Steps of differing softness, as a network gives them; known flaws.
-void BM_RefineDepthUneven(benchmark::State& state, const BenchDisplay& display) {
-    cv::Mat depth = softDepth(display);
-    const cv::Range part(0, depth.cols * 3 / 4);
+
+Rough softDepth(const BenchDisplay& display) {
+    Rough rough{display.photo(), {}};
+    cv::GaussianBlur(display.depth(), rough.depth, {}, 2);
+    return rough;
+}
+
+// As a network gives it: most px are in a step.
+Rough busyDepth(const BenchDisplay& display) {
+    Rough rough;
+    busyScene(display, rough.photo, rough.depth);
+    cv::Mat small;
+    cv::resize(rough.depth, small, {128, 128}, 0, 0, cv::INTER_AREA);
+    cv::resize(small, rough.depth, rough.depth.size(), 0, 0, cv::INTER_CUBIC);
+    return rough;
+}
+
+// Steps of differing softness, as a network gives them.
+Rough unevenDepth(const BenchDisplay& display) {
+    Rough rough = softDepth(display);
+    const cv::Range part(0, rough.depth.cols * 3 / 4);
     cv::Mat softer;
     cv::GaussianBlur(display.depth(), softer, {}, 6);
-    softer.colRange(part).copyTo(depth.colRange(part));
-    DepthRefineOptions options;
-    options.flaws.emplace();
-    options.flaws->softnessPixels = 12;
-    options.flaws->isUneven = true;
-    cv::Mat refined;
-    for (auto _ : state) {
-        refineDepth(display.photo(), depth, refined, options);
-        benchmark::DoNotOptimize(refined.data);
-    }
+    softer.colRange(part).copyTo(rough.depth.colRange(part));
+    rough.options.flaws.emplace();
+    rough.options.flaws->softnessPixels = 12;
+    rough.options.flaws->isUneven = true;
+    return rough;
 }
-void refineNoisy(benchmark::State& state, const BenchDisplay& display, double deviation) {
+
+Rough noisyDepth(const BenchDisplay& display, double deviation) {
     cv::Mat noise(display.depth().size(), CV_32FC1);
     cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 10 * deviation); // a tenth after the blur
     cv::GaussianBlur(noise, noise, {}, 3);
-    refine(state, display.photo(), display.depth() + noise, false);
+    return {display.photo(), display.depth() + noise};
 }
-void BM_RefineDepthNoisy(benchmark::State& state, const BenchDisplay& display) {
-    refineNoisy(state, display, 0.02);
-}
-void BM_RefineDepthWeakNoise(benchmark::State& state, const BenchDisplay& display) {
-    refineNoisy(state, display, 0.005);
+
+Stage refinement(const std::function<Rough(const BenchDisplay&)>& make) {
+    return [make](benchmark::State& state, const BenchDisplay& display) {
+        const Rough rough = make(display);
+        cv::Mat refined;
+        measure(state, refined,
+                [&] { refineDepth(rough.photo, rough.depth, refined, rough.options); });
+    };
 }
 
 // ---- photo to depth; BM_NetworkRun, one run of the network at its own size, is the yardstick
@@ -393,55 +384,33 @@ void BM_NetworkRun(benchmark::State& state, const BenchDisplay& display) {
     const InstalledNetwork own = ownNetwork();
     DepthNetwork network(own.file, own.profile);
     cv::Mat depth;
-    for (auto _ : state) {
-        network.estimate(display.photo(), depth);
-        benchmark::DoNotOptimize(depth.data);
-    }
+    measure(state, depth, [&] { network.estimate(display.photo(), depth); });
 }
-void estimate(benchmark::State& state, const BenchDisplay& display, bool isFrame) {
-    const InstalledNetwork own = ownNetwork();
-    const auto source = depthFromNetworkFile(own.file, own.profile);
-    cv::Mat photo;
-    cv::Mat raw;
-    for (auto _ : state) {
-        if (isFrame) {
-            source->readFrame(display.photo(), photo, raw);
-        } else {
-            source->read(display.photo(), photo, raw);
-        }
-        benchmark::DoNotOptimize(raw.data);
-    }
-}
-void BM_DepthOfPhoto(benchmark::State& state, const BenchDisplay& display) {
-    estimate(state, display, false);
-}
-void BM_DepthOfFrame(benchmark::State& state, const BenchDisplay& display) {
-    estimate(state, display, true);
+Stage estimation(bool isFrame) {
+    return [isFrame](benchmark::State& state, const BenchDisplay& display) {
+        const InstalledNetwork own = ownNetwork();
+        const auto source = depthFromNetworkFile(own.file, own.profile);
+        cv::Mat photo;
+        cv::Mat raw;
+        measure(state, raw, [&] {
+            isFrame ? source->readFrame(display.photo(), photo, raw)
+                    : source->read(display.photo(), photo, raw);
+        });
+    };
 }
 
 // ---- photo and depth to quilt
 
-void renderQuilts(benchmark::State& state, const BenchDisplay& display, ViewMethod method) {
-    const Depth2Quilt maker(display.layout, methodOf(method));
-    cv::Mat result;
-    maker.render(display.photo(), display.depth(), result);
-    cv::Mat view; // the first tile is the leftmost view
-    maker.renderView(display.photo(), display.depth(), -1, view);
-    require(equal(result(display.layout.tile(0)), view), "quilt");
-    for (auto _ : state) {
+Stage quilts(ViewMethod method) {
+    return [method](benchmark::State& state, const BenchDisplay& display) {
+        const Depth2Quilt maker(display.layout, methodOf(method));
+        cv::Mat result;
         maker.render(display.photo(), display.depth(), result);
-        benchmark::DoNotOptimize(result.data);
-    }
-}
-
-void BM_QuiltFast(benchmark::State& state, const BenchDisplay& display) {
-    renderQuilts(state, display, ViewMethod::Fast);
-}
-void BM_QuiltReal(benchmark::State& state, const BenchDisplay& display) {
-    renderQuilts(state, display, ViewMethod::Real);
-}
-void BM_QuiltLayered(benchmark::State& state, const BenchDisplay& display) {
-    renderQuilts(state, display, ViewMethod::Layered);
+        cv::Mat view; // the first tile is the leftmost view
+        maker.renderView(display.photo(), display.depth(), -1, view);
+        require(equal(result(display.layout.tile(0)), view), "quilt");
+        measure(state, result, [&] { maker.render(display.photo(), display.depth(), result); });
+    };
 }
 
 // ---- quilt to Native
@@ -451,10 +420,7 @@ void BM_QuiltToNative(benchmark::State& state, const BenchDisplay& display) {
     cv::Mat native;
     renderer.render(display.quilt(), native);
     require(equal(native, display.native()), "QuiltToNative");
-    for (auto _ : state) {
-        renderer.render(display.quilt(), native);
-        benchmark::DoNotOptimize(native.data);
-    }
+    measure(state, native, [&] { renderer.render(display.quilt(), native); });
 }
 
 // The same table by OpenCV: the quilt's colours apart, each one through its map, and together.
@@ -475,10 +441,7 @@ void BM_CvRemapNearest(benchmark::State& state, const BenchDisplay& display) {
     };
     render();
     require(equal(native, display.native()), "CvRemapNearest");
-    for (auto _ : state) {
-        render();
-        benchmark::DoNotOptimize(native.data);
-    }
+    measure(state, native, render);
 }
 
 // Without a table: the phase of every sub-pixel in double, when it is needed.
@@ -508,10 +471,7 @@ void BM_NativeDirectNoLut(benchmark::State& state, const BenchDisplay& display) 
     };
     render();
     require(equal(native, display.native()), "NativeDirectNoLut");
-    for (auto _ : state) {
-        render();
-        benchmark::DoNotOptimize(native.data);
-    }
+    measure(state, native, render);
 }
 
 // ---- photo and depth to Native
@@ -547,11 +507,7 @@ void BM_PaperPipeline(benchmark::State& state, const BenchDisplay& display) {
     pipeline.run(display.photo(), display.depth());
     checkViews(display, pipeline.quilt());
     require(equal(pipeline.native(), display.slowNative(pipeline.quilt())), "PaperPipeline");
-    for (auto _ : state) {
-        pipeline.run(display.photo(), display.depth());
-        auto* samples = pipeline.native().data;
-        benchmark::DoNotOptimize(samples);
-    }
+    measure(state, pipeline.native(), [&] { pipeline.run(display.photo(), display.depth()); });
 }
 
 // ---- photo and depth to Native without a quilt
@@ -591,61 +547,32 @@ void renderNatives(benchmark::State& state, const BenchDisplay& display, const D
         Quilt2Native(display.lut()).render(quilt, expected);
         require(equal(native, expected), "the Native of the quilt");
     }
-    for (auto _ : state) {
-        renderer.render(photo, depth, native);
-        benchmark::DoNotOptimize(native.data);
-    }
+    measure(state, native, [&] { renderer.render(photo, depth, native); });
 }
 
-void BM_NativeFast(benchmark::State& state, const BenchDisplay& display) {
-    renderNatives(state, display, {methodOf(ViewMethod::Fast)});
+Stage natives(const DirectPath& path) {
+    return [path](benchmark::State& state, const BenchDisplay& display) {
+        renderNatives(state, display, path);
+    };
 }
-void BM_NativeFastRefined(benchmark::State& state, const BenchDisplay& display) {
+
+DirectPath refinedFast() {
     DirectPath path{methodOf(ViewMethod::Fast)};
     path.options.refinement = 2;
-    renderNatives(state, display, path);
-}
-void BM_NativeFastContinuous(benchmark::State& state, const BenchDisplay& display) {
-    renderNatives(state, display, {methodOf(ViewMethod::Fast), ViewPositions::Continuous});
-}
-void BM_NativeLayered(benchmark::State& state, const BenchDisplay& display) {
-    renderNatives(state, display, {methodOf(ViewMethod::Layered)});
-}
-void BM_NativeLayeredBusy(benchmark::State& state, const BenchDisplay& display) {
-    renderNatives(state, display, {methodOf(ViewMethod::Layered), ViewPositions::Discrete, true});
-}
-void BM_NativeLayeredContinuous(benchmark::State& state, const BenchDisplay& display) {
-    renderNatives(state, display, {methodOf(ViewMethod::Layered), ViewPositions::Continuous});
-}
-void BM_NativeLayeredPanelPixels(benchmark::State& state, const BenchDisplay& display) {
-    renderNatives(state, display,
-                  {methodOf(ViewMethod::Layered), ViewPositions::Continuous, false, true});
+    return path;
 }
 
 // A Native of the sample photo and its depth, from the fit on.
-void makeNatives(benchmark::State& state, const BenchDisplay& display,
-                 const NativeOptions& options) {
-    Scene scene;
-    busyScene(display, scene.photo, scene.depth);
-    const NativeMaker maker(displayOf(display.calibration), display.layout, options);
-    cv::Mat native;
-    for (auto _ : state) {
-        maker.makeNative(scene, native);
-        benchmark::DoNotOptimize(native.data);
-    }
-}
-void BM_NativeOfPhotoQuick(benchmark::State& state, const BenchDisplay& display) {
-    makeNatives(state, display, {});
-}
-void BM_NativeOfPhoto(benchmark::State& state, const BenchDisplay& display) {
-    NativeOptions options;
-    options.showAs(Detail::Lens);
-    makeNatives(state, display, options);
-}
-void BM_NativeOfPhotoBest(benchmark::State& state, const BenchDisplay& display) {
-    NativeOptions options;
-    options.showAs(Detail::Panel);
-    makeNatives(state, display, options);
+Stage nativesOfPhoto(std::optional<Detail> detail) {
+    return [detail](benchmark::State& state, const BenchDisplay& display) {
+        Scene scene;
+        busyScene(display, scene.photo, scene.depth);
+        NativeOptions options;
+        if (detail) options.showAs(*detail);
+        const NativeMaker maker(displayOf(display.calibration), display.layout, options);
+        cv::Mat native;
+        measure(state, native, [&] { maker.makeNative(scene, native); });
+    };
 }
 
 // ---- colours of videos
@@ -691,10 +618,7 @@ void BM_NativeToYuv(benchmark::State& state, const BenchDisplay& display) {
             require(std::abs(planes.plane[0].at<uchar>(y, x) - luma) < 0.55, "NativeToYuv");
         }
     }
-    for (auto _ : state) {
-        planes.fill(native, weights);
-        benchmark::ClobberMemory();
-    }
+    measure(state, planes.plane[0], [&] { planes.fill(native, weights); });
 }
 
 void BM_YuvToPicture(benchmark::State& state, const BenchDisplay& display) {
@@ -705,13 +629,8 @@ void BM_YuvToPicture(benchmark::State& state, const BenchDisplay& display) {
     const BgrWeights weights = bgrWeights(kMatrix, kRange);
     planes.toPicture(weights, picture);
     require(cv::norm(picture, native, cv::NORM_INF) <= 2, "YuvToPicture");
-    for (auto _ : state) {
-        planes.toPicture(weights, picture);
-        benchmark::ClobberMemory();
-    }
+    measure(state, picture, [&] { planes.toPicture(weights, picture); });
 }
-
-using Stage = void (*)(benchmark::State&, const BenchDisplay&);
 
 // The time shown is real time; UseRealTime() would add to the names.
 template <class F>
@@ -721,67 +640,84 @@ void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const
 #endif
 }
 
-void registerYardstick(const std::string& name, Stage stage, const BenchDisplay& display) {
-    registerAs(name + "/" + display.name,
-               [stage, &display](benchmark::State& state) { stage(state, display); });
+enum class Runs { OnOneThread, OnAllAndOneThread };
+
+struct NamedStage {
+    const char* name;
+    Stage stage;
+    Runs runs = Runs::OnAllAndOneThread;
+};
+
+std::vector<NamedStage> allStages() {
+    constexpr auto kYardstick = Runs::OnOneThread;
+    constexpr auto kDiscrete = ViewPositions::Discrete;
+    constexpr auto kContinuous = ViewPositions::Continuous;
+    const ViewOptions fast = methodOf(ViewMethod::Fast);
+    const ViewOptions layered = methodOf(ViewMethod::Layered);
+    const auto exact = [](const BenchDisplay& display) {
+        return Rough{display.photo(), display.depth()};
+    };
+    const auto noisy = [](double deviation) {
+        return refinement(
+            [=](const BenchDisplay& display) { return noisyDepth(display, deviation); });
+    };
+    const auto of = [](Rough (*make)(const BenchDisplay&)) {
+        return refinement([=](const BenchDisplay& display) { return known(make(display)); });
+    };
+    return {{"BM_CopyNative", BM_CopyNative, kYardstick},
+            {"BM_CopyQuilt", BM_CopyQuilt, kYardstick},
+            {"BM_CopyLut", BM_CopyLut, kYardstick},
+            {"BM_CopyQuiltToNative", BM_CopyQuiltToNative, kYardstick},
+            {"BM_LutBuild", BM_LutBuild},
+            {"BM_LutLoad", BM_LutLoad},
+            {"BM_CopyFitDepth", BM_CopyFitDepth, kYardstick},
+            {"BM_FitDepth", BM_FitDepth},
+            {"BM_RefineDepthExact", refinement(exact)},
+            {"BM_RefineDepth", refinement(softDepth)},
+            {"BM_RefineDepthKnown", of(softDepth)},
+            {"BM_RefineDepthBusy", of(busyDepth)},
+            {"BM_RefineDepthUneven", refinement(unevenDepth)},
+            {"BM_RefineDepthNoisy", noisy(0.02)},
+            {"BM_RefineDepthWeakNoise", noisy(0.005)},
+            {"BM_NetworkRun", BM_NetworkRun},
+            {"BM_DepthOfPhoto", estimation(false)},
+            {"BM_DepthOfFrame", estimation(true)},
+            {"BM_QuiltFast", quilts(ViewMethod::Fast)},
+            {"BM_QuiltLayered", quilts(ViewMethod::Layered)},
+            {"BM_QuiltReal", quilts(ViewMethod::Real)},
+            {"BM_QuiltToNative", BM_QuiltToNative},
+            {"BM_CvRemapNearest", BM_CvRemapNearest},
+            {"BM_NativeDirectNoLut", BM_NativeDirectNoLut},
+            {"BM_PaperPipeline", BM_PaperPipeline},
+            {"BM_NativeFast", natives({fast})},
+            {"BM_NativeFastRefined", natives(refinedFast())},
+            {"BM_NativeFastContinuous", natives({fast, kContinuous})},
+            {"BM_NativeLayered", natives({layered})},
+            {"BM_NativeLayeredBusy", natives({layered, kDiscrete, true})},
+            {"BM_NativeLayeredContinuous", natives({layered, kContinuous})},
+            {"BM_NativeLayeredPanelPixels", natives({layered, kContinuous, false, true})},
+            {"BM_NativeOfPhotoQuick", nativesOfPhoto({})},
+            {"BM_NativeOfPhoto", nativesOfPhoto(Detail::Lens)},
+            {"BM_NativeOfPhotoBest", nativesOfPhoto(Detail::Panel)},
+            {"BM_NativeToYuv", BM_NativeToYuv},
+            {"BM_YuvToPicture", BM_YuvToPicture}};
 }
 
-// All threads, and one.
-void registerStage(const std::string& name, Stage stage, const BenchDisplay& display) {
-    for (bool one : {false, true}) {
-        registerAs(name + "/" + display.name + (one ? "/threads:1" : ""),
-                   [stage, &display, one](benchmark::State& state) {
-                       const Threads threads(one);
-                       stage(state, display);
-                   });
+// @param names empty: all
+void registerStages(const BenchDisplay& display, const std::vector<std::string>& names = {}) {
+    for (const auto& [name, stage, runs] : allStages()) {
+        if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) continue;
+        const std::string whole = std::string(name) + "/" + display.name;
+        registerAs(whole, [stage = stage, &display](benchmark::State& state) {
+            const Threads threads(false);
+            stage(state, display);
+        });
+        if (runs == Runs::OnOneThread) continue;
+        registerAs(whole + "/threads:1", [stage = stage, &display](benchmark::State& state) {
+            const Threads threads(true);
+            stage(state, display);
+        });
     }
-}
-
-void registerAll(const BenchDisplay& display) {
-    registerYardstick("BM_CopyNative", BM_CopyNative, display);
-    registerYardstick("BM_CopyQuilt", BM_CopyQuilt, display);
-    registerYardstick("BM_CopyLut", BM_CopyLut, display);
-    registerYardstick("BM_CopyQuiltToNative", BM_CopyQuiltToNative, display);
-    registerStage("BM_LutBuild", BM_LutBuild, display);
-    registerStage("BM_LutLoad", BM_LutLoad, display);
-    registerYardstick("BM_CopyFitDepth", BM_CopyFitDepth, display);
-    registerStage("BM_FitDepth", BM_FitDepth, display);
-    registerStage("BM_RefineDepthExact", BM_RefineDepthExact, display);
-    registerStage("BM_RefineDepth", BM_RefineDepth, display);
-    registerStage("BM_RefineDepthKnown", BM_RefineDepthKnown, display);
-    registerStage("BM_RefineDepthBusy", BM_RefineDepthBusy, display);
-    registerStage("BM_RefineDepthUneven", BM_RefineDepthUneven, display);
-    registerStage("BM_RefineDepthNoisy", BM_RefineDepthNoisy, display);
-    registerStage("BM_RefineDepthWeakNoise", BM_RefineDepthWeakNoise, display);
-    registerStage("BM_NetworkRun", BM_NetworkRun, display);
-    registerStage("BM_DepthOfPhoto", BM_DepthOfPhoto, display);
-    registerStage("BM_DepthOfFrame", BM_DepthOfFrame, display);
-    registerStage("BM_QuiltFast", BM_QuiltFast, display);
-    registerStage("BM_QuiltLayered", BM_QuiltLayered, display);
-    registerStage("BM_QuiltReal", BM_QuiltReal, display);
-    registerStage("BM_QuiltToNative", BM_QuiltToNative, display);
-    registerStage("BM_CvRemapNearest", BM_CvRemapNearest, display);
-    registerStage("BM_NativeDirectNoLut", BM_NativeDirectNoLut, display);
-    registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
-    registerStage("BM_NativeFast", BM_NativeFast, display);
-    registerStage("BM_NativeFastRefined", BM_NativeFastRefined, display);
-    registerStage("BM_NativeFastContinuous", BM_NativeFastContinuous, display);
-    registerStage("BM_NativeLayered", BM_NativeLayered, display);
-    registerStage("BM_NativeLayeredBusy", BM_NativeLayeredBusy, display);
-    registerStage("BM_NativeLayeredContinuous", BM_NativeLayeredContinuous, display);
-    registerStage("BM_NativeLayeredPanelPixels", BM_NativeLayeredPanelPixels, display);
-    registerStage("BM_NativeOfPhotoQuick", BM_NativeOfPhotoQuick, display);
-    registerStage("BM_NativeOfPhoto", BM_NativeOfPhoto, display);
-    registerStage("BM_NativeOfPhotoBest", BM_NativeOfPhotoBest, display);
-    registerStage("BM_NativeToYuv", BM_NativeToYuv, display);
-    registerStage("BM_YuvToPicture", BM_YuvToPicture, display);
-}
-
-// What grows with the number of views, and what does not.
-void registerViewCount(const BenchDisplay& display) {
-    registerStage("BM_NativeFast", BM_NativeFast, display);
-    registerStage("BM_NativeLayered", BM_NativeLayered, display);
-    registerStage("BM_PaperPipeline", BM_PaperPipeline, display);
 }
 
 // Names of instruction sets in Highway, from the best one of this machine, with what OpenCV calls
@@ -834,15 +770,18 @@ int main(int argc, char** argv) {
     if (!limitInstructionSet(argc, argv)) return 2;
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    const BenchDisplay portrait("portrait", portraitCalibration(), {8, 6, {420, 560}, 48});
-    const BenchDisplay large("8k", largeCalibration(), {5, 9, {819, 455}, 45});
-    const BenchDisplay fewViews("portrait-12-views", portraitCalibration(), {4, 3, {420, 560}, 12});
-    const BenchDisplay manyViews("portrait-192-views", portraitCalibration(),
-                                 {16, 12, {420, 560}, 192});
-    registerAll(portrait);
-    registerAll(large);
-    registerViewCount(fewViews);
-    registerViewCount(manyViews);
+    const Calibration panel = calibrationOf("LKG-PORT-BENCH", 52.58, -7.17, 0.5, 324, {1536, 2048});
+    const BenchDisplay portrait("portrait", panel, {8, 6, {420, 560}, 48});
+    const BenchDisplay large("8k",
+                             calibrationOf("LKG-8K-BENCH", 38.6, -6.6, 0.3, 280, {7680, 4320}),
+                             {5, 9, {819, 455}, 45});
+    const BenchDisplay fewViews("portrait-12-views", panel, {4, 3, {420, 560}, 12});
+    const BenchDisplay manyViews("portrait-192-views", panel, {16, 12, {420, 560}, 192});
+    registerStages(portrait);
+    registerStages(large);
+    // what grows with the number of views, and what does not
+    for (const BenchDisplay* const display : {&fewViews, &manyViews})
+        registerStages(*display, {"BM_NativeFast", "BM_NativeLayered", "BM_PaperPipeline"});
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
     return 0;

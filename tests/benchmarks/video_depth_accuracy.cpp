@@ -10,7 +10,6 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
-#include "altiro3D/image_io.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
@@ -344,55 +343,6 @@ void printCarrying(const std::vector<Clip>& clips) {
     std::cout << '\n';
 }
 
-// What the network's input size costs and gives, beside the size it was trained for.
-void printSizes(const fs::path& model, const altiro3D::NetworkProfile& profile,
-                const fs::path& photos) {
-    std::vector<cv::Mat> pictures;
-    std::vector<fs::path> files;
-    for (const char* folder : {"kodak", "skimage"})
-        if (fs::is_directory(photos / folder))
-            for (const auto& entry : fs::directory_iterator(photos / folder))
-                files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files) {
-        pictures.push_back(altiro3D::readPhoto(file));
-    }
-    if (pictures.empty()) {
-        std::cout << "missing: photos in " << photos.string() << "\n\n";
-        return;
-    }
-    std::printf("Means over %zu photos.\n\n| input | ms | depth, PSNR | rank correlation |\n"
-                "|---|---:|---:|---:|\n",
-                pictures.size());
-    std::vector<cv::Mat> full;
-    for (const int side : {profile.inputWidth, 128, 160, 192, 256, 320}) {
-        altiro3D::DepthNetwork network(model, profile, altiro3D::InferenceTarget::Cpu,
-                                       cv::Size(side, side));
-        std::vector<double> ms;
-        double psnr = 0;
-        double correlation = 0;
-        for (std::size_t i = 0; i < pictures.size(); ++i) {
-            cv::Mat depth;
-            const auto begin = std::chrono::steady_clock::now();
-            network.estimate(pictures[i], depth);
-            ms.push_back(millisecondsSince(begin));
-            if (full.size() < pictures.size()) full.push_back(depth);
-            cv::resize(depth, depth, full[i].size(), 0, 0, cv::INTER_LINEAR);
-            psnr += psnrOf({depth}, {full[i]});
-            correlation += altiro3D::rankCorrelation(depth, full[i]);
-        }
-        std::sort(ms.begin(), ms.end());
-        const auto count = static_cast<double>(pictures.size());
-        std::printf("| %d x %d | %.1f | ", side, side, ms[ms.size() / 2]);
-        if (side == profile.inputWidth) {
-            std::printf("- | - |\n");
-        } else {
-            std::printf("%.1f | %.3f |\n", psnr / count, correlation / count);
-        }
-    }
-    std::cout << '\n';
-}
-
 int run(const fs::path& data) {
     if (data.empty()) {
         std::cout << "No test data: set ALTIRO3D_TEST_DATA to its folder or name it as the "
@@ -425,7 +375,6 @@ int run(const fs::path& data) {
         printRefinement(clips.front());
     }
     printCarrying(clips);
-    printSizes(model, *profile, data / "photos");
     std::printf("One inference of FastDepth: %.1f ms; %d threads.\n", inferenceMs,
                 cv::getNumThreads());
     return 0;

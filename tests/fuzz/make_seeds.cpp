@@ -5,6 +5,8 @@
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
+#include "support/displays.hpp"
+#include "support/onnx.hpp"
 #include "support/photo_files.hpp"
 #include "video_samples.hpp"
 
@@ -226,9 +228,7 @@ void addEmbeddedDepth(const fs::path& root) {
     const auto coded = [](const std::string& extension, int columns, int rows) {
         cv::Mat picture(rows, columns, CV_8UC1);
         cv::randu(picture, 0, 255);
-        std::vector<unsigned char> bytes;
-        cv::imencode(extension, picture, bytes);
-        return std::string(bytes.begin(), bytes.end());
+        return encoded(extension, picture);
     };
     const std::string photo = coded(".jpg", 16, 12);
     const std::string depth = coded(".jpg", 8, 6);
@@ -249,19 +249,16 @@ void addEmbeddedDepth(const fs::path& root) {
 
 // The first byte chooses between a whole PNG and a bare profile.
 void addColour(const fs::path& root) {
-    const auto chunk = [](const std::string& name, const std::string& data) {
-        return bigEndian(data.size(), 4) + name + data + std::string(4, '\0');
-    };
     const std::string png =
         std::string("\x89PNG\r\n\x1a\n", 8) +
-        chunk("IHDR", bigEndian(2, 4) + bigEndian(2, 4) + std::string("\x08\2\0\0\0", 5));
+        pngChunk("IHDR", bigEndian(2, 4) + bigEndian(2, 4) + std::string("\x08\2\0\0\0", 5));
     Seeds seeds(root, "colour");
-    seeds.add('\0' + png + chunk("cICP", std::string("\x09\x10\0\1", 4)));
-    seeds.add('\0' + png + chunk("cICP", std::string("\x0c\x0d\0\1", 4)));
+    seeds.add('\0' + png + pngChunk("cICP", std::string("\x09\x10\0\1", 4)));
+    seeds.add('\0' + png + pngChunk("cICP", std::string("\x0c\x0d\0\1", 4)));
     std::string primaries = bigEndian(31270, 4) + bigEndian(32900, 4);
     for (const std::size_t value : {64000U, 33000U, 30000U, 60000U, 15000U, 6000U})
         primaries += bigEndian(value, 4);
-    seeds.add('\0' + png + chunk("gAMA", bigEndian(100000, 4)) + chunk("cHRM", primaries));
+    seeds.add('\0' + png + pngChunk("gAMA", bigEndian(100000, 4)) + pngChunk("cHRM", primaries));
     // a profile without tags
     seeds.add('\1' + bigEndian(132, 4) + std::string(8, '\0') + "mntrRGB XYZ " +
               std::string(12, '\0') + "acsp" + std::string(88, '\0') + bigEndian(0, 4));
@@ -270,20 +267,8 @@ void addColour(const fs::path& root) {
 // --- everything else ---------------------------------------------------------------------------
 
 void addMaps(const fs::path& root) {
-    Calibration calibration;
-    calibration.pitch = 50;
-    calibration.slope = -7;
-    calibration.DPI = 324;
-    calibration.screenW = 17;
-    calibration.screenH = 16;
-    calibration.serial = "LKG";
-    QuiltLayout layout;
-    layout.columns = 2;
-    layout.rows = 2;
-    layout.tileSize = {3, 4};
-    layout.viewCount = 4;
     const fs::path file = root / "a.map";
-    NativeLut(calibration, layout).save(file);
+    NativeLut(test::stripePanel(17, 16), {2, 2, {3, 4}, 4}).save(file);
     const std::string map = contentsOf(file);
     fs::remove(file);
     Seeds seeds(root, "native_lut");
@@ -292,36 +277,18 @@ void addMaps(const fs::path& root) {
     seeds.add(map + "more");
 }
 
-// Protobuf by hand: numbers of the fields as in the public onnx.proto.
-std::string varint(std::size_t value) {
-    std::string text;
-    for (; value >= 128; value >>= 7U)
-        text += static_cast<char>(value % 128 + 128);
-    return text + static_cast<char>(value);
-}
-std::string numberField(unsigned field, std::size_t value) {
-    return varint(field * 8U) + varint(value);
-}
-std::string field(unsigned number, const std::string& contents) {
-    return varint(number * 8U + 2) + varint(contents.size()) + contents;
-}
-
 void addNetworks(const fs::path& root) {
-    std::string shape;
-    for (const std::size_t side : {1U, 3U, 32U, 32U})
-        shape += field(1, numberField(1, side));
-    const std::string input =
-        field(1, "in") + field(2, field(1, numberField(1, 1) + field(2, shape)));
-    const std::string weights = field(8, "w") + numberField(14, 1) +
-                                field(13, field(1, "location") + field(2, "weights.bin")) +
+    using namespace test::onnx;
+    const std::string weights = bytes(8, "w") + number(14, 1) +
+                                bytes(13, bytes(1, "location") + bytes(2, "weights.bin")) +
                                 std::string("\x25\0\0\0\0", 5);
-    const std::string node = field(1, "in") + field(2, "out") + field(4, "Conv") +
-                             field(5, field(1, "value") + field(5, weights));
-    const std::string graph =
-        field(1, node) + field(5, weights) + field(11, input) + field(11, field(1, "w"));
+    const std::string conv =
+        node("Conv", {"in"}, {"out"}, bytes(5, bytes(1, "value") + bytes(5, weights)));
+    const std::string graph = conv + bytes(5, weights) +
+                              bytes(11, valueInfo("in", {1, 3, 32, 32})) + bytes(11, bytes(1, "w"));
     Seeds seeds(root, "onnx_facts");
-    seeds.add(numberField(1, 7) + field(7, graph));
-    seeds.add(numberField(1, 7) + std::string("\x39\0\0\0\0\0\0\0\0", 9) + field(7, ""));
+    seeds.add(model(graph));
+    seeds.add(number(1, 7) + std::string("\x39\0\0\0\0\0\0\0\0", 9) + bytes(7, ""));
     seeds.add("\x0b");
 }
 

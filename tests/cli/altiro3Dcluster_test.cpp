@@ -26,7 +26,7 @@ class ClusterStudio : public SmallStudio {
     void plan() const {
         const Outcome outcome =
             run("photo2native", Arguments{"--plan", "the plan", "--chunk-photos", "1", "-j", "1"} +
-                                    display() + Arguments{"photos", "natives"});
+                                    display() + Arguments("photos natives"));
         ASSERT_TRUE(isDone(outcome));
     }
     Outcome cluster(const Arguments& arguments) const {
@@ -58,14 +58,14 @@ bool has(const std::string& call, const std::string& argument) {
 TEST(Cluster, RunsHereAsOneRunDoes) {
     const ClusterStudio studio;
     studio.plan();
-    Outcome outcome = studio.cluster({"--status"});
+    Outcome outcome = studio.cluster("--status");
     EXPECT_TRUE(holds(outcome.out, "the plan: 0 of 3 chunks made"));
-    outcome = studio.cluster({"--local", "2"});
+    outcome = studio.cluster("--local 2");
     ASSERT_EQ(outcome.status, 0) << outcome.text();
-    ASSERT_TRUE(isDone(studio.convert("photo2native", {"-j", "1", "photos", "whole"})));
+    ASSERT_TRUE(isDone(studio.convert("photo2native", "-j 1 photos whole")));
     for (const char* name : {"a_native.png", "b_native.png", "c_native.png"})
         EXPECT_EQ(slurp(studio / "natives" / name), slurp(studio / "whole" / name)) << name;
-    outcome = studio.cluster({"--status"});
+    outcome = studio.cluster("--status");
     EXPECT_TRUE(holds(outcome.out, "3 of 3 chunks made"));
 }
 
@@ -73,12 +73,12 @@ TEST(Cluster, SaysWhichChunksFail) {
     const ClusterStudio studio;
     studio.plan();
     fs::create_directories(studio / "natives/b_native.png");
-    const Outcome outcome = studio.cluster({"--local", "1"});
+    const Outcome outcome = studio.cluster("--local 1");
     EXPECT_EQ(outcome.status, 1);
     EXPECT_TRUE(holds(outcome.err, "has no chunk 2; "));
     EXPECT_TRUE(fs::exists(studio / "natives/c_native.png")); // the others are made
     fs::remove(studio / "natives/b_native.png");
-    EXPECT_EQ(studio.cluster({"--local", "1"}).status, 0);
+    EXPECT_EQ(studio.cluster("--local 1").status, 0);
 }
 
 TEST(Cluster, SubmitsAnArrayAndItsJoin) {
@@ -86,9 +86,8 @@ TEST(Cluster, SubmitsAnArrayAndItsJoin) {
     studio.plan();
     studio.installSlurm();
     ASSERT_TRUE(isDone(studio.run("photo2native", {"--chunk", "2", "the plan"})));
-    const Outcome outcome =
-        studio.cluster({"--slurm", "--partition", "long", "--memory", "2G", "--limit", "5",
-                        "--slurm-arg", "--nice=10", "--slurm-arg", "--mail-type=END"});
+    const Outcome outcome = studio.cluster("--slurm --partition long --memory 2G --limit 5 "
+                                           "--slurm-arg --nice=10 --slurm-arg --mail-type=END");
     ASSERT_EQ(outcome.status, 0) << outcome.text();
     EXPECT_TRUE(holds(outcome.out, "submitted 2 chunks, jobs 101, and the join, job 102"));
     std::vector<std::string> jobs;
@@ -112,7 +111,7 @@ TEST(Cluster, SubmitsAnArrayAndItsJoin) {
         ASSERT_TRUE(isDone(studio.run("/bin/bash", {"the plan/logs/slurm-chunk.sh", "0"})));
     }
     ASSERT_TRUE(isDone(studio.run("/bin/bash", {"the plan/logs/slurm-join.sh"})));
-    EXPECT_TRUE(holds(studio.cluster({"--status"}).out, "3 of 3 chunks made"));
+    EXPECT_TRUE(holds(studio.cluster("--status").out, "3 of 3 chunks made"));
 }
 
 TEST(Cluster, ADryRunSubmitsNothing) {
@@ -125,7 +124,7 @@ TEST(Cluster, ADryRunSubmitsNothing) {
     EXPECT_TRUE(holds(outcome.out, "--dependency=afterok:JOB1"));
     EXPECT_FALSE(fs::exists(studio / "calls.txt"));
     EXPECT_TRUE(fs::exists(studio / "the plan/logs/slurm-chunk.sh"));
-    EXPECT_TRUE(fails(studio.cluster({"--cancel"}), 1, "was not submitted, expected --slurm"));
+    EXPECT_TRUE(fails(studio.cluster("--cancel"), 1, "was not submitted, expected --slurm"));
 }
 
 TEST(Cluster, ManyChunksBecomeSeveralArrays) {
@@ -133,7 +132,7 @@ TEST(Cluster, ManyChunksBecomeSeveralArrays) {
     studio.plan();
     studio.installSlurm();
     studio.command("scontrol", "echo 'MaxArraySize = 3'"); // so tasks are 1 and 2
-    ASSERT_EQ(studio.cluster({"--slurm"}).status, 0);
+    ASSERT_EQ(studio.cluster("--slurm").status, 0);
     std::vector<std::string> jobs;
     for (const std::string& call : studio.calls())
         if (call.rfind("sbatch", 0) == 0) jobs.push_back(call);
@@ -147,25 +146,25 @@ TEST(Cluster, TellsWhatSlurmDoesAndSubmitsWhatIsMissing) {
     const ClusterStudio studio;
     studio.plan();
     studio.installSlurm();
-    ASSERT_EQ(studio.cluster({"--slurm", "--qos", "low"}).status, 0);
+    ASSERT_EQ(studio.cluster("--slurm --qos low").status, 0);
     studio.command("squeue", "echo '101_1|RUNNING|node7|None'; echo '101_2|NODE_FAIL||NodeDown'; "
                              "echo '101_3|PENDING||Resources'; "
                              "echo '102|PENDING||Dependency'");
-    Outcome outcome = studio.cluster({"--status"});
+    Outcome outcome = studio.cluster("--status");
     ASSERT_EQ(outcome.status, 0) << outcome.text();
     EXPECT_TRUE(holds(outcome.out,
                       "0 of 3 chunks made, 1 being made on node7, 1 waiting (Resources), "
                       "failed: 2"));
     EXPECT_TRUE(holds(outcome.out, "the join waits"));
     fs::remove(studio / "calls.txt");
-    ASSERT_EQ(studio.cluster({"--resume"}).status, 0);
+    ASSERT_EQ(studio.cluster("--resume").status, 0);
     const std::string all = slurp(studio / "calls.txt");
     EXPECT_TRUE(holds(all, "scancel [102]")); // the earlier join
     EXPECT_TRUE(holds(all, "[--array=2]"));
     EXPECT_TRUE(holds(all, "[--qos=low]")); // as before
     EXPECT_TRUE(holds(all, "[--dependency=afterok:101:103]"));
     fs::remove(studio / "calls.txt");
-    ASSERT_EQ(studio.cluster({"--cancel"}).status, 0);
+    ASSERT_EQ(studio.cluster("--cancel").status, 0);
     EXPECT_EQ(slurp(studio / "calls.txt"), "scancel [101] [103] [104]\n");
 }
 
@@ -173,11 +172,11 @@ TEST(Cluster, DoesNotGuessWhatASilentSlurmDoes) {
     const ClusterStudio studio;
     studio.plan();
     studio.installSlurm();
-    ASSERT_EQ(studio.cluster({"--slurm"}).status, 0);
+    ASSERT_EQ(studio.cluster("--slurm").status, 0);
     studio.command("squeue", "echo 'Unable to contact slurm controller' >&2; exit 1");
-    const Outcome outcome = studio.cluster({"--status"});
+    const Outcome outcome = studio.cluster("--status");
     EXPECT_TRUE(holds(outcome.out, "does not say what runs: Unable to contact"));
-    EXPECT_TRUE(fails(studio.cluster({"--resume"}), 1, "Unable to contact slurm controller"));
+    EXPECT_TRUE(fails(studio.cluster("--resume"), 1, "Unable to contact slurm controller"));
 }
 
 TEST(Cluster, RunsOnTheHostsOfAFile) {
@@ -188,7 +187,7 @@ TEST(Cluster, RunsOnTheHostsOfAFile) {
     // of a shell
     studio.command("parallel",
                    "shift 7; while read -r n; do eval \"${@/\\{\\}/$n}\" || exit 1; done");
-    const Outcome outcome = studio.cluster({"--hosts", "hosts.txt"});
+    const Outcome outcome = studio.cluster("--hosts hosts.txt");
     ASSERT_EQ(outcome.status, 0) << outcome.text();
     const std::string call = studio.calls().front();
     EXPECT_EQ(
@@ -198,25 +197,25 @@ TEST(Cluster, RunsOnTheHostsOfAFile) {
         0U)
         << call;
     EXPECT_TRUE(fs::exists(studio / "natives/b_native.png"));
-    EXPECT_TRUE(fails(studio.cluster({"--hosts", "none.txt"}), 1, "none.txt: does not exist"));
+    EXPECT_TRUE(fails(studio.cluster("--hosts none.txt"), 1, "none.txt: does not exist"));
 }
 
 TEST(Cluster, WrongCallsAreExplained) {
     ClusterStudio studio;
-    EXPECT_TRUE(fails(studio.cluster({"--status"}), 1, "the plan"));
+    EXPECT_TRUE(fails(studio.cluster("--status"), 1, "the plan"));
     studio.plan();
     EXPECT_TRUE(fails(studio.cluster({}), 2, "expected one of --slurm, --hosts"));
-    EXPECT_TRUE(fails(studio.cluster({"--local", "1", "--status"}), 2, "--status"));
-    EXPECT_TRUE(fails(studio.cluster({"--local", "0"}), 2, "--local"));
-    EXPECT_TRUE(fails(studio.cluster({"--local", "1", "--qos", "low"}), 2, "belongs to --slurm"));
-    EXPECT_TRUE(fails(studio.run(kTool, {"--status"}), 2, "PLAN"));
+    EXPECT_TRUE(fails(studio.cluster("--local 1 --status"), 2, "--status"));
+    EXPECT_TRUE(fails(studio.cluster("--local 0"), 2, "--local"));
+    EXPECT_TRUE(fails(studio.cluster("--local 1 --qos low"), 2, "belongs to --slurm"));
+    EXPECT_TRUE(fails(studio.run(kTool, "--status"), 2, "PLAN"));
     studio.set("PATH", (studio / "bin").string()); // this machine may have Slurm
-    EXPECT_TRUE(fails(studio.cluster({"--slurm"}), 1, "scontrol: cannot be started"));
+    EXPECT_TRUE(fails(studio.cluster("--slurm"), 1, "scontrol: cannot be started"));
     studio.set("PATH", (studio / "bin").string() + ":/usr/bin:/bin");
     studio.installSlurm();
     studio.command("sbatch", "echo 'sbatch: error: invalid partition specified: none' >&2; exit 1");
-    EXPECT_TRUE(fails(studio.cluster({"--slurm", "--partition", "none"}), 1,
-                      "invalid partition specified: none"));
+    EXPECT_TRUE(
+        fails(studio.cluster("--slurm --partition none"), 1, "invalid partition specified: none"));
 }
 
 } // namespace

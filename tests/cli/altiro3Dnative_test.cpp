@@ -24,12 +24,7 @@ std::uint32_t word(const std::string& bytes, std::size_t offset) {
 }
 
 NativeLut libraryLut(const Sandbox& sandbox) {
-    QuiltLayout layout;
-    layout.columns = 3;
-    layout.rows = 2;
-    layout.tileSize = {30, 40};
-    layout.viewCount = 6;
-    return {readCalibration(sandbox / "small.json"), layout};
+    return {readCalibration(sandbox / "small.json"), smallLayout()};
 }
 
 } // namespace
@@ -40,13 +35,13 @@ class Altiro3DNative : public StudioTest {
 };
 
 TEST_F(Altiro3DNative, WritesTheTableOfTheLibrary) {
-    EXPECT_TRUE(isDone(run({"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+    EXPECT_TRUE(isDone(run("-m a.map -q 2x3 -r 40x30 small.json")));
     libraryLut(studio_).save(studio_ / "library.map");
     EXPECT_EQ(slurp(studio_ / "a.map"), slurp(studio_ / "library.map"));
 }
 
 TEST_F(Altiro3DNative, TheFileIsAsDocumented) {
-    ASSERT_TRUE(isDone(run({"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
+    ASSERT_TRUE(isDone(run("-m a.map -q 2x3 -r 40x30 small.json")));
     const std::string bytes = slurp(studio_ / "a.map");
     EXPECT_EQ(bytes.substr(0, 8), "ALTIRO3D");
     EXPECT_EQ(word(bytes, 8), 1U);
@@ -66,25 +61,24 @@ TEST_F(Altiro3DNative, TheFileIsAsDocumented) {
 }
 
 TEST_F(Altiro3DNative, TheNameComesFromSerialNumberAndQuilt) {
-    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "small.json"})));
+    EXPECT_TRUE(isDone(run("-q 2x3 -r 40x30 small.json")));
     EXPECT_TRUE(fs::exists(studio_ / "TEST-1-2x3.map"));
     writeCalibration(studio_ / "odd.json", {96, 128}, 52.58, "../up/LKG");
-    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "odd.json"})));
+    EXPECT_TRUE(isDone(run("-q 2x3 -r 40x30 odd.json")));
     EXPECT_TRUE(fs::exists(studio_ / "_._up_LKG-2x3.map"));
     writeCalibration(studio_ / "order.json", {96, 128}, 52.58, "-x\\u001b[31mY\\nZ$(a)");
-    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "order.json"})));
+    EXPECT_TRUE(isDone(run("-q 2x3 -r 40x30 order.json")));
     EXPECT_TRUE(fs::exists(studio_ / "_x__31mY_Z__a_-2x3.map"));
-    const Outcome told = run({"--info", "order.json", "-q", "2x3"});
-    EXPECT_TRUE(isDone(told));
-    EXPECT_TRUE(holds(told.out, "serial -x [31mY Z$(a), panel "));
+    const Outcome told = run("--info order.json -q 2x3");
+    EXPECT_TRUE(says(told, "serial -x [31mY Z$(a), panel "));
     EXPECT_FALSE(holds(told.out, "\x1b"));
     writeCalibration(studio_ / "nameless.json", {96, 128}, 52.58, "");
-    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", "nameless.json"})));
+    EXPECT_TRUE(isDone(run("-q 2x3 -r 40x30 nameless.json")));
     EXPECT_TRUE(fs::exists(studio_ / "nameless-2x3.map"));
 }
 
 TEST_F(Altiro3DNative, InfoTellsWhatTheCalibrationMeansAndWritesNothing) {
-    const Outcome outcome = run({"--info", "small.json", "-q", "2x3"});
+    const Outcome outcome = run("--info small.json -q 2x3");
     EXPECT_TRUE(isDone(outcome));
     for (const char* part :
          {"serial TEST-1", "96 x 128 px", "lenses (P)", "tilt (T)", "lens (Px)", "offset (i_off)",
@@ -98,9 +92,8 @@ TEST_F(Altiro3DNative, InfoTellsWhatTheCalibrationMeansAndWritesNothing) {
 TEST_F(Altiro3DNative, JsonStandsAloneAndAgreesWithTheLibrary) {
     const LensGeometry geometry = lensGeometry(readCalibration(studio_ / "small.json"));
     for (const Arguments& more :
-         {Arguments{}, Arguments{"-v"}, Arguments{"-v", "-m", "a.map"}, Arguments{"--info"}}) {
-        const Outcome outcome =
-            run(Arguments{"--json", "small.json", "-q", "2x3", "-r", "40x30"} + more);
+         {Arguments{}, Arguments{"-v"}, Arguments("-v -m a.map"), Arguments{"--info"}}) {
+        const Outcome outcome = run(Arguments("--json small.json -q 2x3 -r 40x30") + more);
         ASSERT_TRUE(isDone(outcome));
         const auto json = nlohmann::json::parse(outcome.out, nullptr, false);
         ASSERT_FALSE(json.is_discarded()) << outcome.text();
@@ -116,7 +109,7 @@ TEST_F(Altiro3DNative, JsonStandsAloneAndAgreesWithTheLibrary) {
 }
 
 TEST_F(Altiro3DNative, InvertChangesTheTable) {
-    const Arguments quilt{"-q", "2x3", "-r", "40x30", "small.json"};
+    const Arguments quilt("-q 2x3 -r 40x30 small.json");
     for (const char* mode : {"auto", "on", "off"}) {
         ASSERT_TRUE(
             isDone(run(Arguments{"--invert", mode, "-m", std::string(mode) + ".map"} + quilt)));
@@ -146,16 +139,13 @@ TEST_F(Altiro3DNative, SerialChoosesAmongSeveral) {
     writeCalibration(studio_ / "b.json", {96, 128}, 50, "TWO");
     spill(studio_ / "both.json",
           "[" + slurp(studio_ / "a.json") + ", " + slurp(studio_ / "b.json") + "]");
-    EXPECT_TRUE(warns(run({"--json", "both.json"}), "--serial"));
-    const Outcome second = run({"--json", "both.json", "--serial", "two"});
-    EXPECT_TRUE(isDone(second));
-    EXPECT_TRUE(holds(second.out, "\"TWO\""));
-    EXPECT_TRUE(fails(run({"both.json", "--serial", "THREE"}), 1, "THREE"));
+    EXPECT_TRUE(warns(run("--json both.json"), "--serial"));
+    EXPECT_TRUE(says(run("--json both.json --serial two"), "\"TWO\""));
+    EXPECT_TRUE(fails(run("both.json --serial THREE"), 1, "THREE"));
 }
 
 TEST_F(Altiro3DNative, WarnsOfTheSwappedReading) {
-    EXPECT_TRUE(
-        warns(run({"--info", "small.json", "-q", "6x8", "-r", "30x40"}), "swapped reading"));
+    EXPECT_TRUE(warns(run("--info small.json -q 6x8 -r 30x40"), "swapped reading"));
 }
 
 } // namespace altiro3D::test

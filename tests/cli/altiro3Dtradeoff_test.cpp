@@ -4,12 +4,13 @@
 #include "support/files.hpp"
 #include "support/onnx.hpp"
 #include "support/slow.hpp"
+#include "support/texts.hpp"
+#include "support/video.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 
 namespace altiro3D::test {
 
@@ -63,38 +64,24 @@ class Tradeoff : public ::testing::Test {
     Sandbox sandbox_;
 };
 
-std::vector<std::string> linesOf(const std::string& text) {
-    std::vector<std::string> lines;
-    std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);)
-        lines.push_back(line);
-    return lines;
-}
-
-bool isIn(const std::string& part, const std::string& text) {
-    return text.find(part) != std::string::npos;
-}
-
 } // namespace
 
 TEST_F(Tradeoff, PrintsEverySettingOfAScene) {
     const Outcome outcome = run(scene() + Arguments{"--exact-depth"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(isIn("L.png, 60 x 40 px, disparity up to 6.00 px", outcome.out)) << outcome.out;
-    const std::vector<std::string> lines = linesOf(outcome.out);
+    EXPECT_TRUE(says(outcome, "L.png, 60 x 40 px, disparity up to 6.00 px"));
+    const std::vector<std::string> lines = test::lines(outcome.out);
     const std::vector<NamedViewOptions> settings = tradeSettings();
     // scene and heading; after the settings the heading of estimated depth and its one source
     ASSERT_EQ(lines.size(), settings.size() + 4) << outcome.out;
     EXPECT_EQ(lines.back().rfind("tiny, 32 px ", 0), 0U) << lines.back();
     for (std::size_t i = 0; i < settings.size(); ++i) {
         EXPECT_EQ(lines[i + 2].rfind(settings[i].name + " ", 0), 0U) << lines[i + 2];
-        EXPECT_TRUE(isIn(" dB ", lines[i + 2])) << lines[i + 2];
+        EXPECT_TRUE(holds(lines[i + 2], " dB ")) << lines[i + 2];
     }
 }
 
 TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
-    const Arguments outputs{"--report", "t.json", "--csv",        "t.csv",
-                            "--plot",   "t.svg",  "--save-views", "views"};
+    const Arguments outputs("--report t.json --csv t.csv --plot t.svg --save-views views");
     ASSERT_TRUE(isDone(run(scene() + outputs)));
     const std::size_t settings = tradeSettings().size();
 
@@ -117,15 +104,15 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
     const Json exact = psnrOf("layered, fill continue");
     EXPECT_TRUE(exact.is_null() || exact.get<double>() > 25) << exact; // null: no difference at all
 
-    const std::vector<std::string> lines = linesOf(slurp(sandbox_ / "t.csv"));
+    const std::vector<std::string> lines = test::lines(slurp(sandbox_ / "t.csv"));
     ASSERT_EQ(lines.size(), settings + 1);
     EXPECT_EQ(lines[0].rfind("scene,setting,ms_per_view,", 0), 0U) << lines[0];
     EXPECT_EQ(lines[1].rfind("\"L.png\",\"fast\",", 0), 0U) << lines[1];
 
     const std::string plot = slurp(sandbox_ / "t.svg");
     EXPECT_EQ(plot.rfind("<svg", 0), 0U) << plot.substr(0, 80);
-    EXPECT_TRUE(isIn("</svg>", plot));
-    EXPECT_TRUE(isIn("L.png", plot));
+    EXPECT_TRUE(holds(plot, "</svg>"));
+    EXPECT_TRUE(holds(plot, "L.png"));
 
     const StereoScene stereo =
         makeStereoScene("s", readPhoto(sandbox_ / "L.png"), readDepthImage(sandbox_ / "D.png"), 10,
@@ -139,23 +126,22 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
     }
     EXPECT_EQ(listImages(sandbox_ / "views").size(), 3U);
 
-    for (const Arguments& output :
-         {Arguments{"--report", "t.json"}, Arguments{"--csv", "t.csv"},
-          Arguments{"--plot", "t.svg"}, Arguments{"--save-views", "views"}}) {
+    for (const Arguments& output : {Arguments("--report t.json"), Arguments("--csv t.csv"),
+                                    Arguments("--plot t.svg"), Arguments("--save-views views")}) {
         EXPECT_TRUE(fails(run(scene() + output), 1, "exists"));
     }
     EXPECT_EQ(slurp(sandbox_ / "t.svg"), plot);
     EXPECT_EQ(json(), report);
     spill(sandbox_ / "t.json", "old");
-    EXPECT_TRUE(isDone(run(scene() + Arguments{"-y", "--report", "t.json"})));
+    EXPECT_TRUE(isDone(run(scene() + Arguments("-y --report t.json"))));
     EXPECT_EQ(json().at("rows").size(), settings);
-    EXPECT_TRUE(fails(run(scene() + Arguments{"-y", "--report", "L.png"}), 2, "is also an input"));
-    EXPECT_TRUE(fails(run(scene() + Arguments{"--csv", "x", "--report", "x"}), 2, "written twice"));
-    EXPECT_TRUE(fails(run(scene() + Arguments{"--report", "none/x"}), 1, "there is no directory"));
+    EXPECT_TRUE(fails(run(scene() + Arguments("-y --report L.png")), 2, "is also an input"));
+    EXPECT_TRUE(fails(run(scene() + Arguments("--csv x --report x")), 2, "written twice"));
+    EXPECT_TRUE(fails(run(scene() + Arguments("--report none/x")), 1, "there is no directory"));
 }
 
 TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
-    ASSERT_TRUE(isDone(run(scene() + Arguments{"--exact-depth", "--report", "t.json"})));
+    ASSERT_TRUE(isDone(run(scene() + Arguments("--exact-depth --report t.json"))));
     const Json rows = json().at("estimatedDepth");
     ASSERT_EQ(rows.size(), 1U);
     const Json& row = rows.front();
@@ -205,10 +191,10 @@ TEST_F(Tradeoff, ASourceOfDepthThatFailsIsLeftOutOfAllScenes) {
     const std::string head = "scene,left,right,disp_left,disp_scale\n";
     const std::string rows = "dark,L.png,R.png,D.png,10\nbright,L.png,R.png,D.png,10\n";
     spill(sandbox_ / "scenes.csv", head + rows);
-    const Arguments call{"--scenes", "scenes.csv", "--exact-depth", "--report", "t.json"};
+    const Arguments call("--scenes scenes.csv --exact-depth --report t.json");
     const Outcome outcome = run(call);
     EXPECT_TRUE(warns(outcome, "depth by hot, 32 px is left out"));
-    EXPECT_TRUE(isIn("\nhot, 32 px ", outcome.out)) << "it was measured on the dark scene";
+    EXPECT_TRUE(holds(outcome.out, "\nhot, 32 px ")) << "it was measured on the dark scene";
     const Json report = json();
     EXPECT_EQ(report.at("rows").size(), 3 * tradeSettings().size());
     std::vector<std::string> measured;
@@ -226,7 +212,7 @@ TEST_F(Tradeoff, ADamagedCatalogueIsReportedBeforeAnyMeasurement) {
     spill(models / "catalog.json", "{\"networks\": [");
     const Outcome outcome = run(scene() + Arguments{"--exact-depth"});
     EXPECT_TRUE(fails(outcome, 1, "catalog.json"));
-    EXPECT_FALSE(isIn("per view", outcome.out)) << outcome.out;
+    EXPECT_FALSE(holds(outcome.out, "per view"));
 }
 
 TEST_F(Tradeoff, ScenesOfATableGetMeans) {
@@ -236,10 +222,8 @@ TEST_F(Tradeoff, ScenesOfATableGetMeans) {
                                    "10,one,L.png,R.png,D.png,nothing\r\n"
                                    "\n"
                                    "10,two,L.png,R.png,D.png\n");
-    const Outcome outcome =
-        run({"--scenes", "scenes.csv", "--report", "t.json", "--plot", "t.svg", "-j", "1"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(isIn("mean of 2 scenes", outcome.out)) << outcome.out;
+    EXPECT_TRUE(
+        says(run("--scenes scenes.csv --report t.json --plot t.svg -j 1"), "mean of 2 scenes"));
     const Json rows = json().at("rows");
     const std::size_t settings = tradeSettings().size();
     ASSERT_EQ(rows.size(), 3 * settings);
@@ -257,7 +241,7 @@ TEST_F(Tradeoff, ScenesOfATableGetMeans) {
                 << key;
         }
     }
-    EXPECT_TRUE(isIn("mean", slurp(sandbox_ / "t.svg")));
+    EXPECT_TRUE(holds(slurp(sandbox_ / "t.svg"), "mean"));
 }
 
 TEST_F(Tradeoff, BrokenTablesAreOneErrorLineThatNamesTheColumn) {
@@ -277,10 +261,10 @@ TEST_F(Tradeoff, BrokenTablesAreOneErrorLineThatNamesTheColumn) {
         {head + "none,L.png,R.png,D.png,10\n", "none/L.png"}};
     for (const auto& [table, part] : tables) {
         spill(sandbox_ / "scenes.csv", table);
-        EXPECT_TRUE(fails(run({"--scenes", "scenes.csv", "--report", "t.json"}), 1, part)) << table;
+        EXPECT_TRUE(fails(run("--scenes scenes.csv --report t.json"), 1, part)) << table;
     }
-    EXPECT_TRUE(fails(run({"--scenes", "none.csv"}), 1, "none.csv"));
-    EXPECT_TRUE(fails(run({"--scenes", "one"}), 1, "one"));
+    EXPECT_TRUE(fails(run("--scenes none.csv"), 1, "none.csv"));
+    EXPECT_TRUE(fails(run("--scenes one"), 1, "one"));
     EXPECT_FALSE(fs::exists(sandbox_ / "t.json"));
 }
 
@@ -291,7 +275,7 @@ TEST_F(Tradeoff, BrokenScenesAreOneErrorLine) {
         Arguments call = scene();
         for (std::size_t i = 0; i + 1 < call.size(); i += 2)
             if (call[i] == option) call[i + 1] = file;
-        return run(call + Arguments{"--report", "t.json"});
+        return run(call + Arguments("--report t.json"));
     };
     for (const char* option : {"--photo", "--disparity", "--truth"}) {
         EXPECT_TRUE(fails(with(option, "none.png"), 1, "none.png: does not exist"));
@@ -305,11 +289,8 @@ TEST_F(Tradeoff, BrokenScenesAreOneErrorLine) {
 
 TEST_F(Tradeoff, APhotoAloneIsComparedWithTheMostAccurateSetting) {
     // without strength all views are the photo, and soon made
-    const Outcome outcome = run(
-        {"--strength", "0", "--report", "t.json", "--csv", "t.csv", "--plot", "t.svg", "L.png"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(isIn("reference: layered, outermost view, 420 x 560 px", outcome.out))
-        << outcome.out;
+    EXPECT_TRUE(says(run("--strength 0 --report t.json --csv t.csv --plot t.svg L.png"),
+                     "reference: layered, outermost view, 420 x 560 px"));
     const Json report = json();
     EXPECT_EQ(report.at("against"), "most accurate setting");
     ASSERT_EQ(report.at("rows").size(), tradeSettings().size());
@@ -318,14 +299,14 @@ TEST_F(Tradeoff, APhotoAloneIsComparedWithTheMostAccurateSetting) {
         EXPECT_NEAR(row.at("ssimWhole").get<double>(), 1, 1e-12);
     }
     EXPECT_EQ(slurp(sandbox_ / "t.svg").rfind("<svg", 0), 0U);
-    EXPECT_TRUE(fails(run({"none.png"}), 1, "none.png"));
+    EXPECT_TRUE(fails(run("none.png"), 1, "none.png"));
 }
 
 TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
     ALTIRO3D_TAKES(23);
     // a flat depth at the focus leaves every view the photo, whatever the strength
     writeImage(sandbox_ / "flat.png", cv::Mat(40, 60, CV_8UC1, cv::Scalar::all(9)));
-    EXPECT_TRUE(isDone(run({"--strength", "4", "--report", "t.json", "-d", "L.png", "flat.png"})));
+    EXPECT_TRUE(isDone(run("--strength 4 --report t.json -d L.png flat.png")));
     const Json flat = json().at("rows");
     ASSERT_EQ(flat.size(), tradeSettings().size());
     for (const Json& row : flat) {
@@ -333,19 +314,16 @@ TEST_F(Tradeoff, TheDepthOfAPhotoMayBeGiven) {
         EXPECT_TRUE(row.at("psnrWhole").is_null()) << row; // no difference: infinite
     }
     // the board before the wall moves, and not all settings make the same of it
-    const Outcome outcome =
-        run({"--strength", "4", "-y", "--report", "t.json", "-d", "L.png", "D.png"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(isIn("reference: layered, outermost view, 420 x 560 px", outcome.out))
-        << outcome.out;
+    EXPECT_TRUE(says(run("--strength 4 -y --report t.json -d L.png D.png"),
+                     "reference: layered, outermost view, 420 x 560 px"));
     EXPECT_EQ(json().at("against"), "most accurate setting");
     const Json rows = json().at("rows");
     ASSERT_EQ(rows.size(), tradeSettings().size());
     EXPECT_TRUE(rows.back().at("psnrWhole").is_null()) << "the reference itself";
     EXPECT_TRUE(rows.front().at("psnrWhole").is_number()) << rows.front();
 
-    EXPECT_TRUE(fails(run({"-d", "L.png"}), 2, "expected PHOTO and DEPTH, got 1 name"));
-    EXPECT_TRUE(fails(run({"-d", "L.png", "none.png"}), 1, "none.png"));
+    EXPECT_TRUE(fails(run("-d L.png"), 2, "expected PHOTO and DEPTH, got 1 name"));
+    EXPECT_TRUE(fails(run("-d L.png none.png"), 1, "none.png"));
 }
 
 TEST_F(Tradeoff, WrongCombinationsAreWrongUsage) {
@@ -354,33 +332,32 @@ TEST_F(Tradeoff, WrongCombinationsAreWrongUsage) {
     const char* const oneScene = "--save-views shows one scene";
     const std::pair<Arguments, const char*> cases[] = {
         {{}, "expected PHOTO (with -d PHOTO and DEPTH), got 0 names"},
-        {{"L.png", "R.png"}, "expected PHOTO (with -d PHOTO and DEPTH), got 2 names"},
-        {{"--photo", "L.png"}, together},
-        {{"--photo", "L.png", "--truth", "R.png"}, together},
-        {{"--truth", "R.png", "L.png"}, together},
-        {{"--disparity", "D.png", "L.png"}, together},
+        {"L.png R.png", "expected PHOTO (with -d PHOTO and DEPTH), got 2 names"},
+        {"--photo L.png", together},
+        {"--photo L.png --truth R.png", together},
+        {"--truth R.png L.png", together},
+        {"--disparity D.png L.png", together},
         {scene() + Arguments{"L.png"}, "expected no names beside --photo or --scenes, got 1 name"},
-        {scene() + Arguments{"--scenes", "scenes.csv"}, "--photo and --scenes exclude each other"},
-        {{"--scenes", "scenes.csv", "L.png"},
-         "expected no names beside --photo or --scenes, got 1 name"},
-        {{"--scenes", "scenes.csv", "--save-views", "views"}, oneScene},
-        {{"--save-views", "views", "L.png"}, oneScene},
-        {{"--wrong", "L.png"}, "Unknown option 'wrong'"},
+        {scene() + Arguments("--scenes scenes.csv"), "--photo and --scenes exclude each other"},
+        {"--scenes scenes.csv L.png", "expected no names beside --photo or --scenes, got 1 name"},
+        {"--scenes scenes.csv --save-views views", oneScene},
+        {"--save-views views L.png", oneScene},
+        {"--wrong L.png", "Unknown option 'wrong'"},
         {{"--report", "", "L.png"}, "--report is empty"},
-        {{"--strength", "101", "L.png"}, "--strength is \"101\", expected a number 0..100"},
-        {{"--scenes"}, "Missing value after '--scenes'"}};
+        {"--strength 101 L.png", "--strength is \"101\", expected a number 0..100"},
+        {"--scenes", "Missing value after '--scenes'"}};
     for (const auto& [arguments, sentence] : cases)
         EXPECT_TRUE(fails(run(arguments), 2, sentence));
     EXPECT_FALSE(fs::exists(sandbox_ / "views"));
 }
 
 TEST_F(Tradeoff, OptionsThatChangeNothingAreRefused) {
-    EXPECT_TRUE(fails(run(scene() + Arguments{"--strength", "5"}), 2,
+    EXPECT_TRUE(fails(run(scene() + Arguments("--strength 5")), 2,
                       "--strength does not apply to scenes with a true view"));
     EXPECT_TRUE(fails(run(scene() + Arguments{"-l"}), 2, "-l does not apply to scenes"));
     for (const char* option : {"--method=fast", "-g", "-k", "--refine=2", "--fill=continue"})
         EXPECT_TRUE(fails(run({option, "L.png"}), 2, "Unknown option"));
-    EXPECT_TRUE(fails(run({"--disparity-scale", "2", "L.png"}), 2, "expected --photo with it"));
+    EXPECT_TRUE(fails(run("--disparity-scale 2 L.png"), 2, "expected --photo with it"));
 }
 
 TEST_F(Tradeoff, HelpAndVersionAreAsOfTheOtherTools) {
@@ -388,10 +365,10 @@ TEST_F(Tradeoff, HelpAndVersionAreAsOfTheOtherTools) {
         const Outcome outcome = run({option});
         EXPECT_TRUE(isDone(outcome));
         EXPECT_EQ(outcome.out.rfind("Usage: altiro3Dtradeoff ", 0), 0U) << outcome.out;
-        for (const std::string& line : linesOf(outcome.out))
+        for (const std::string& line : test::lines(outcome.out))
             EXPECT_LE(line.size(), 100U) << line;
     }
-    EXPECT_EQ(run({"--version"}).out.rfind("altiro3Dtradeoff (altiro3D) ", 0), 0U);
+    EXPECT_EQ(run("--version").out.rfind("altiro3Dtradeoff (altiro3D) ", 0), 0U);
     if (!fs::exists("/dev/full")) return;
     sandbox_.sendOutputTo("/dev/full");
     EXPECT_TRUE(fails(run(scene()), 1, "standard output"));

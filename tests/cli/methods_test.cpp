@@ -36,7 +36,7 @@ class Methods : public ::testing::Test {
         return readBack(studio_ / "a.png");
     }
     Json report(const Arguments& options) const {
-        EXPECT_EQ(make(options + Arguments{"--report", "r.json"}).status, 0);
+        EXPECT_EQ(make(options + Arguments("--report r.json")).status, 0);
         return studio_.json("r.json");
     }
     cv::Mat libraryNative(const ViewOptions& views) const {
@@ -74,18 +74,18 @@ ViewOptions optionsOf(ViewMethod method) {
 TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
     std::vector<std::pair<Arguments, ViewOptions>> cases{
         {{}, optionsOf(ViewMethod::Layered)},
-        {{"--method", "layered"}, optionsOf(ViewMethod::Layered)},
-        {{"--method", "fast"}, optionsOf(ViewMethod::Fast)},
-        {{"--method", "real"}, optionsOf(ViewMethod::Real)},
-        {{"--fill", "continue"}, {}},
-        {{"--borders", "hard"}, {}},
-        {{"--method", "fast", "--refine", "2"}, optionsOf(ViewMethod::Fast)},
-        {{"-g", "--inpaint-from", "behind"}, optionsOf(ViewMethod::Real)}};
+        {"--method layered", optionsOf(ViewMethod::Layered)},
+        {"--method fast", optionsOf(ViewMethod::Fast)},
+        {"--method real", optionsOf(ViewMethod::Real)},
+        {"--fill continue", {}},
+        {"--borders hard", {}},
+        {"--method fast --refine 2", optionsOf(ViewMethod::Fast)},
+        {"-g --inpaint-from behind", optionsOf(ViewMethod::Real)}};
     cases[4].second.layered.fill = LayeredFill::Continue;
     cases[5].second.layered.softBorders = false;
     cases[6].second.refinement = 2;
     cases[7].second.real.backgroundOnly = true;
-    const Arguments strength{"--strength", "40"}; // at the tile's 30 px, 10 % would show little
+    const Arguments strength("--strength 40"); // at the tile's 30 px, 10 % would show little
     for (auto& [arguments, options] : cases) {
         options.strengthPercent = 40;
         EXPECT_TRUE(samePicture(native(Arguments{"--quick"} + strength + arguments),
@@ -95,14 +95,14 @@ TEST_F(Methods, EachGivesTheNativeOfTheLibraryWithItsKnobs) {
 }
 
 TEST_F(Methods, GeometricIsMethodReal) {
-    ASSERT_TRUE(isDone(make({"--method", "real"}, "real.png")));
+    ASSERT_TRUE(isDone(make("--method real", "real.png")));
     const std::string expected = slurp(studio_ / "real.png");
     for (const Arguments& same :
-         {Arguments{"-g"}, Arguments{"--geometric"}, Arguments{"-g", "--method", "real"}}) {
+         {Arguments{"-g"}, Arguments{"--geometric"}, Arguments("-g --method real")}) {
         ASSERT_TRUE(isDone(make(same)));
         EXPECT_EQ(slurp(studio_ / "a.png"), expected);
     }
-    ASSERT_TRUE(isDone(make({"--method", "fast"})));
+    ASSERT_TRUE(isDone(make("--method fast")));
     EXPECT_NE(slurp(studio_ / "a.png"), expected);
     for (const char* other : {"fast", "layered"})
         EXPECT_TRUE(fails(make({"-g", "--method", other}), 2, "-g means --method real"));
@@ -131,7 +131,7 @@ TEST_F(Methods, OptionsOfEarlierVersionsWarnOnceAndChangeNothing) {
             EXPECT_TRUE(warns(outcome, std::string(option) + " has no effect: "));
             EXPECT_EQ(outcome.errLines().size(), 1U) << outcome.text();
             EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / (method + ".png"))) << option;
-            const std::string help = studio_.run("photo2native", {"--help-all"}).out;
+            const std::string help = studio_.run("photo2native", "--help-all").out;
             EXPECT_FALSE(holds(help, std::string("  ") + option + " "));
         }
     }
@@ -142,14 +142,14 @@ TEST_F(Methods, TheCameraGivesTheStrength) {
     ViewOptions options = optionsOf(ViewMethod::Real);
     options.strengthPercent = 32;
     for (const Arguments& keep : {Arguments{}, Arguments{"-k"}}) { // whatever the view's size
-        const Json json = report(keep + Arguments{"-g", "--camera", "camera.json"});
+        const Json json = report(keep + Arguments("-g --camera camera.json"));
         EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 32, 1e-9);
         EXPECT_TRUE(json.at("settings").at("strengthPercent").is_null());
     }
-    EXPECT_TRUE(samePicture(native({"-g", "--camera", "camera.json"}), libraryNative(options)));
-    EXPECT_TRUE(samePicture(native({"-g", "--strength", "32"}), libraryNative(options)));
+    EXPECT_TRUE(samePicture(native("-g --camera camera.json"), libraryNative(options)));
+    EXPECT_TRUE(samePicture(native("-g --strength 32"), libraryNative(options)));
     writeCamera(R"("zFar": null)"); // infinitely far: 2 80 0.2 = 32 px
-    const Json json = report({"-g", "--camera", "camera.json"});
+    const Json json = report("-g --camera camera.json");
     EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 3200 / 90.0, 1e-9);
 }
 
@@ -157,7 +157,7 @@ TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
     writeImage(studio_ / "photo.png", madePhoto(150, 120)); // 90 of the 150 columns are used
     writeImage(studio_ / "depth.png", madeDepth(75, 60));
     writeCamera();
-    const Json picture = report({"-g", "--camera", "camera.json"}).at("pictures").at(0);
+    const Json picture = report("-g --camera camera.json").at("pictures").at(0);
     EXPECT_EQ(picture.at("crop").at(2), 90);
     EXPECT_NEAR(picture.at("strengthPercent").get<double>(), 32, 1e-9);
 }
@@ -166,19 +166,19 @@ TEST_F(Methods, TheStrengthOfTheCameraDecidesHowFarThePhotoIsEnlarged) {
     writeImage(studio_ / "photo.png", madePhoto(900, 1200));
     writeCamera(); // 28.8 px of 900 are 3.2 %
     const auto picture = [&](const Arguments& options) {
-        const Arguments automatic{"-g", "--fit", "auto", "--focus", "0.5"};
+        const Arguments automatic("-g --fit auto --focus 0.5");
         return report(automatic + options).at("pictures").at(0);
     };
-    const Json expected = picture({"--strength", "3.2"});
-    const Json made = picture({"--camera", "camera.json"});
+    const Json expected = picture("--strength 3.2");
+    const Json made = picture("--camera camera.json");
     EXPECT_EQ(made.at("crop"), expected.at("crop"));
-    EXPECT_NE(made.at("crop"), picture({"--strength", "10"}).at("crop"));
+    EXPECT_NE(made.at("crop"), picture("--strength 10").at("crop"));
     const double shown = made.at("crop").at(2);
     EXPECT_NEAR(made.at("strengthPercent").get<double>(), 3.2 * 900 / shown, 1e-9);
 }
 
 TEST_F(Methods, BadCamerasAreOneErrorLine) {
-    const auto with = [&] { return make({"-g", "--camera", "camera.json"}); };
+    const auto with = [&] { return make("-g --camera camera.json"); };
     EXPECT_TRUE(fails(with(), 1, "camera.json"));
     for (const char* text : {"", "no json", "[]", "{}", R"({"fx": 80})", "\xff\xfe"}) {
         spill(studio_ / "camera.json", text);
@@ -194,15 +194,13 @@ TEST_F(Methods, BadCamerasAreOneErrorLine) {
 
 TEST_F(Methods, ACameraNeedsMethodReal) {
     writeCamera();
-    const Arguments camera{"--camera", "camera.json"};
+    const Arguments camera("--camera camera.json");
     EXPECT_TRUE(fails(make(camera), 2, "expected -g"));
-    EXPECT_TRUE(fails(make(camera + Arguments{"--method", "fast"}), 2, "expected -g"));
+    EXPECT_TRUE(fails(make(camera + Arguments("--method fast")), 2, "expected -g"));
     EXPECT_TRUE(isDone(make(camera + Arguments{"-g"})));
-    EXPECT_TRUE(
-        fails(make({"-g", "--camera", "camera.json", "--strength", "5"}), 2, "exclude each other"));
-    EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json"}, "camera.json"), 2, ""));
-    EXPECT_TRUE(fails(make({"-g", "--camera", "camera.json", "--report", "camera.json"}), 2,
-                      "is also an input"));
+    EXPECT_TRUE(fails(make("-g --camera camera.json --strength 5"), 2, "exclude each other"));
+    EXPECT_TRUE(fails(make("-g --camera camera.json", "camera.json"), 2, ""));
+    EXPECT_TRUE(fails(make("-g --camera camera.json --report camera.json"), 2, "is also an input"));
 }
 
 TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {
@@ -219,9 +217,8 @@ TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {
 }
 
 TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
-    const Outcome outcome = make({"--budget", "60000", "--report", "r.json"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(holds(outcome.out, "budget: layered, Native in "));
+    const Outcome outcome = make("--budget 60000 --report r.json");
+    EXPECT_TRUE(says(outcome, "budget: layered, Native in "));
     EXPECT_TRUE(holds(outcome.out, " ms of 60000 ms\n"));
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative({})));
     const Json report = studio_.json("r.json");
@@ -243,13 +240,13 @@ TEST_F(Methods, ABudgetChoosesTheBestThatFitsAndSaysSo) {
 }
 
 TEST_F(Methods, ABudgetAndAutoChooseTogether) {
-    const Arguments automatic{"--fit", "auto", "--focus", "auto", "--strength", "auto"};
+    const Arguments automatic("--fit auto --focus auto --strength auto");
     const auto picture = [&](const Arguments& options) {
         return report(automatic + options).at("pictures").at(0);
     };
-    const Json alone = picture({"--quick"});
+    const Json alone = picture("--quick");
     const cv::Mat expected = readBack(studio_ / "a.png");
-    const Json within = picture({"--budget", "60000"}); // layered, as without a budget
+    const Json within = picture("--budget 60000"); // layered, as without a budget
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), expected));
     // a method that the budget chooses makes the picture that the method makes by itself
     ASSERT_EQ(cachedBudgets().size(), 1U);
@@ -258,9 +255,9 @@ TEST_F(Methods, ABudgetAndAutoChooseTogether) {
         kept.at("costs").at(i).at("milliseconds") = 6000.0 / static_cast<double>(i + 1);
     kept.at("costs").at(4).at("milliseconds") = 1;
     spill(cachedBudgets().front(), kept.dump());
-    const Json quick = picture({"--budget", "2"});
+    const Json quick = picture("--budget 2");
     const cv::Mat made = readBack(studio_ / "a.png");
-    picture({"--method", "fast"});
+    picture("--method fast");
     EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), made));
     EXPECT_FALSE(samePicture(made, expected));
     for (const char* key : {"focus", "center", "strengthPercent"}) {
@@ -271,7 +268,7 @@ TEST_F(Methods, ABudgetAndAutoChooseTogether) {
 }
 
 TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
-    ASSERT_TRUE(isDone(make({"--budget", "60000"})));
+    ASSERT_TRUE(isDone(make("--budget 60000")));
     ASSERT_EQ(cachedBudgets().size(), 1U);
     const fs::path cache = cachedBudgets().front();
     // costs that no machine has: what is chosen by them was read
@@ -295,12 +292,10 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
         {"6", "budget: fast, Native in 6 ms of 6 ms", optionsOf(ViewMethod::Fast)}};
     for (auto [budget, line, options] : cases) {
         options.strengthPercent = 40;
-        const Outcome outcome = make({"--strength", "40", "--budget", budget});
-        EXPECT_TRUE(isDone(outcome));
-        EXPECT_TRUE(holds(outcome.out, line));
+        EXPECT_TRUE(says(make({"--strength", "40", "--budget", budget}), line));
         EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), libraryNative(options))) << line;
     }
-    const Outcome tight = make({"--budget", "5.5"});
+    const Outcome tight = make("--budget 5.5");
     EXPECT_TRUE(warns(tight, "meets the budget of 5.5 ms"));
     EXPECT_TRUE(holds(tight.out, "budget: fast, Native in 6 ms of 5.5 ms"));
     EXPECT_TRUE(
@@ -310,14 +305,14 @@ TEST_F(Methods, CostsAreMeasuredOnceAndKept) {
     for (const std::string& useless : {std::string(), std::string("{}"), std::string("[1, 2"),
                                        std::string(R"({"format": 5, "costs": "none"})"), older}) {
         spill(cache, useless);
-        EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+        EXPECT_TRUE(isDone(make("--budget 60000")));
         EXPECT_EQ(Json::parse(slurp(cache)).at("costs").size(), 5U) << useless;
         EXPECT_NE(slurp(cache), older);
     }
     studio_.set("HOME", std::nullopt); // no cache: measured each time
-    EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+    EXPECT_TRUE(isDone(make("--budget 60000")));
     studio_.set("XDG_CACHE_HOME", "/proc/nothing");
-    EXPECT_TRUE(isDone(make({"--budget", "60000"})));
+    EXPECT_TRUE(isDone(make("--budget 60000")));
 }
 
 // A network of 32 px that also runs with 16 px, and one that does not.
@@ -332,11 +327,10 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
                                        size + R"(, {"name": "fixed", "file": "fixed.onnx", )" +
                                        size + "]}");
     const auto estimated = [&](const Arguments& options) {
-        return studio_.convert(kTool, options + Arguments{"-y", "photo.png", "a.png"});
+        return studio_.convert(kTool, options + Arguments("-y photo.png a.png"));
     };
-    const Outcome measured = estimated({"--budget", "60000", "--report", "r.json"});
-    ASSERT_TRUE(isDone(measured));
-    EXPECT_TRUE(holds(measured.out, "budget: open, 32 px; layered, depth and Native in "));
+    EXPECT_TRUE(says(estimated("--budget 60000 --report r.json"),
+                     "budget: open, 32 px; layered, depth and Native in "));
     const Json report = studio_.json("r.json");
     std::vector<std::string> sources;
     for (const Json& cost : report.at("budget").at("measuredDepths"))
@@ -367,29 +361,27 @@ TEST_F(Methods, ABudgetChoosesTheSourceOfEstimatedDepth) {
         EXPECT_TRUE(isDone(estimated(Arguments{"--quick"} + same)));
         EXPECT_TRUE(samePicture(chosen, readBack(studio_ / "a.png"))) << line;
     }
-    const Outcome named = estimated({"--budget", "60000", "-n", "fixed"}); // its time counts
+    const Outcome named = estimated("--budget 60000 -n fixed"); // its time counts
     EXPECT_TRUE(holds(named.out, "budget: network fixed"));
     EXPECT_TRUE(holds(named.out, "; layered, depth and Native in "));
 }
 
 TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
-    ASSERT_TRUE(isDone(
-        studio_.run("altiro3Dnative", {"-m", "a.map", "-q", "2x3", "-r", "40x30", "small.json"})));
-    const Arguments photo{"-y", "--budget", "60000", "-d", "photo.png", "depth.png", "a.png"};
+    studio_.makeMap();
+    const Arguments photo("-y --budget 60000 -d photo.png depth.png a.png");
     const Arguments small = studio_.display();
     const Arguments paths[] = {small,
                                small + Arguments{"-k"},
-                               small + Arguments{"-j", "1"},
+                               small + Arguments("-j 1"),
                                small + Arguments{"--continuous"},
                                {"-m", "a.map"},
-                               small + Arguments{"--view-filter", "linear"}};
+                               small + Arguments("--view-filter linear")};
     std::size_t measured = 0;
     for (const Arguments& path : paths) {
         ++measured;
         for (int repetition = 0; repetition < 2; ++repetition) {
             const Outcome outcome = studio_.run(kTool, path + photo);
-            EXPECT_TRUE(isDone(outcome));
-            EXPECT_TRUE(holds(outcome.out, "budget: layered, Native in "));
+            EXPECT_TRUE(says(outcome, "budget: layered, Native in "));
             EXPECT_EQ(cachedBudgets().size(), measured) << outcome.call;
         }
     }
@@ -399,33 +391,29 @@ TEST_F(Methods, CostsAreThoseOfThePathThatIsTaken) {
 
 TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {
     spill(studio_ / "broken.png", "broken");
-    const Outcome outcome = studio_.convert(kTool, {"--budget", "60000", "--report", "r.json",
-                                                    "broken.png", "photo.png", "quilt.png", "out"});
+    const Outcome outcome =
+        studio_.convert(kTool, "--budget 60000 --report r.json broken.png photo.png quilt.png out");
     EXPECT_EQ(outcome.status, 1); // the broken one
     const std::size_t first = outcome.out.find("budget: ");
     EXPECT_NE(first, std::string::npos) << outcome.out;
     EXPECT_EQ(outcome.out.find("budget: ", first + 1), std::string::npos) << outcome.out;
     EXPECT_EQ(studio_.json("r.json").at("budget").at("chosen"), "tiny, 32 px; layered");
-    EXPECT_EQ(studio_
-                  .convert(kTool, {"-y", "--budget", "9", "--report", "r.json", "broken.png",
-                                   "broken.png", "out"})
-                  .status,
-              2); // two in one file
+    EXPECT_EQ(
+        studio_.convert(kTool, "-y --budget 9 --report r.json broken.png broken.png out").status,
+        2); // two in one file
     fs::create_directory(studio_ / "bad");
     fs::copy(studio_ / "broken.png", studio_ / "bad");
-    EXPECT_EQ(
-        studio_.convert(kTool, {"-y", "--budget", "9", "--report", "r.json", "bad", "out"}).status,
-        1);
+    EXPECT_EQ(studio_.convert(kTool, "-y --budget 9 --report r.json bad out").status, 1);
     EXPECT_EQ(studio_.json("r.json").at("budget"), Json({{"milliseconds", 9}}));
 }
 
 TEST_F(Methods, ABudgetChoosesByItself) {
     writeCamera();
     for (const Arguments& more :
-         {Arguments{"--method", "fast"}, Arguments{"-g"}, Arguments{"--refine", "1"},
-          Arguments{"--fill", "continue"}, Arguments{"--borders", "hard"},
-          Arguments{"--inpaint-from", "behind"}, Arguments{"--camera", "camera.json"}}) {
-        EXPECT_TRUE(fails(make(more + Arguments{"--budget", "100"}), 2, "--budget and -"));
+         {Arguments("--method fast"), Arguments{"-g"}, Arguments("--refine 1"),
+          Arguments("--fill continue"), Arguments("--borders hard"),
+          Arguments("--inpaint-from behind"), Arguments("--camera camera.json")}) {
+        EXPECT_TRUE(fails(make(more + Arguments("--budget 100")), 2, "--budget and -"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
     EXPECT_TRUE(cachedBudgets().empty());

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kImage = "altiro3Dimage";
-const Arguments kShort{"--seconds", "0.2", "--turns", "1"};
+const Arguments kShort("--seconds 0.2 --turns 1");
 
 // The original's studio: a map instead of a calibration.
 class OriginalStudio : public SmallStudio {
@@ -58,17 +58,16 @@ class OriginalStudio : public SmallStudio {
 TEST(OriginalCommands, OptionsOfPhotosMakeAPhoto) {
     OriginalStudio studio;
     for (const Arguments& options :
-         {Arguments{"-k"}, Arguments{"-g"}, Arguments{"--strength", "5"}, Arguments{"-y", "-k"}}) {
+         {Arguments{"-k"}, Arguments{"-g"}, Arguments("--strength 5"), Arguments("-y -k")}) {
         studio.expectSame(kImage, "photo2native", studio.map() + options + Arguments{"quilt.png"});
     }
-    studio.expectSame(kImage, "photo2native",
-                      studio.map() + Arguments{"-d", "quilt.png", "depth.png"});
+    studio.expectSame(kImage, "photo2native", studio.map() + Arguments("-d quilt.png depth.png"));
 }
 
 TEST(OriginalCommands, NetworksMakeAPhoto) {
     OriginalStudio studio;
-    const Outcome outcome = studio.run(kImage, Arguments{"-n", "none.onnx"} + studio.map() +
-                                                   Arguments{"quilt.png", "a.png"});
+    const Outcome outcome =
+        studio.run(kImage, Arguments("-n none.onnx") + studio.map() + Arguments("quilt.png a.png"));
     EXPECT_EQ(outcome.status, 1) << outcome.text();
     EXPECT_EQ(outcome.err.rfind("photo2native: error: none.onnx: ", 0), 0U) << outcome.text();
 }
@@ -84,41 +83,39 @@ TEST(OriginalCommands, WithoutArgumentsNoToolIsGuessed) {
 TEST(OriginalCommands, SwayingVideosOfPhotosAreThoseOfPhoto2native) {
     OriginalStudio studio;
     studio.expectSameWithVideo(studio.map(), "photo.png", "photo2native",
-                               studio.map() + kShort + Arguments{"-y", "--lg", "b.mp4"});
+                               studio.map() + kShort + Arguments("-y --lg b.mp4"));
     // an option of photos decides
     studio.expectSameWithVideo(studio.map() + Arguments{"-k"}, "collage.png", "photo2native",
-                               studio.map() + kShort + Arguments{"-yk", "--lg", "b.mp4"});
+                               studio.map() + kShort + Arguments("-yk --lg b.mp4"));
     fs::create_directory(studio / "in");
     fs::copy(studio / "photo.png", studio / "in/one.png");
-    EXPECT_EQ(
-        studio.run(kImage, studio.map() + kShort + Arguments{"--lg", "videos", "in", "out"}).status,
-        0);
+    EXPECT_EQ(studio.run(kImage, studio.map() + kShort + Arguments("--lg videos in out")).status,
+              0);
     EXPECT_TRUE(fs::exists(studio / "videos/one.mp4"));
 }
 
 TEST(OriginalCommands, SwayingVideosOfQuiltsAreThoseOfQuilt2native) {
     OriginalStudio studio;
     for (const Arguments& options :
-         {studio.map(), Arguments{"-m", "small.map"},
-          studio.display() + Arguments{"--sampling", "linear", "--view-filter=linear", "--size",
-                                       "64x32", "--fit", "cover"}}) {
+         {studio.map(), Arguments("-m small.map"),
+          studio.display() +
+              Arguments("--sampling linear --view-filter=linear --size 64x32 --fit cover")}) {
         studio.expectSameWithVideo(options, "collage.png", "quilt2native",
-                                   options + kShort + Arguments{"-y", "--lg", "b.mp4"});
+                                   options + kShort + Arguments("-y --lg b.mp4"));
     }
 }
 
 TEST(OriginalCommands, APictureOfTheQuiltsSizeIsAQuilt) {
     OriginalStudio studio;
     studio.expectSame(kImage, "quilt2native", studio.map() + Arguments{"collage.png"});
-    studio.expectSame(kImage, "quilt2native", {"-m", "small.map", "collage.png"});
+    studio.expectSame(kImage, "quilt2native", "-m small.map collage.png");
     studio.expectSame(kImage, "quilt2native", studio.display() + Arguments{"collage.png"});
-    studio.expectSame(kImage, "quilt2native",
-                      {"--map=small.map", "--quilt=2x3", "-v", "collage.png"});
+    studio.expectSame(kImage, "quilt2native", "--map=small.map --quilt=2x3 -v collage.png");
 }
 
 TEST(OriginalCommands, ANameCanSayQuilt) {
     OriginalStudio studio;
-    studio.expectSame(kImage, "quilt2native", {"-c", "small.json", "photo_qs3x2a0.75.png"});
+    studio.expectSame(kImage, "quilt2native", "-c small.json photo_qs3x2a0.75.png");
 }
 
 TEST(OriginalCommands, AnyOtherPictureIsAPhoto) {
@@ -135,7 +132,7 @@ TEST(OriginalCommands, TakeOddNames) {
     studio.expectSame(kImage, "photo2native", studio.map() + Arguments{"--", odd});
     studio.expectSame(kImage, "quilt2native", studio.map() + Arguments{"q" + odd});
     fs::rename(studio / "small.map", studio / "-k.map");
-    studio.expectSame(kImage, "quilt2native", {"-m", "-k.map", "collage.png"});
+    studio.expectSame(kImage, "quilt2native", "-m -k.map collage.png");
     fs::rename(studio / "views", studio / "my -h views");
     studio.expectSame("images2native", "views2native", studio.display() + Arguments{"my -h views"});
     fs::rename(studio / ("q" + odd), studio / ("-q" + odd));
@@ -155,7 +152,7 @@ TEST(OriginalCommands, VideosBecomeNativeVideos) {
     ffmpeg("-f lavfi -i testsrc2=size=60x80:rate=10:duration=0.5 '" +
            (studio / "flat.mp4").string() + "'");
     const Outcome outcome =
-        studio.run("altiro3Dvideo", studio.map() + Arguments{"-k", "flat.mp4", "native.mp4"});
+        studio.run("altiro3Dvideo", studio.map() + Arguments("-k flat.mp4 native.mp4"));
     EXPECT_EQ(outcome.status, 0) << outcome.text();
     EXPECT_EQ(ffprobe(studio / "native.mp4", "stream=width,height", "-select_streams v:0"),
               "96|128\n");
@@ -165,7 +162,7 @@ TEST(OriginalCommands, FailuresAreThoseOfTheTools) {
     OriginalStudio studio;
     for (const char* command : {kImage, "altiro3Dvideo", "images2native"}) {
         EXPECT_EQ(studio.run(command, {}).status, 2) << command;
-        EXPECT_EQ(studio.run(command, {"--nonsense", "a", "b.png"}).status, 2) << command;
+        EXPECT_EQ(studio.run(command, "--nonsense a b.png").status, 2) << command;
         const Outcome missing = studio.run(
             command,
             studio.map() +
@@ -173,7 +170,7 @@ TEST(OriginalCommands, FailuresAreThoseOfTheTools) {
         EXPECT_EQ(missing.status, 1) << missing.text();
         EXPECT_EQ(missing.errLines().size(), 1U) << missing.text();
         EXPECT_TRUE(holds(missing.err, ": error: none: "));
-        const Outcome help = studio.run(command, {"--help"});
+        const Outcome help = studio.run(command, "--help");
         EXPECT_TRUE(isDone(help));
         EXPECT_EQ(help.out.rfind("Usage: " + std::string(command) + " ", 0), 0U) << help.text();
     }
@@ -182,13 +179,13 @@ TEST(OriginalCommands, FailuresAreThoseOfTheTools) {
 TEST(OriginalCommands, AnswerInTheirOwnNames) {
     Sandbox studio;
     for (const char* command : {kImage, "altiro3Dvideo", "images2native"}) {
-        const std::string version = studio.run("photo2native", {"--version"}).out;
-        const Outcome outcome = studio.run(command, {"--version"});
+        const std::string version = studio.run("photo2native", "--version").out;
+        const Outcome outcome = studio.run(command, "--version");
         EXPECT_TRUE(isDone(outcome));
         EXPECT_EQ(outcome.out, command + version.substr(version.find(' ')));
         // made when the commands are built
-        EXPECT_TRUE(fails(studio.run(command, {"--help-man"}), 2, "Unknown option 'help-man'"));
-        EXPECT_TRUE(fails(studio.run(command, {"--help-completion", "bash"}), 2,
+        EXPECT_TRUE(fails(studio.run(command, "--help-man"), 2, "Unknown option 'help-man'"));
+        EXPECT_TRUE(fails(studio.run(command, "--help-completion bash"), 2,
                           "Unknown option 'help-completion'"));
     }
 }

@@ -28,7 +28,7 @@ TEST_P(OutputsOf, ExistingFilesAreReplacedOnlyWithY) {
     spill(studio_ / output("a"), "precious");
     EXPECT_TRUE(fails(good(output("a")), 1, output("a") + ": exists"));
     EXPECT_EQ(slurp(studio_ / output("a")), "precious");
-    EXPECT_TRUE(isDone(good(output("a"), {"-y"})));
+    EXPECT_TRUE(isDone(good(output("a"), "-y")));
     EXPECT_TRUE(isDone(good(output("b"))));
     EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
 }
@@ -54,7 +54,7 @@ TEST_P(OutputsOf, AnInputIsNeverReplaced) {
         names.push_back((studio_ / input).string());
     }
     for (const std::string& name : names) {
-        EXPECT_TRUE(fails(good(name, {"-y"}), 2, "is also an input"));
+        EXPECT_TRUE(fails(good(name, "-y"), 2, "is also an input"));
         EXPECT_EQ(slurp(studio_ / input), before);
     }
 }
@@ -65,7 +65,7 @@ TEST_P(OutputsOf, AnInputThatIsALinkIsNeverReplacedEither) {
     fs::rename(input, target);
     fs::create_symlink(target, input);
     const std::string before = slurp(target);
-    EXPECT_TRUE(fails(good(output("target"), {"-y"}), 2, "is also an input"));
+    EXPECT_TRUE(fails(good(output("target"), "-y"), 2, "is also an input"));
     EXPECT_EQ(slurp(target), before);
 }
 
@@ -74,7 +74,7 @@ TEST_P(OutputsOf, ALinkIsFollowedAndStays) {
     spill(studio_ / output("store/real"), "old");
     fs::create_symlink(output("store/real"), studio_ / output("link"));
     EXPECT_TRUE(fails(good(output("link")), 1, "exists"));
-    EXPECT_TRUE(isDone(good(output("link"), {"-y"})));
+    EXPECT_TRUE(isDone(good(output("link"), "-y")));
     EXPECT_TRUE(fs::is_symlink(studio_ / output("link")));
     EXPECT_TRUE(isDone(good(output("plain"))));
     EXPECT_EQ(slurp(studio_ / output("store/real")), slurp(studio_ / output("plain")));
@@ -92,7 +92,7 @@ TEST_P(OutputsOf, AFullDiskIsAnErrorAndTheDeviceStays) {
     const bool video = tool() == "quilt2video" || tool() == "video2native";
     const char* const problem = video ? ": is a device or pipe" : ": cannot be written";
     EXPECT_TRUE(fails(good(output("full")), 1, output("full") + problem));
-    EXPECT_TRUE(fails(good(output("full"), {"-y"}), 1, video ? problem : "No space left"));
+    EXPECT_TRUE(fails(good(output("full"), "-y"), 1, video ? problem : "No space left"));
     EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
@@ -118,13 +118,13 @@ TEST_P(OutputsOf, AFailedRunLeavesWhatWasThere) {
     spill(studio_ / output("a"), "precious");
     const std::string input = tool() == "views2native" ? "views/view0.png" : anInput();
     spill(studio_ / input, "broken");
-    EXPECT_TRUE(fails(good(output("a"), {"-y"}), 1, input));
+    EXPECT_TRUE(fails(good(output("a"), "-y"), 1, input));
     EXPECT_EQ(slurp(studio_ / output("a")), "precious");
     EXPECT_TRUE(fails(good(output("b")), 1, input));
     EXPECT_FALSE(fs::exists(studio_ / output("b")));
     fs::remove_all(studio_ / input);
     if (tool() == "views2native") fs::remove_all(studio_ / "views");
-    EXPECT_TRUE(fails(good(output("a"), {"-y"}), 1, "does not exist"));
+    EXPECT_TRUE(fails(good(output("a"), "-y"), 1, "does not exist"));
     EXPECT_EQ(slurp(studio_ / output("a")), "precious");
 }
 
@@ -174,28 +174,25 @@ TEST_F(Outputs, ADirectoryIsNoOutputFile) {
 TEST_F(Outputs, CalibrationAndMapAreInputsHoweverTheyWereFound) {
     fs::rename(studio_ / "small.json", studio_ / "visual.json");
     const std::string before = slurp(studio_ / "visual.json");
-    const Arguments photo{"-q", "2x3",       "-r",        "40x30", "-y",
-                          "-d", "photo.png", "depth.png", "a.png"};
-    EXPECT_TRUE(fails(run(Arguments{"--report", "visual.json"} + photo), 2, "is also an input"));
+    const Arguments photo("-q 2x3 -r 40x30 -y -d photo.png depth.png a.png");
+    EXPECT_TRUE(fails(run(Arguments("--report visual.json") + photo), 2, "is also an input"));
     studio_.set("LKG_CALIBRATION", (studio_ / "visual.json").string());
-    EXPECT_TRUE(fails(run(Arguments{"--report", "./visual.json"} + photo), 2, "is also an input"));
+    EXPECT_TRUE(fails(run(Arguments("--report ./visual.json") + photo), 2, "is also an input"));
     EXPECT_EQ(slurp(studio_ / "visual.json"), before);
     fs::create_hard_link(studio_ / "visual.json", studio_ / "calibration.png");
-    EXPECT_TRUE(
-        fails(studio_.run("quilt2native", {"-q", "2x3", "-y", "quilt.png", "calibration.png"}), 2,
-              "is also an input"));
-    EXPECT_TRUE(fails(studio_.run("views2native", {"-q", "2x3", "-y", "views", "calibration.png"}),
-                      2, "is also an input"));
+    EXPECT_TRUE(fails(studio_.run("quilt2native", "-q 2x3 -y quilt.png calibration.png"), 2,
+                      "is also an input"));
+    EXPECT_TRUE(fails(studio_.run("views2native", "-q 2x3 -y views calibration.png"), 2,
+                      "is also an input"));
     EXPECT_EQ(slurp(studio_ / "visual.json"), before);
 }
 
 TEST_F(Outputs, NoTwoOutputsAreOneFile) {
     const Arguments photo =
-        Arguments{"-y"} + studio_.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+        Arguments{"-y"} + studio_.display() + Arguments("-d photo.png depth.png a.png");
     for (const Arguments& more :
-         {Arguments{"--save-depth", "a.png"}, Arguments{"--save-rgbd", "./a.png"},
-          Arguments{"--report", "a.png"},
-          Arguments{"--save-depth", "b.png", "--save-rgbd", "b.png"}}) {
+         {Arguments("--save-depth a.png"), Arguments("--save-rgbd ./a.png"),
+          Arguments("--report a.png"), Arguments("--save-depth b.png --save-rgbd b.png")}) {
         EXPECT_TRUE(fails(run(more + photo), 2, "is written twice"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
@@ -210,10 +207,10 @@ TEST_F(Outputs, WrongUsageMakesNoDirectories) {
     };
     const Case cases[] = {
         {{}, "photo.png", 2, "is written twice"},
-        {{"--sampling", "x"}, "quilt.png", 2, "--sampling is \"x\""},
-        {{"--depth-kind", "metric"}, "quilt.png", 2, "--depth-kind describes given depth"},
-        {{"--rgbd", "up"}, "quilt.png", 2, "--rgbd is \"up\""},
-        {{"-n", "nothere.onnx"}, "quilt.png", 1, "nothere.onnx: does not exist"}};
+        {"--sampling x", "quilt.png", 2, "--sampling is \"x\""},
+        {"--depth-kind metric", "quilt.png", 2, "--depth-kind describes given depth"},
+        {"--rgbd up", "quilt.png", 2, "--rgbd is \"up\""},
+        {"-n nothere.onnx", "quilt.png", 1, "nothere.onnx: does not exist"}};
     for (const auto& [options, other, status, sentence] : cases) {
         EXPECT_TRUE(
             fails(convert(options + Arguments{"photo.png", other, "out"}), status, sentence));
@@ -232,22 +229,21 @@ TEST_F(Outputs, SeveralPhotosNeedDirectoriesForAllTheirOutputs) {
 }
 
 TEST_F(Outputs, AllExistingOutputsAreChecked) {
-    const Arguments call = studio_.display() + Arguments{"-d", "photo.png", "depth.png", "a.png"};
+    const Arguments call = studio_.display() + Arguments("-d photo.png depth.png a.png");
     spill(studio_ / "b.png", "precious");
     spill(studio_ / "b_qs3x2a0.75.png", "precious");
     fs::create_directory(studio_ / "v");
     spill(studio_ / "v/view_3.png", "precious");
-    for (const Arguments& more :
-         {Arguments{"--save-depth", "b.png"}, Arguments{"--save-rgbd", "b.png"},
-          Arguments{"--save-quilt", "b.png"}, Arguments{"--report", "b.png"},
-          Arguments{"--save-views", "v"}}) {
+    for (const Arguments& more : {Arguments("--save-depth b.png"), Arguments("--save-rgbd b.png"),
+                                  Arguments("--save-quilt b.png"), Arguments("--report b.png"),
+                                  Arguments("--save-views v")}) {
         EXPECT_TRUE(fails(run(more + call), 1, "exists"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
     EXPECT_EQ(slurp(studio_ / "v/view_3.png"), "precious");
     spill(studio_ / "c_qs3x2a0.75.png", "precious");
-    EXPECT_TRUE(fails(studio_.convert("views2native", {"--save-quilt", "c.png", "views", "a.png"}),
-                      1, "exists"));
+    EXPECT_TRUE(
+        fails(studio_.convert("views2native", "--save-quilt c.png views a.png"), 1, "exists"));
 }
 
 } // namespace altiro3D::test

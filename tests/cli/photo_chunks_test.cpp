@@ -38,24 +38,23 @@ class PhotoStudio : public SmallStudio {
         spill(*this / "in/clip.mp4", "a video");
     }
     Arguments options() const {
-        return display() +
-               Arguments{"-j", "2", "--save-quilt", "q", "--save-views", "v", "--report", "r.json"};
+        return display() + Arguments("-j 2 --save-quilt q --save-views v --report r.json");
     }
     Outcome plan(const Arguments& more = {}) const {
-        return run(kTool, Arguments{"--plan", "plan", "--chunk-photos", "2"} + options() + more +
-                              Arguments{"in", "out"});
+        return run(kTool, Arguments("--plan plan --chunk-photos 2") + options() + more +
+                              Arguments("in out"));
     }
     Outcome chunk(int number) const {
         return run(kTool, {"--chunk", std::to_string(number), "plan"});
     }
-    Outcome join() const { return run(kTool, {"--join", "plan"}); }
+    Outcome join() const { return run(kTool, "--join plan"); }
     void makeAll() const {
         for (int number = 1; number <= kChunks; ++number)
             EXPECT_EQ(chunk(number).status, 0);
     }
     // "1 of 4 chunks made"
     ::testing::AssertionResult hasMade(int count) const {
-        const std::string said = run("altiro3Dcluster", {"--status", "plan"}).out;
+        const std::string said = run("altiro3Dcluster", "--status plan").out;
         if (said.find(std::to_string(count) + " of 4 chunks made") != std::string::npos)
             return ::testing::AssertionSuccess();
         return ::testing::AssertionFailure() << said;
@@ -77,7 +76,7 @@ class PhotoStudio : public SmallStudio {
 // The bytes of one run with the same options.
 std::map<std::string, std::string> outputsOfOneRun() {
     const PhotoStudio one;
-    const Outcome whole = one.run(kTool, one.options() + Arguments{"in", "out"});
+    const Outcome whole = one.run(kTool, one.options() + Arguments("in out"));
     EXPECT_EQ(whole.status, 1) << whole.text(); // of the broken photo
     EXPECT_EQ(one.outputs().size(), 5U * (2 + 6));
     return one.outputs();
@@ -85,9 +84,7 @@ std::map<std::string, std::string> outputsOfOneRun() {
 
 TEST(PhotoChunks, OutputsAreThoseOfOneRunAndTheJoinNamesWhatFailed) {
     const PhotoStudio studio;
-    const Outcome planned = studio.plan();
-    ASSERT_TRUE(isDone(planned));
-    EXPECT_TRUE(holds(planned.out, "plan: 4 chunks, 7 photos"));
+    EXPECT_TRUE(says(studio.plan(), "plan: 4 chunks, 7 photos"));
     EXPECT_TRUE(studio.outputs().empty());
     for (const int number : {4, 3, 1})
         EXPECT_TRUE(isDone(studio.chunk(number)));
@@ -112,8 +109,7 @@ TEST(PhotoChunks, OutputsAreThoseOfOneRunAndTheJoinNamesWhatFailed) {
     // again
     const auto time = fs::last_write_time(studio / "out/c_native.png");
     const Outcome again = studio.chunk(2);
-    EXPECT_TRUE(isDone(again));
-    EXPECT_TRUE(holds(again.out, "chunk 2 is made already"));
+    EXPECT_TRUE(says(again, "chunk 2 is made already"));
     EXPECT_TRUE(isDone(studio.plan()));
     EXPECT_TRUE(studio.hasMade(4));
     writeImage(studio / "in/b.png", madePhoto(40, 50)); // the join tries what failed again
@@ -125,12 +121,11 @@ TEST(PhotoChunks, OutputsAreThoseOfOneRunAndTheJoinNamesWhatFailed) {
 TEST(PhotoChunks, ChunksTakeTheFolderAndTheCalibrationOfThePlan) {
     const PhotoStudio studio;
     fs::rename(studio / "small.json", studio / "visual.json"); // found without -c
-    const Arguments call{"-q", "2x3", "-r", "40x30"};
-    EXPECT_EQ(studio.run(kTool, call + Arguments{"in", "out"}).status, 1);
+    const Arguments call("-q 2x3 -r 40x30");
+    EXPECT_EQ(studio.run(kTool, call + Arguments("in out")).status, 1);
     const auto whole = studio.outputs();
     fs::remove_all(studio / "out");
-    ASSERT_TRUE(
-        isDone(studio.run(kTool, Arguments{"--plan", "plan"} + call + Arguments{"in", "out"})));
+    ASSERT_TRUE(isDone(studio.run(kTool, Arguments("--plan plan") + call + Arguments("in out"))));
     fs::remove(studio / "visual.json");
     fs::create_directory(studio / "elsewhere");
     studio.run("/bin/sh",
@@ -143,8 +138,8 @@ TEST(PhotoChunks, AKilledChunkContinues) {
     const PhotoStudio studio;
     for (int i = 0; i < 20; ++i)
         writeImage(studio / ("in/m" + std::to_string(i) + ".png"), madePhoto(600, 800));
-    ASSERT_TRUE(isDone(studio.plan({"--chunk-photos", "100"})));
-    const Outcome killed = studio.run(kTool, {"--chunk", "1", "plan"}, SIGKILL,
+    ASSERT_TRUE(isDone(studio.plan("--chunk-photos 100")));
+    const Outcome killed = studio.run(kTool, "--chunk 1 plan", SIGKILL,
                                       [&] { return fs::exists(studio / "out/m1_native.png"); });
     ASSERT_EQ(killed.status, 128 + SIGKILL);
     EXPECT_TRUE(fails(studio.join(), 1, "has no chunk 1 yet"));
@@ -153,7 +148,7 @@ TEST(PhotoChunks, AKilledChunkContinues) {
     EXPECT_EQ(fs::last_write_time(studio / "out/c_native.png"), time);
     EXPECT_EQ(studio.join().status, 1);
     const auto made = studio.outputs();
-    EXPECT_EQ(studio.run(kTool, studio.options() + Arguments{"-y", "in", "out"}).status, 1);
+    EXPECT_EQ(studio.run(kTool, studio.options() + Arguments("-y in out")).status, 1);
     EXPECT_TRUE(studio.outputs() == made);
 }
 
@@ -176,8 +171,7 @@ TEST(PhotoChunks, AnotherRunIsRefused) {
     const PhotoStudio studio;
     const std::string calibration = slurp(studio / "small.json");
     ASSERT_TRUE(isDone(studio.plan()));
-    for (const Arguments& other :
-         {Arguments{"--strength", "3"}, {"--chunk-photos", "3"}, {"-j", "1"}})
+    for (const Arguments& other : {Arguments("--strength 3"), {"--chunk-photos", "3"}, {"-j", "1"}})
         EXPECT_TRUE(
             fails(studio.plan(other), 1, "holds a plan of another run, expected a new folder"));
     writeCalibration(studio / "small.json", {96, 128}, 51);
@@ -219,8 +213,7 @@ TEST(PhotoChunks, WhatIsMissingIsMadeAgainAndDamageIsNamed) {
 
 TEST(PhotoChunks, AFullDiskIsNotTheFaultOfThePhoto) {
     PhotoStudio studio;
-    ASSERT_TRUE(isDone(
-        studio.convert(kTool, {"--plan", "plan", "--chunk-photos", "1", "-j", "2", "in", "out"})));
+    ASSERT_TRUE(isDone(studio.convert(kTool, "--plan plan --chunk-photos 1 -j 2 in out")));
     studio.limitFiles(4000);
     EXPECT_TRUE(fails(studio.chunk(1), 1, "_native.png: "));
     EXPECT_FALSE(fs::exists(studio / "plan/chunks/1"));
@@ -235,10 +228,10 @@ TEST(PhotoChunks, ExistingOutputsAreReplacedOnlyWithConsent) {
     spill(studio / "out/c_native.png", "mine");
     EXPECT_TRUE(fails(studio.plan(), 1, "out/c_native.png: exists"));
     EXPECT_FALSE(fs::exists(studio / "plan"));
-    ASSERT_TRUE(isDone(studio.plan({"-y"})));
+    ASSERT_TRUE(isDone(studio.plan("-y")));
     studio.makeAll();
     spill(studio / "out/c_native.png", "mine");
-    ASSERT_TRUE(isDone(studio.plan({"-y"}))); // from the beginning
+    ASSERT_TRUE(isDone(studio.plan("-y"))); // from the beginning
     EXPECT_TRUE(studio.hasMade(0));
     studio.makeAll();
     EXPECT_TRUE(studio.outputs() == outputsOfOneRun());
@@ -250,7 +243,7 @@ TEST(PhotoChunks, AJoinThatReplacesFilesDoesNotTakeOldOnesForMade) {
     studio.makeAll();
     EXPECT_EQ(studio.join().status, 1);           // b.png is broken
     spill(studio / "in/c.png", "broken as well"); // and its Native is there
-    ASSERT_TRUE(isDone(studio.plan({"-y"})));
+    ASSERT_TRUE(isDone(studio.plan("-y")));
     studio.makeAll();
     const Outcome joined = studio.join();
     EXPECT_EQ(joined.status, 1);
@@ -261,21 +254,19 @@ TEST(PhotoChunks, AJoinThatReplacesFilesDoesNotTakeOldOnesForMade) {
 TEST(PhotoChunks, WrongCallsAreRefused) {
     const PhotoStudio studio;
     const auto call = [&](const Arguments& arguments) { return studio.run(kTool, arguments); };
-    EXPECT_TRUE(fails(call({"--chunk", "1", "nowhere"}), 1, "nowhere: holds no plan"));
-    EXPECT_TRUE(fails(call({"--join", "nowhere"}), 1, "nowhere: holds no plan"));
-    EXPECT_TRUE(fails(call({"--chunk", "1"}), 2, "expected --chunk K PLAN"));
-    EXPECT_TRUE(fails(call({"--chunk", "0", "plan"}), 2, "--chunk"));
-    EXPECT_TRUE(fails(call({"--join", "plan", "out"}), 2, "expected --join PLAN"));
-    EXPECT_TRUE(fails(call({"--chunk", "1", "-k", "plan"}), 2, "expected no -k"));
-    EXPECT_TRUE(fails(call({"--chunk-photos", "9", "in", "out"}), 2, "--plan"));
-    EXPECT_TRUE(fails(studio.plan({"--chunk-photos", "0"}), 2, "--chunk-photos"));
-    EXPECT_TRUE(fails(studio.plan({"--budget", "40"}), 2, "--budget"));
-    EXPECT_TRUE(fails(studio.plan({"--join", "plan"}), 2, "--join"));
-    EXPECT_TRUE(
-        fails(call(Arguments{"--plan", "plan", "photo.png", "a.png"}), 2, "several photos"));
-    EXPECT_TRUE(
-        fails(call(Arguments{"--plan", "views"} + studio.options() + Arguments{"in", "out"}), 1,
-              "views: holds other files"));
+    EXPECT_TRUE(fails(call("--chunk 1 nowhere"), 1, "nowhere: holds no plan"));
+    EXPECT_TRUE(fails(call("--join nowhere"), 1, "nowhere: holds no plan"));
+    EXPECT_TRUE(fails(call("--chunk 1"), 2, "expected --chunk K PLAN"));
+    EXPECT_TRUE(fails(call("--chunk 0 plan"), 2, "--chunk"));
+    EXPECT_TRUE(fails(call("--join plan out"), 2, "expected --join PLAN"));
+    EXPECT_TRUE(fails(call("--chunk 1 -k plan"), 2, "expected no -k"));
+    EXPECT_TRUE(fails(call("--chunk-photos 9 in out"), 2, "--plan"));
+    EXPECT_TRUE(fails(studio.plan("--chunk-photos 0"), 2, "--chunk-photos"));
+    EXPECT_TRUE(fails(studio.plan("--budget 40"), 2, "--budget"));
+    EXPECT_TRUE(fails(studio.plan("--join plan"), 2, "--join"));
+    EXPECT_TRUE(fails(call(Arguments("--plan plan photo.png a.png")), 2, "several photos"));
+    EXPECT_TRUE(fails(call(Arguments("--plan views") + studio.options() + Arguments("in out")), 1,
+                      "views: holds other files"));
     ASSERT_TRUE(isDone(studio.plan()));
     EXPECT_TRUE(fails(studio.chunk(99), 1, "chunk: is 99, expected 1..4"));
 }

@@ -3,6 +3,8 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/video_io.hpp"
+#include "support/texts.hpp"
 #include "support/tiny_network.hpp"
 
 #include <algorithm>
@@ -25,7 +27,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // A short video out of a quilt.
-const Arguments kSway{"-q", "2x3", "--seconds", "0.2", "--turns", "1", "--fps", "20"};
+const Arguments kSway("-q 2x3 --seconds 0.2 --turns 1 --fps 20");
 
 constexpr unsigned kTimeLimitSeconds = 300; // also under sanitizers on a busy machine
 
@@ -59,22 +61,13 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
 
 fs::path toolPath(const std::string& tool) {
     if (fs::path(tool).is_absolute()) return tool;
-    if (tool == "altiro3Dnative") return ALTIRO3D_TOOL_ALTIRO3DNATIVE;
-    if (tool == "photo2native") return ALTIRO3D_TOOL_PHOTO2NATIVE;
-    if (tool == "quilt2native") return ALTIRO3D_TOOL_QUILT2NATIVE;
-    if (tool == "quilt2video") return ALTIRO3D_TOOL_QUILT2VIDEO;
-    if (tool == "video2native") return ALTIRO3D_TOOL_VIDEO2NATIVE;
-    if (tool == "views2native") return ALTIRO3D_TOOL_VIEWS2NATIVE;
-    if (tool == "native2view") return ALTIRO3D_TOOL_NATIVE2VIEW;
-    if (tool == "altiro3Dcluster") return ALTIRO3D_TOOL_ALTIRO3DCLUSTER;
-    if (tool == "altiro3Dtradeoff") return ALTIRO3D_TOOL_ALTIRO3DTRADEOFF;
-    if (tool == "altiro3Dimage" || tool == "altiro3Dvideo" || tool == "images2native") {
-        return fs::path(ALTIRO3D_TOOL_PHOTO2NATIVE).replace_filename(tool); // a script
-    }
-#ifdef ALTIRO3D_TOOL_ALTIRO3DVIEW
-    if (tool == "altiro3Dview") return ALTIRO3D_TOOL_ALTIRO3DVIEW;
-#endif
-    throw std::invalid_argument("unknown tool " + tool);
+    return fs::path(ALTIRO3D_TOOLS) / tool;
+}
+
+Arguments::Arguments(const char* typed) {
+    std::istringstream words(typed);
+    for (std::string word; words >> word;)
+        push_back(word);
 }
 
 Arguments operator+(Arguments first, const Arguments& second) {
@@ -103,6 +96,11 @@ std::string Outcome::text() const {
         return ::testing::AssertionSuccess();
     }
     return ::testing::AssertionFailure() << outcome.text();
+}
+
+::testing::AssertionResult says(const Outcome& outcome, const std::string& part) {
+    const ::testing::AssertionResult done = isDone(outcome);
+    return done ? holds(outcome.out, part) : done;
 }
 
 ::testing::AssertionResult warns(const Outcome& outcome, const std::string& part) {
@@ -209,6 +207,18 @@ void writeCalibration(const fs::path& file, cv::Size panel, double pitch,
     spill(file, text.str());
 }
 
+void writeLossless(const fs::path& file, const std::vector<cv::Mat>& pictures) {
+    VideoWriterOptions options;
+    options.size = pictures.front().size();
+    options.codec = VideoCodec::Ffv1;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    VideoWriter writer(file, options);
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+        writer.write({pictures[i], static_cast<std::int64_t>(i), 1});
+    writer.finish();
+}
+
 cv::Mat madePhoto(int cols, int rows) {
     cv::Mat photo(rows, cols, CV_8UC3);
     cv::RNG random(7); // the same picture every time
@@ -249,6 +259,10 @@ SmallStudio::SmallStudio() {
         const cv::Rect tile(i % 3 * 30, (1 - i / 3) * 40, 30, 40);
         writeImage(*this / ("views/view" + std::to_string(i) + ".png"), quilt(tile));
     }
+}
+
+void SmallStudio::makeMap(const std::string& name) const {
+    EXPECT_TRUE(isDone(run("altiro3Dnative", goodCall("altiro3Dnative", name))));
 }
 
 void SmallStudio::makeClip() const {
@@ -293,7 +307,7 @@ std::string outputName(const std::string& tool, const std::string& stem) {
 }
 
 bool ToolTest::takes(const std::string& option) const {
-    const std::string help = studio_.run(tool(), {"--help-all"}).out;
+    const std::string help = studio_.run(tool(), "--help-all").out;
     for (const char end : {' ', ','})
         if (help.find("\n  " + option + end) != std::string::npos) return true;
     return false;

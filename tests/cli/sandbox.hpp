@@ -17,7 +17,12 @@
 
 namespace altiro3D::test {
 
-using Arguments = std::vector<std::string>;
+/// The arguments of a call: one by one, or as they are typed, with blanks between them.
+struct Arguments : std::vector<std::string> {
+    using std::vector<std::string>::vector;
+    Arguments(const std::vector<std::string>& words) : std::vector<std::string>(words) {}
+    Arguments(const char* typed);
+};
 
 /// Several lists of arguments, one after the other.
 Arguments operator+(Arguments first, const Arguments& second);
@@ -38,6 +43,8 @@ struct Outcome {
 
 /// Success without a word on standard error.
 ::testing::AssertionResult isDone(const Outcome& outcome);
+/// Success without a word on standard error, and `part` on standard output.
+::testing::AssertionResult says(const Outcome& outcome, const std::string& part);
 /// Success with one warning, which holds `part`.
 ::testing::AssertionResult warns(const Outcome& outcome, const std::string& part);
 /// This exit status, one line on standard error, `tool: error: ...`, which holds `part`, and no
@@ -93,6 +100,9 @@ class Sandbox {
 void writeCalibration(const std::filesystem::path& file, cv::Size panel = {96, 128},
                       double pitch = 52.58, const std::string& serial = "TEST-1");
 
+/// Writes pictures as a video without loss, 25 per second.
+void writeLossless(const std::filesystem::path& file, const std::vector<cv::Mat>& pictures);
+
 /// A picture of smooth colours and fine detail. [rows x cols, CV_8UC3, BGR]
 cv::Mat madePhoto(int cols, int rows);
 /// A near box in front of a far ramp. [rows x cols, CV_16UC1, near = white]
@@ -111,6 +121,8 @@ class SmallStudio : public Sandbox {
     Outcome convert(const std::string& tool, const Arguments& arguments) const {
         return run(tool, display() + arguments);
     }
+    /// Makes a look-up table for that display.
+    void makeMap(const std::string& name = "a.map") const;
     /// Makes clip.mp4, which video2native reads.
     void makeClip() const;
     /// The arguments of a run that succeeds and writes one file.

@@ -43,8 +43,8 @@ class VideoStudio : public SmallStudio {
     }
 
     Outcome photo(const Arguments& more) const {
-        return run("photo2native", display() + kShort + more +
-                                       Arguments{"-d", "photo.png", "depth.png", "native.png"});
+        return run("photo2native",
+                   display() + kShort + more + Arguments("-d photo.png depth.png native.png"));
     }
     Outcome quilt(const Arguments& more) const { return run("quilt2video", kShort + more); }
 
@@ -86,9 +86,7 @@ TEST(SwayingVideo, OfAPhotoSwingsThroughItsViews) {
     const VideoStudio studio;
     EXPECT_TRUE(isDone(studio.run("photo2native", studio.goodCall("photo2native", "native.png"))));
     const std::string native = slurp(studio / "native.png");
-    const Outcome outcome = studio.photo({"-y", "--lg", "a.mp4"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(holds(outcome.out, "a.mp4: video, 90 x 120 px, 24 frames, 0.8 s"));
+    EXPECT_TRUE(says(studio.photo("-y --lg a.mp4"), "a.mp4: video, 90 x 120 px, 24 frames, 0.8 s"));
     EXPECT_TRUE(slurp(studio / "native.png") == native);
     expectViews(studio / "a.mp4", studio.views({90, 120}));
 }
@@ -96,13 +94,13 @@ TEST(SwayingVideo, OfAPhotoSwingsThroughItsViews) {
 TEST(SwayingVideo, PlaysEverywhere) {
     ALTIRO3D_REQUIRE_FFMPEG();
     const VideoStudio studio;
-    EXPECT_TRUE(isDone(studio.photo({"--lg", "a.mp4", "--fps", "25", "--seconds", "2"})));
+    EXPECT_TRUE(isDone(studio.photo("--lg a.mp4 --fps 25 --seconds 2")));
     EXPECT_EQ(lines(ffprobe(studio / "a.mp4",
                             "stream=codec_name,profile,width,height,pix_fmt,r_frame_rate,"
                             "avg_frame_rate,start_time,duration,nb_read_frames",
                             "-count_frames")),
               lines("h264|High|90|120|yuv420p|25/1|25/1|0.000000|4.160000|104"));
-    EXPECT_TRUE(isDone(studio.photo({"-y", "--lg", "b.mp4", "--fps", "29.97"})));
+    EXPECT_TRUE(isDone(studio.photo("-y --lg b.mp4 --fps 29.97")));
     EXPECT_EQ(
         lines(ffprobe(studio / "b.mp4", "stream=r_frame_rate,nb_read_frames", "-count_frames")),
         lines("30000/1001|24"));
@@ -112,20 +110,20 @@ TEST(SwayingVideo, KnowsAllOptionsOfThePhoto) {
     const VideoStudio studio;
     ViewOptions real;
     real.method = ViewMethod::Real;
-    EXPECT_TRUE(isDone(studio.photo({"-g", "--looking", "g.mp4"})));
+    EXPECT_TRUE(isDone(studio.photo("-g --looking g.mp4")));
     expectViews(studio / "g.mp4", studio.views({90, 120}, real));
     ViewOptions strong;
     strong.strengthPercent = 25;
     strong.focus = 0.2;
-    EXPECT_TRUE(isDone(studio.photo({"-y", "-k", "--continuous", "--strength", "25", "--focus",
-                                     "0.2", "--lg", "k.mp4", "--save-depth", "d.png"})));
+    EXPECT_TRUE(isDone(studio.photo(
+        "-y -k --continuous --strength 25 --focus 0.2 --lg k.mp4 --save-depth d.png")));
     expectViews(studio / "k.mp4", studio.views({90, 120}, strong));
-    EXPECT_TRUE(isDone(studio.photo({"-y", "--size", "60x64", "--lg", "s.mkv"})));
+    EXPECT_TRUE(isDone(studio.photo("-y --size 60x64 --lg s.mkv")));
     expectViews(studio / "s.mkv", studio.views({60, 64}));
     // estimated depth, and a photo with odd sides
     writeImage(studio / "odd.png", movingPicture({91, 67}, 4));
-    EXPECT_TRUE(isDone(studio.convert(
-        "photo2native", kShort + Arguments{"--lg", "odd.mp4", "odd.png", "odd_native.png"})));
+    EXPECT_TRUE(isDone(
+        studio.convert("photo2native", kShort + Arguments("--lg odd.mp4 odd.png odd_native.png"))));
     EXPECT_EQ(framesOf(studio / "odd.mp4").at(0).size(), cv::Size(90, 66));
     EXPECT_GT(cv::PSNR(framesOf(studio / "odd.mp4").at(0),
                        readBack(studio / "odd.png")(cv::Rect(0, 0, 90, 66))),
@@ -134,7 +132,7 @@ TEST(SwayingVideo, KnowsAllOptionsOfThePhoto) {
 
 TEST(SwayingVideo, IsInTheReport) {
     const VideoStudio studio;
-    EXPECT_TRUE(isDone(studio.photo({"--lg", "a.mp4", "--report", "r.json"})));
+    EXPECT_TRUE(isDone(studio.photo("--lg a.mp4 --report r.json")));
     const Json report = studio.json("r.json");
     EXPECT_EQ(report["settings"]["video"]["secondsPerTurn"], 0.4);
     EXPECT_EQ(report["settings"]["video"]["turns"], 2);
@@ -142,8 +140,7 @@ TEST(SwayingVideo, IsInTheReport) {
     const Json expected = {{"file", "a.mp4"}, {"width", 90}, {"height", 120}, {"frames", 24}};
     EXPECT_EQ(report["pictures"][0]["video"], expected);
     EXPECT_TRUE(report["pictures"][0]["milliseconds"].contains("video"));
-    EXPECT_TRUE(isDone(
-        studio.convert("photo2native", {"-y", "--report", "r.json", "photo.png", "native.png"})));
+    EXPECT_TRUE(isDone(studio.convert("photo2native", "-y --report r.json photo.png native.png")));
     EXPECT_FALSE(studio.json("r.json")["settings"].contains("video"));
 }
 
@@ -152,7 +149,7 @@ TEST(SwayingVideo, OfSeveralPhotosGoIntoADirectory) {
     fs::create_directory(studio / "in");
     fs::copy(studio / "photo.png", studio / "in/one.png");
     fs::copy(studio / "photo.png", studio / "in/two.png");
-    const Arguments call = studio.display() + kShort + Arguments{"--lg", "videos", "in", "out"};
+    const Arguments call = studio.display() + kShort + Arguments("--lg videos in out");
     EXPECT_TRUE(isDone(studio.run("photo2native", call)));
     for (const char* name : {"one", "two"}) {
         EXPECT_EQ(framesOf(studio / ("videos/" + std::string(name) + ".mp4")).size(), 24U);
@@ -170,10 +167,10 @@ TEST(SwayingVideo, OfSeveralPhotosGoIntoADirectory) {
 
 TEST(SwayingVideo, ItsOptionsNeedIt) {
     const VideoStudio studio;
-    for (const Arguments& option : {Arguments{"--seconds", "1"}, Arguments{"--turns", "1"},
-                                    Arguments{"--fps", "25"}, Arguments{"--size", "64x64"}}) {
-        EXPECT_TRUE(fails(studio.convert("photo2native", option + Arguments{"photo.png", "a.png"}),
-                          2, "expected --lg with them"));
+    for (const Arguments& option : {Arguments("--seconds 1"), Arguments("--turns 1"),
+                                    Arguments("--fps 25"), Arguments("--size 64x64")}) {
+        EXPECT_TRUE(fails(studio.convert("photo2native", option + Arguments("photo.png a.png")), 2,
+                          "expected --lg with them"));
     }
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
@@ -183,23 +180,23 @@ TEST(SwayingVideo, OfAPhotoThatCannotBeWrittenFailsBeforeAnyWork) {
     spill(studio / "precious.mp4", "precious");
     fs::create_symlink("photo.png", studio / "link.mp4");
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
-        {{"--lg", "a.gif"}, {2, "a.gif: no video format has this extension"}},
-        {{"--lg", "a"}, {2, "expected .mp4"}},
+        {"--lg a.gif", {2, "a.gif: no video format has this extension"}},
+        {"--lg a", {2, "expected .mp4"}},
         {{"--lg", ""}, {2, "--lg is empty"}},
-        {{"--lg", "precious.mp4"}, {1, "precious.mp4: exists"}},
-        {{"--lg", "missing/a.mp4"}, {1, "there is no directory"}},
-        {{"-y", "--lg", "link.mp4"}, {2, "is also an input"}},
-        {{"--lg", "a.mp4", "--save-depth", "a.mp4"}, {2, ""}},
-        {{"--lg", "a.mp4", "--size", "63x64"}, {2, "--size is \"63x64\", expected WIDTHxHEIGHT"}},
-        {{"--lg", "a.mp4", "--size", "14x64"}, {2, "even numbers 16..16384"}},
-        {{"--lg", "a.mp4", "--size", "64"}, {2, "even numbers"}},
-        {{"--lg", "a.mp4", "--size", "16x16000"}, {2, "1:100..100:1"}},
-        {{"--lg", "a.mp4", "--fps", "0"}, {2, "--fps is \"0\", expected a number 1..240"}},
-        {{"--lg", "a.mp4", "--turns", "1.5"}, {2, "expected a whole number 1..1000"}},
-        {{"--lg", "a.mp4", "--seconds", "x"}, {2, "expected a number 0.1..600"}}};
+        {"--lg precious.mp4", {1, "precious.mp4: exists"}},
+        {"--lg missing/a.mp4", {1, "there is no directory"}},
+        {"-y --lg link.mp4", {2, "is also an input"}},
+        {"--lg a.mp4 --save-depth a.mp4", {2, ""}},
+        {"--lg a.mp4 --size 63x64", {2, "--size is \"63x64\", expected WIDTHxHEIGHT"}},
+        {"--lg a.mp4 --size 14x64", {2, "even numbers 16..16384"}},
+        {"--lg a.mp4 --size 64", {2, "even numbers"}},
+        {"--lg a.mp4 --size 16x16000", {2, "1:100..100:1"}},
+        {"--lg a.mp4 --fps 0", {2, "--fps is \"0\", expected a number 1..240"}},
+        {"--lg a.mp4 --turns 1.5", {2, "expected a whole number 1..1000"}},
+        {"--lg a.mp4 --seconds x", {2, "expected a number 0.1..600"}}};
     for (const auto& [arguments, expected] : cases) {
         const Arguments call =
-            studio.display() + arguments + Arguments{"-d", "photo.png", "depth.png", "native.png"};
+            studio.display() + arguments + Arguments("-d photo.png depth.png native.png");
         EXPECT_TRUE(fails(studio.run("photo2native", call), expected.first, expected.second));
         EXPECT_FALSE(fs::exists(studio / "native.png"));
     }
@@ -210,9 +207,8 @@ TEST(SwayingVideo, ThatCannotGrowLeavesNothing) {
     VideoStudio studio;
     fs::create_directory(studio / "out");
     studio.limitFiles(2048);
-    EXPECT_TRUE(fails(studio.photo({"--lg", "out/a.mp4"}), 1, "a.mp4: cannot be written"));
-    EXPECT_TRUE(fails(studio.quilt({"-q", "2x3", "quilt.png", "out/a.mp4"}), 1,
-                      "a.mp4: cannot be written"));
+    EXPECT_TRUE(fails(studio.photo("--lg out/a.mp4"), 1, "a.mp4: cannot be written"));
+    EXPECT_TRUE(fails(studio.quilt("-q 2x3 quilt.png out/a.mp4"), 1, "a.mp4: cannot be written"));
     EXPECT_TRUE(fs::is_empty(studio / "out"));
     EXPECT_FALSE(fs::exists(studio / "native.png")); // the Native comes last
 }
@@ -220,19 +216,13 @@ TEST(SwayingVideo, ThatCannotGrowLeavesNothing) {
 TEST(SwayingVideo, OfAQuiltSwingsThroughItsTiles) {
     const VideoStudio studio;
     const cv::Mat quilt = readBack(studio / "quilt.png");
-    QuiltLayout layout;
-    layout.columns = 3;
-    layout.rows = 2;
-    layout.tileSize = {30, 40};
-    layout.viewCount = 6;
+    const QuiltLayout layout = smallLayout();
     const PhotoFit fit = swayFit({30, 40}, 0.75, {30, 40});
-    const Outcome outcome = studio.quilt({"-q", "2x3", "quilt.png", "a.mp4"});
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(holds(outcome.out, "3 columns x 2 rows, each view 30 x 40 px"));
+    const Outcome outcome = studio.quilt("-q 2x3 quilt.png a.mp4");
+    EXPECT_TRUE(says(outcome, "3 columns x 2 rows, each view 30 x 40 px"));
     EXPECT_TRUE(holds(outcome.out, "a.mp4: video, 30 x 40 px, 24 frames, 0.8 s"));
     expectViews(studio / "a.mp4", quiltViews(quilt, layout, fit));
-    EXPECT_TRUE(
-        isDone(studio.quilt({"-q", "2x3", "--view-filter", "linear", "quilt.png", "b.mp4"})));
+    EXPECT_TRUE(isDone(studio.quilt("-q 2x3 --view-filter linear quilt.png b.mp4")));
     expectViews(studio / "b.mp4", quiltViews(quilt, layout, fit, ViewFilter::Linear));
 }
 
@@ -244,21 +234,20 @@ TEST(SwayingVideo, OfAQuiltKnowsItsLayoutAndShape) {
     };
     fs::copy(studio / "quilt.png", studio / "q_qs3x2a0.75.png");
     fs::copy(studio / "quilt.png", studio / "wide_qs3x2a1.5.png");
-    EXPECT_EQ(sizeOf({"q_qs3x2a0.75.png"}), cv::Size(30, 40));
-    EXPECT_EQ(sizeOf({"wide_qs3x2a1.5.png"}), cv::Size(60, 40)); // px that are not square
-    EXPECT_EQ(sizeOf({"--aspect", "0.5", "wide_qs3x2a1.5.png"}), cv::Size(30, 60));
-    EXPECT_EQ(sizeOf({"-q", "2x3", "-c", "small.json", "quilt.png"}), cv::Size(30, 40));
-    EXPECT_EQ(sizeOf({"--size", "64x32", "q_qs3x2a0.75.png"}), cv::Size(64, 32));
+    EXPECT_EQ(sizeOf("q_qs3x2a0.75.png"), cv::Size(30, 40));
+    EXPECT_EQ(sizeOf("wide_qs3x2a1.5.png"), cv::Size(60, 40)); // px that are not square
+    EXPECT_EQ(sizeOf("--aspect 0.5 wide_qs3x2a1.5.png"), cv::Size(30, 60));
+    EXPECT_EQ(sizeOf("-q 2x3 -c small.json quilt.png"), cv::Size(30, 40));
+    EXPECT_EQ(sizeOf("--size 64x32 q_qs3x2a0.75.png"), cv::Size(64, 32));
     // black bars with --fit contain
-    EXPECT_EQ(sizeOf({"--size", "128x64", "--fit", "contain", "q_qs3x2a0.75.png"}),
-              cv::Size(128, 64));
+    EXPECT_EQ(sizeOf("--size 128x64 --fit contain q_qs3x2a0.75.png"), cv::Size(128, 64));
     const cv::Mat bars = framesOf(studio / "a.mp4").at(0);
     EXPECT_LT(cv::norm(bars.colRange(0, 32), cv::NORM_INF), 8);
     EXPECT_GT(cv::mean(bars.colRange(48, 80))[0], 20);
     // the display's own layout where nothing else is known
     const cv::Size quilt = defaultQuilt(readCalibration(studio / "small.json")).size();
     writeImage(studio / "usual.png", cv::Mat(quilt, CV_8UC3, cv::Scalar::all(80)));
-    EXPECT_TRUE(isDone(studio.quilt({"-y", "-c", "small.json", "usual.png", "a.mp4"})));
+    EXPECT_TRUE(isDone(studio.quilt("-y -c small.json usual.png a.mp4")));
 }
 
 TEST(SwayingVideo, OfAQuiltThatCannotBeMadeIsOneErrorLine) {
@@ -267,40 +256,28 @@ TEST(SwayingVideo, OfAQuiltThatCannotBeMadeIsOneErrorLine) {
     fs::create_symlink("quilt.png", studio / "link.mp4");
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
         {{}, {2, "quilt2video --help"}},
-        {{"quilt.png"}, {2, "expected QUILT and OUT, got 1"}},
-        {{"quilt.png", "a.mp4"}, {2, "quilt.png: its name does not state"}},
-        {{"-q", "2x3", "quilt.png", "a.png"}, {2, "a.png: no video format"}},
-        {{"-q", "2y3", "quilt.png", "a.mp4"}, {2, "-q"}},
-        {{"-q", "2x3", "--fps", "1000", "quilt.png", "a.mp4"}, {2, "--fps"}},
-        {{"-q", "2x3", "--aspect", "99", "quilt.png", "a.mp4"}, {2, "--aspect"}},
-        {{"-q", "2x3", "--fit", "some", "quilt.png", "a.mp4"}, {2, "--fit"}},
-        {{"-q", "2x3", "--view-filter", "some", "quilt.png", "a.mp4"}, {2, "--view-filter"}},
-        {{"-q", "2x3", "--serial", "some", "quilt.png", "a.mp4"}, {2, "-c with it"}},
-        {{"-q", "200x300", "quilt.png", "a.mp4"}, {1, "do not fit"}},
-        {{"-q", "2x3", "none.png", "a.mp4"}, {1, "none.png: does not exist"}},
-        {{"-q", "2x3", "small.json", "a.mp4"}, {1, "small.json"}},
-        {{"-q", "2x3", "quilt.png", "missing/a.mp4"}, {1, "there is no directory"}},
-        {{"-q", "2x3", "quilt.png", "precious.mp4"}, {1, "precious.mp4: exists"}},
-        {{"-y", "-q", "2x3", "quilt.png", "link.mp4"}, {2, "is also an input"}}};
+        {"quilt.png", {2, "expected QUILT and OUT, got 1"}},
+        {"quilt.png a.mp4", {2, "quilt.png: its name does not state"}},
+        {"-q 2x3 quilt.png a.png", {2, "a.png: no video format"}},
+        {"-q 2y3 quilt.png a.mp4", {2, "-q"}},
+        {"-q 2x3 --fps 1000 quilt.png a.mp4", {2, "--fps"}},
+        {"-q 2x3 --aspect 99 quilt.png a.mp4", {2, "--aspect"}},
+        {"-q 2x3 --fit some quilt.png a.mp4", {2, "--fit"}},
+        {"-q 2x3 --view-filter some quilt.png a.mp4", {2, "--view-filter"}},
+        {"-q 2x3 --serial some quilt.png a.mp4", {2, "-c with it"}},
+        {"-q 200x300 quilt.png a.mp4", {1, "do not fit"}},
+        {"-q 2x3 none.png a.mp4", {1, "none.png: does not exist"}},
+        {"-q 2x3 small.json a.mp4", {1, "small.json"}},
+        {"-q 2x3 quilt.png missing/a.mp4", {1, "there is no directory"}},
+        {"-q 2x3 quilt.png precious.mp4", {1, "precious.mp4: exists"}},
+        {"-y -q 2x3 quilt.png link.mp4", {2, "is also an input"}}};
     for (const auto& [arguments, expected] : cases) {
         EXPECT_TRUE(fails(studio.run("quilt2video", arguments), expected.first, expected.second));
         EXPECT_FALSE(fs::exists(studio / "a.mp4"));
     }
     EXPECT_EQ(slurp(studio / "precious.mp4"), "precious");
-    EXPECT_TRUE(isDone(studio.quilt({"-y", "-q", "2x3", "quilt.png", "precious.mp4"})));
+    EXPECT_TRUE(isDone(studio.quilt("-y -q 2x3 quilt.png precious.mp4")));
     EXPECT_EQ(framesOf(studio / "precious.mp4").size(), 24U);
-}
-
-TEST(SwayingVideo, HelpNamesEveryOption) {
-    const Sandbox sandbox;
-    const Outcome outcome = sandbox.run("quilt2video", {"--help"});
-    EXPECT_TRUE(isDone(outcome));
-    for (const char* option : {"--seconds S", "--turns N", "--fps RATE", "--size WxH",
-                               "--view-filter", "--aspect A", "-q, --layout RxC", "-y "})
-        EXPECT_TRUE(holds(outcome.out, option));
-    std::istringstream text(outcome.out);
-    for (std::string line; std::getline(text, line);)
-        EXPECT_LE(line.size(), 100U) << line;
 }
 
 } // namespace altiro3D::test

@@ -43,11 +43,10 @@ class Views2Native : public StudioTest {
 };
 
 TEST_F(Views2Native, GivesTheNativeOfTheQuilt) {
-    EXPECT_TRUE(isDone(convert({"--save-quilt", "q.png", "views", "a.png"})));
+    EXPECT_TRUE(isDone(convert("--save-quilt q.png views a.png")));
     EXPECT_TRUE(
         samePicture(readBack(studio_ / "q_qs3x2a0.75.png"), readBack(studio_ / "quilt.png")));
-    EXPECT_TRUE(isDone(
-        studio_.run("quilt2native", {"-c", "small.json", "-q", "2x3", "quilt.png", "b.png"})));
+    EXPECT_TRUE(isDone(studio_.run("quilt2native", "-c small.json -q 2x3 quilt.png b.png")));
     EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
 }
 
@@ -55,8 +54,7 @@ TEST_F(Views2Native, SortsNumbersByValue) {
     writeGreys(studio_ / "grey", 12);
     spill(studio_ / "grey/notes.txt", "no view");
     spill(studio_ / "grey/.hidden.png", "no view");
-    const Arguments call{"-c", "small.json",   "-q",    "3x4",  "-r",   "40x30",
-                         "-y", "--save-quilt", "q.png", "grey", "a.png"};
+    const Arguments call("-c small.json -q 3x4 -r 40x30 -y --save-quilt q.png grey a.png");
     EXPECT_TRUE(isDone(run(call)));
     std::vector<int> expected;
     for (int i = 0; i < 12; ++i)
@@ -69,20 +67,19 @@ TEST_F(Views2Native, SortsNumbersByValue) {
 
 TEST_F(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {
     const auto viewsOf = [&](int pictures, const Arguments& views) {
-        EXPECT_TRUE(
-            warns(convert(Arguments{"-y", "--save-quilt", "q.png"} + views + Arguments{"a.png"}),
-                  "are " + std::to_string(pictures) + " pictures for 6 views"));
+        EXPECT_TRUE(warns(convert(Arguments("-y --save-quilt q.png") + views + Arguments{"a.png"}),
+                          "are " + std::to_string(pictures) + " pictures for 6 views"));
         return greys(studio_ / "q_qs3x2a0.75.png", 3, 2);
     };
     writeGreys(studio_ / "grey", 11);
-    EXPECT_EQ(viewsOf(11, {"grey"}), (std::vector<int>{10, 30, 50, 70, 90, 110}));
-    EXPECT_EQ(viewsOf(2, {"grey/view5.png", "grey/view2.png"}),
+    EXPECT_EQ(viewsOf(11, "grey"), (std::vector<int>{10, 30, 50, 70, 90, 110}));
+    EXPECT_EQ(viewsOf(2, "grey/view5.png grey/view2.png"),
               (std::vector<int>{50, 50, 50, 20, 20, 20}));
 }
 
 TEST_F(Views2Native, ViewsOfDifferentSizesAreRefused) {
     writeImage(studio_ / "views/view3.png", madePhoto(31, 40));
-    EXPECT_TRUE(fails(convert({"views", "a.png"}), 1,
+    EXPECT_TRUE(fails(convert("views a.png"), 1,
                       "views: holds pictures of different sizes, expected at least 6 views"));
     Arguments named = studio_.display();
     for (int i = 0; i < 6; ++i)
@@ -94,12 +91,12 @@ TEST_F(Views2Native, ViewsOfDifferentSizesAreRefused) {
 TEST_F(Views2Native, ViewsOfAnotherShapeAreCutWithAWarningUnlessFitIsGiven) {
     writeGreys(studio_ / "wide", 6, {80, 40});
     const auto run = [&](const Arguments& more) {
-        return convert(more + Arguments{"-y", "--save-quilt", "q.png", "wide", "a.png"});
+        return convert(more + Arguments("-y --save-quilt q.png wide a.png"));
     };
     EXPECT_TRUE(warns(run({}), "are cut to it; --fit contain keeps all"));
-    EXPECT_TRUE(isDone(run({"--fit", "contain"})));
+    EXPECT_TRUE(isDone(run("--fit contain")));
     EXPECT_EQ(readBack(studio_ / "q_qs3x2a0.75.png").at<cv::Vec3b>(0, 15), cv::Vec3b(0, 0, 0));
-    EXPECT_TRUE(isDone(run({"--fit", "stretch"})));
+    EXPECT_TRUE(isDone(run("--fit stretch")));
 }
 
 // Pictures of `photo`, seen through a window that moves by `step(i)` px.
@@ -133,7 +130,7 @@ TEST_F(Views2Native, AFolderOfOtherPicturesIsNoFolderOfViews) {
     EXPECT_TRUE(refusal("photos", "holds pictures that do not resemble each other, expected at "
                                   "least 6 views of one scene"));
     EXPECT_TRUE(
-        fails(convert({"mixed", "a.png"}), 1, "mixed/v4.png: is a Native already, expected views"));
+        fails(convert("mixed a.png"), 1, "mixed/v4.png: is a Native already, expected views"));
     EXPECT_TRUE(refusal("grid", "holds names with two numbers that count, such as view_01_00.png"));
     fs::rename(studio_ / "views/view3.png", studio_ / "views/depth.png");
     EXPECT_TRUE(refusal("views", "holds depth.png and view0.png, which are not numbered"));
@@ -168,7 +165,7 @@ TEST_F(Views2Native, RealLightFieldsAreViewsUnlessTheyAreGrids) {
     EXPECT_TRUE(warns(run(dataPath("lightfields/greenbuddha_33")), "33 pictures for 6 views"));
     const fs::path numbers = dataPath("lightfields/numbers_64");
     EXPECT_TRUE(fails(run(numbers), 1, "do not resemble each other"));
-    Arguments named = studio.display() + Arguments{"--fit", "cover"};
+    Arguments named = studio.display() + Arguments("--fit cover");
     for (int i = 10; i < 16; ++i)
         named.push_back((numbers / (std::to_string(i) + ".png")).string());
     EXPECT_TRUE(isDone(studio.run(kTool, named + Arguments{"named.png"})));

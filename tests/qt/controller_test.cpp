@@ -5,9 +5,8 @@
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
-#include "viewer/model/depth_maker.hpp"
 #include "support/texts.hpp"
-#include "viewer/depth_maker.hpp"
+#include "viewer/model/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QElapsedTimer>

@@ -6,9 +6,8 @@
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/stereo_scene.hpp"
-#include "viewer/model/knobs.hpp"
 #include "support/texts.hpp"
-#include "viewer/knobs.hpp"
+#include "viewer/model/knobs.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QDir>

@@ -1,11 +1,10 @@
 // Many open files: settings of each, the strip of icons, the export of all.
 
 #include "support/compare.hpp"
+#include "support/texts.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/photo_strip.hpp"
 #include "viewer_scenes.hpp"
-#include "support/texts.hpp"
-#include "viewer/photo_strip.hpp"
 #include "window_actions.hpp"
 
 #include <QIcon>

@@ -6,9 +6,6 @@
 #include "viewer/window/paint_bar.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
-#include "viewer/depth_canvas.hpp"
-#include "viewer/paint_bar.hpp"
-#include "viewer/picture_view.hpp"
 #include "window_actions.hpp"
 
 #include <QElapsedTimer>

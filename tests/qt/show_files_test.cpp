@@ -3,13 +3,10 @@
 #include "altiro3D/altiro3D.hpp"
 #include "support/compare.hpp"
 #include "support/slow.hpp"
+#include "support/texts.hpp"
 #include "viewer/show/show_files.hpp"
 #include "viewer/show/slide_maker.hpp"
 #include "viewer/show/slide_presenter.hpp"
-#include "support/texts.hpp"
-#include "viewer/show_files.hpp"
-#include "viewer/slide_maker.hpp"
-#include "viewer/slide_presenter.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QGuiApplication>

@@ -6,8 +6,6 @@
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/video_bar.hpp"
 #include "viewer_scenes.hpp"
-#include "viewer/slide_presenter.hpp"
-#include "viewer/video_bar.hpp"
 #include "window_actions.hpp"
 
 #include <QComboBox>

@@ -5,7 +5,6 @@
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
-#include "viewer/picture_view.hpp"
 #include "window_actions.hpp"
 
 #include <QAccessible>

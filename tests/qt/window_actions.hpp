@@ -1,6 +1,6 @@
 #pragma once
 
-#include "viewer/main_window.hpp"
+#include "viewer/window/main_window.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QAbstractButton>

@@ -1,14 +1,11 @@
-#include "viewer/window/main_window.hpp"
 #include "altiro3D/qt/image.hpp"
 #include "support/compare.hpp"
 #include "viewer/window/knob_panel.hpp"
+#include "viewer/window/main_window.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer/window/window_words.hpp"
 #include "viewer_scenes.hpp"
 #include "window_actions.hpp"
-#include "viewer/knob_panel.hpp"
-#include "viewer/picture_view.hpp"
-#include "viewer/window_words.hpp"
 
 #include <QCheckBox>
 #include <QComboBox>

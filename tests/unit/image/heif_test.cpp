@@ -119,6 +119,21 @@ TEST_F(Heif, FilesOfIos18AreRepaired) {
     EXPECT_EQ(repairedHeif(appleHeic()), "") << "nothing to repair";
 }
 
+TEST_F(Heif, BrokenFilesOfIos18AreLeftAlone) {
+    const std::string bytes = appleHeic(true);
+    for (std::size_t size = 0; size < bytes.size(); size += 3)
+        static_cast<void>(repairedHeif(bytes.substr(0, size)));
+    const std::size_t iref = bytes.find("iref");
+    for (std::size_t at = iref - 4; at < iref + 60; ++at) {
+        for (const char value : {'\0', '\1', '\x7f', '\xff'}) {
+            std::string broken = bytes;
+            broken[at] = value;
+            const std::string repaired = repairedHeif(broken);
+            EXPECT_TRUE(repaired.empty() || repaired.size() == bytes.size()) << at;
+        }
+    }
+}
+
 TEST_F(Heif, TheSizeIsLimitedBeforeDecoding) {
     REQUIRE_HEIF();
     HeifItem photo = hevcColours(1);

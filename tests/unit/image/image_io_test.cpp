@@ -744,6 +744,32 @@ TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {
     }
 }
 
+TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
+    const cv::Mat picture = smoothPicture({19, 13});
+    const std::vector<std::string> seeds = {
+        pngWithRawProfile(picture, 6, true),
+        jpegWithExif(picture, 6, true),
+        webPWithExif(picture, 6),
+        tiff({1, 1}, "abc"),
+        encoded(".bmp", picture),
+        encoded(".hdr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1))),
+        encoded(".ppm", picture),
+        encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)))};
+    cv::RNG random(3);
+    for (int trial = 0; trial < 20000; ++trial) {
+        std::string bytes = seeds[static_cast<std::size_t>(trial) % seeds.size()];
+        for (int i = 0; i < 4; ++i) {
+            const int limit = std::min(static_cast<int>(bytes.size()), i % 2 == 0 ? 64 : 100000);
+            bytes[static_cast<std::size_t>(random.uniform(0, limit))] =
+                static_cast<char>(random.uniform(0, 256));
+        }
+        if (trial % 3 == 0) bytes.resize(static_cast<std::size_t>(random.uniform(0, 200)));
+        const ImageHeader header = readImageHeader(bytes, ".jpg");
+        ASSERT_GE(header.orientation, 1);
+        ASSERT_LE(header.orientation, 8);
+    }
+}
+
 TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
     // OpenEXR would take the 1.5 GB that the part claims
     std::string bytes = encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)));

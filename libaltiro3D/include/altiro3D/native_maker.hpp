@@ -14,11 +14,15 @@
 
 namespace altiro3D {
 
-/// Camera position of a sub-pixel.
+/// Camera position of a sub-pixel, and the column of the view that it shows.
 enum class ViewPositions {
-    Discrete,  ///< The position of one of N views, as in a quilt: docs/mathematics.md, (3.1).
-    Continuous ///< Follows its phase z under the lens: p = (2Nz - N)/(N-1), -1..1
-               ///< (docs/conventions.md); N = number of views of the display.
+    /// The position of one of N views, as in a quilt: docs/mathematics.md, (3.1). Shows the px of
+    /// the view under the centre of the panel px.
+    Discrete,
+    /// Follows its phase z under the lens: p = (2Nz - N)/(N-1), -1..1 (docs/conventions.md); N =
+    /// number of views of the display. Method Layered shows the view between its columns, under the
+    /// centre of the panel px; rows are those of Discrete.
+    Continuous
 };
 
 /// Renders Natives directly from photos with depth: each sub-pixel of the panel reads the photo at
@@ -54,7 +58,7 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// The options in use. @return as given to the constructor
     [[nodiscard]] const ViewOptions& options() const;
 
-    /// Renders one Native. Sub-pixels read the photo's px under the centre of their panel px.
+    /// Renders one Native.
     ///
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
     ///        panel at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as

@@ -247,11 +247,12 @@ LensFilter::LensFilter(const LensGeometry& geometry, cv::Size size) {
         for (int u = 0; u < gains.cols; ++u) {
             const double fx = frequency(u, gains.cols) * (geometry.mirrorX ? -1 : 1);
             const double fy = frequency(v, gains.rows) * (geometry.mirrorY ? -1 : 1);
-            // the average over a px when the photo is shrunk, and again when panel px repeat it
-            const double shrunk = perPixel.width > 1 ? sinc(fx) : 1;
-            const double lower = perPixel.height > 1 ? sinc(fy) : 1;
+            // the average over a px when the photo is shrunk, then linear sampling across and
+            // repeated px along
+            const double across = perPixel.width > 1 ? sinc(fx) : 1;
+            const double along = perPixel.height > 1 ? sinc(fy) : 1;
             gains.at<double>(v, u) = spectrum.gain(fx / step.width, fy / step.height) /
-                                     std::max(squared(shrunk * lower), kLeastPass);
+                                     std::max(squared(across * along) * across, kLeastPass);
         }
     }
     near_ = {nearOf(step.width), nearOf(step.height)};

@@ -30,10 +30,33 @@ std::vector<int> samplesOf(int panel, const cv::Range& shown, bool mirrored) {
     return samples;
 }
 
-void copyColumns(const std::uint8_t* bgr, const std::vector<int>& columns, std::uint8_t* out) {
-    for (const int column : columns) {
-        std::memcpy(out, bgr + 3 * static_cast<std::ptrdiff_t>(column), 3);
-        out += 3;
+// Where a row of the panel lies in the photo: columns, and parts of a px to their right.
+struct Places {
+    std::vector<int> columns;
+    std::vector<std::uint8_t> parts; // 1/256 px; empty for none
+};
+
+// As samplesOf(), for places between px. Places beside the photo are at its border.
+// @param photo its px
+Places placesOf(int panel, const cv::Range& shown, int photo, bool mirrored) {
+    Places places;
+    for (int i = 0; i < panel; ++i) {
+        const double at = (mirrored ? panel - i - 0.5 : i + 0.5) * shown.size() / panel;
+        const auto place = std::lround(std::clamp(shown.start + at - 0.5, 0.0, photo - 1.0) * 256);
+        places.columns.push_back(static_cast<int>(place >> 8));
+        places.parts.push_back(static_cast<std::uint8_t>(place & 255));
+    }
+    return places;
+}
+
+void copyPlaces(const std::uint8_t* bgr, const Places& places, std::uint8_t* out) {
+    for (std::size_t i = 0; i < places.columns.size(); ++i) {
+        const std::uint8_t* const first = bgr + 3 * static_cast<std::ptrdiff_t>(places.columns[i]);
+        const int part = places.parts.empty() ? 0 : places.parts[i];
+        for (int c = 0; c < 3; ++c) {
+            const int rise = part == 0 ? 0 : first[c + 3] - first[c];
+            *out++ = static_cast<std::uint8_t>((256 * first[c] + rise * part + 128) >> 8);
+        }
     }
 }
 
@@ -57,9 +80,9 @@ struct NativeRenderer::Impl {
 
     // Where the photo is on the panel.
     struct Samples {
-        int shownWidth;           // px of the photo that the panel shows
-        std::vector<int> columns; // column of the photo under each column of the panel
-        std::vector<int> rows;    // as columns
+        int shownWidth;        // px of the photo that the panel shows
+        Places columns;        // of the panel
+        std::vector<int> rows; // row of the photo under each row of the panel
     };
     void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
                          cv::Mat& native) const;
@@ -94,14 +117,15 @@ const ViewOptions& NativeRenderer::options() const {
 // Reads each sub-pixel separately.
 void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
                                            const Samples& samples, cv::Mat& native) const {
-    const std::vector<int>& columns = samples.columns;
+    const Places& places = samples.columns;
     const float halfParallax = halfParallaxOf(options, samples.shownWidth);
     const auto width = static_cast<std::size_t>(native.cols);
     const auto largestShift = static_cast<double>(halfParallax);
     const double steps = renderer.shiftSteps(largestShift);
     const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth), steps);
     forRows(native.rows, [&](const cv::Range& rows) {
-        const std::unique_ptr<SubpixelSampler> sampler = renderer.sampler(columns, largestShift);
+        const std::unique_ptr<SubpixelSampler> sampler =
+            renderer.sampler(places.columns, places.parts, largestShift);
         std::vector<std::uint16_t> views = paddedRow<std::uint16_t>(width);
         std::vector<float> shifts = paddedRow<float>(width);
         std::array<std::vector<std::int16_t>, 3> wholeShifts; // blue, green, red
@@ -147,7 +171,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                 if (row == open && y > rows.start) {
                     std::memcpy(pixels, native.ptr<std::uint8_t>(y - 1), 3 * width);
                 } else {
-                    copyColumns(photo.ptr<std::uint8_t>(row), columns, pixels);
+                    copyPlaces(photo.ptr<std::uint8_t>(row), places, pixels);
                 }
                 open = row;
                 continue;
@@ -177,7 +201,7 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
         std::vector<std::uint8_t*> targets;
         for (std::size_t i = 0; i < static_cast<std::size_t>(viewCount); ++i)
             targets.push_back(viewRows.data() + i * rowBytes);
-        ViewColumns viewColumns(samples.columns);
+        ViewColumns viewColumns(samples.columns.columns);
         std::vector<std::uint8_t> views = paddedRow<std::uint8_t>(width);
         std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
         planes.fill(paddedRow<std::uint8_t>(width));
@@ -208,7 +232,12 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
     checkApart(native, scene.depth, "native", "depth");
     native.create(self.panelSize(), CV_8UC3);
     const cv::Range shown = shownColumns(scene);
-    const Impl::Samples samples{shown.size(), samplesOf(native.cols, shown, geometry.mirrorX),
+    const bool isExact =
+        self.positions == ViewPositions::Continuous && renderer->readsBetweenColumns();
+    const Impl::Samples samples{shown.size(),
+                                isExact
+                                    ? placesOf(native.cols, shown, photo.cols, geometry.mirrorX)
+                                    : Places{samplesOf(native.cols, shown, geometry.mirrorX), {}},
                                 samplesOf(native.rows, cv::Range(0, photo.rows), geometry.mirrorY)};
     const double viewPixels = 1.0 * self.viewCount * photo.rows * shown.size();
     const double subpixels = 3.0 * static_cast<double>(native.total());

@@ -107,13 +107,20 @@ class ViewRenderer {
         return 0;
     }
 
+    /// Whether samplers read between columns.
+    virtual bool readsBetweenColumns() const { return false; }
+
     /// Creates a sampler for the given columns of the photo, which may repeat. Null if the method
     /// renders whole views only.
     /// @param columns in order; must outlive the sampler
+    /// @param parts how far each place is right of its column, in 1/256 px: 0 at the last column;
+    ///        empty for places at columns, as methods need that do not read between them
     /// @param largestShift largest |shift| of the requested views, px
     virtual std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                                     const std::vector<std::uint8_t>& parts,
                                                      double largestShift) const {
         static_cast<void>(columns);
+        static_cast<void>(parts);
         static_cast<void>(largestShift);
         return nullptr;
     }

@@ -183,6 +183,47 @@ TEST(NativeRenderer, ContinuousPositionsAreThoseOfThePhase) {
     }
 }
 
+// A ramp moves as a whole: linear sampling gives the value at any place.
+TEST(NativeRenderer, ContinuousPositionsReadLayeredBetweenPx) {
+    constexpr int kRise = 3; // grey levels per px
+    constexpr int kMargin = 10;
+    constexpr int kShown = 60;
+    constexpr double kDepth = 0.7;
+    cv::Mat photo(37, kShown + 2 * kMargin, CV_8UC3);
+    for (int x = 0; x < photo.cols; ++x)
+        photo.col(x).setTo(cv::Scalar::all(kRise * x));
+    for (const double focus : {0.3, 0.7}) { // moving, and still
+        const ViewOptions options = optionsOf(ViewMethod::Layered, 20, focus);
+        const altiro3D::Scene scene{photo,
+                                    cv::Mat(photo.size(), CV_32FC1, cv::Scalar(kDepth)),
+                                    {},
+                                    {kMargin, kMargin + kShown}};
+        for (const Calibration& calibration : displays()) {
+            cv::Mat native;
+            NativeRenderer(calibration, 48, options, ViewPositions::Continuous)
+                .render(scene, native);
+            const LensGeometry geometry = lensGeometry(calibration);
+            double worst = 0;
+            for (int y = 0; y < native.rows; ++y) {
+                for (int x = 0; x < native.cols; ++x) {
+                    const int seen = geometry.mirrorX ? native.cols - 1 - x : x;
+                    const double place = kMargin + (seen + 0.5) * kShown / native.cols - 0.5;
+                    for (int colour = 0; colour < 3; ++colour) {
+                        const double z = geometry.phase(x, y, colour);
+                        if (std::min(z, 1 - z) < 1.0 / 32768) continue; // rounded to either side
+                        const double position = std::clamp((2 * z * 48 - 48) / 47, -1.0, 1.0);
+                        const double moved = position * 0.1 * kShown * (kDepth - focus);
+                        worst = std::max(worst, std::abs(native.at<cv::Vec3b>(y, x)[2 - colour] -
+                                                         kRise * (place + moved)));
+                    }
+                }
+            }
+            // rounding of the value, of the place to 1/256 px and of the movement to 1/32 px
+            EXPECT_LT(worst, 0.5 + kRise * (0.5 / 256 + 1.0 / 32)) << calibration.screenW;
+        }
+    }
+}
+
 // The centre of each view's cell is exactly that view.
 TEST(NativeRenderer, ManyViewsComeNearToContinuousPositions) {
     const Calibration calibration = stripePanel(300, 200);

@@ -133,7 +133,7 @@ TEST(ViewsLayered, SubPixelsWithoutAShiftAreThoseOfThePhoto) {
             const auto renderer =
                 makeLayeredRenderer(photo, blobDepth(size), 0.4, settingsFor(mixed));
             const std::vector<int> columns = numbersFrom(0, size.width);
-            const auto sampler = renderer->sampler(columns, 32);
+            const auto sampler = renderer->sampler(columns, {}, 32);
             const std::vector<float> shifts(columns.size() + kRowPadding);
             std::vector<std::uint8_t> values(columns.size() + kRowPadding);
             for (int y = 0; y < size.height; ++y) {
@@ -519,7 +519,7 @@ struct Found {
     double place = 0;
 };
 
-Found slowSearch(const LayeredScene& scene, int row, int direction, int x, float shift) {
+Found slowSearch(const LayeredScene& scene, int row, int direction, float x, float shift) {
     const LayeredTables tables = scene.tables(row);
     const std::int16_t* words = tables.words + direction * tables.stride;
     const LayeredRow& own = scene.rows[direction][static_cast<std::size_t>(row)];
@@ -529,19 +529,19 @@ Found slowSearch(const LayeredScene& scene, int row, int direction, int x, float
     };
     for (int column = scene.width - 1; column >= 0; --column) {
         const float place = placeOf(column);
-        const bool border = place - kEndReach <= static_cast<float>(x) &&
+        const bool border = place - kEndReach <= x &&
                             std::any_of(own.surfaces.begin(), own.surfaces.end(),
                                         [&](const LayeredSurface& surface) {
                                             return surface.first == column && surface.hidden == 0;
                                         });
-        if (place > static_cast<float>(x) && !border) continue;
+        if (place > x && !border) continue;
         Found found;
         found.column = column;
-        found.inside = place <= static_cast<float>(x) && (words[column] & kLastFlag) == 0;
+        found.inside = place <= x && (words[column] & kLastFlag) == 0;
         if (found.inside) {
             const double next = static_cast<double>(placeOf(column + 1));
             const double from = static_cast<double>(place);
-            found.place = column + (x - from) / (next - from);
+            found.place = column + (static_cast<double>(x) - from) / (next - from);
         }
         return found;
     }
@@ -574,9 +574,9 @@ class SlowColour {
     SlowColour(const LayeredScene& scene, const cv::Mat& photo, int row, int channel)
         : scene_(scene), photo_(photo), row_(row), channel_(channel) {}
 
-    // @param place in a row @param direction of that row @param x column of the view
+    // @param place in a row @param direction of that row @param x place of the px in the view
     // @param shift of the view, px
-    double at(long double place, int direction, int x, double shift) const {
+    double at(long double place, int direction, long double x, double shift) const {
         const long double last = scene_.width - 1;
         const long double p = direction == 0 ? place : last - place;
         const long double own = photoAt(p, 0, last);
@@ -656,8 +656,8 @@ std::vector<cv::Mat> depthsToSearch(cv::Size size) {
     return {noise, waves, blobDepth(size), blobDepth(size, 5), blobDepth(size, 8), thin};
 }
 
-// Pixel by pixel: the slow search finds what trying all columns finds, and the kernels give the
-// colour there, wherever the pixel is and whatever is in front of it.
+// Pixel by pixel, at columns and between them: the slow search finds what trying all columns finds,
+// and the kernels give the colour there, wherever the pixel is and whatever is in front of it.
 TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
     const cv::Size size(211, 12);
     cv::Mat photo = randomPhoto(size);
@@ -669,14 +669,18 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
     int softCount = 0;
     int number = 0;
     for (const cv::Mat& depth : depthsToSearch(size)) {
-        for (const double tear : {1.0, 3.0}) {
-            LayeredSettings options = settingsFor(number++ % 3);
+        for (const int kind : {0, 1, 2, 3}) {
+            const double tear = kind < 2 ? 1.0 : 3.0;
+            std::vector<std::uint8_t> parts(columns.size());
+            for (std::size_t i = 0; kind % 2 == 1 && i + 1 < columns.size(); ++i)
+                parts[i] = static_cast<std::uint8_t>(rng.uniform(0, 256));
+            LayeredSettings options = settingsFor(number++ / 2 % 3);
             options.reachPixels = 25;
             options.tearPixels = tear;
             const LayeredScene scene = layeredScene(photo, depth, 0.4, options);
             const auto renderer = makeLayeredRenderer(photo, depth, 0.4, options);
             const double largest = tear > 2 ? 90 : 25; // also beyond the reach
-            const auto sampler = renderer->sampler(columns, largest);
+            const auto sampler = renderer->sampler(columns, parts, largest);
             for (int y = 0; y < size.height; ++y) {
                 const int channel = y % 3;
                 for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -695,14 +699,17 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                 for (int x = 0; x < size.width; ++x) {
                     const float shift = shifts[static_cast<std::size_t>(x)];
                     const int direction = shift < 0 ? 1 : 0;
-                    const int own = direction == 0 ? x : size.width - 1 - x;
+                    const float at = static_cast<float>(x) +
+                                     static_cast<float>(parts[static_cast<std::size_t>(x)]) / 256;
+                    const float own = direction == 0 ? at : static_cast<float>(size.width - 1) - at;
                     const LayeredPixel pixel =
                         search.at(direction, own, std::abs(shift), size.width - 1);
                     const auto colourAt = [&](std::int32_t place) {
                         if (place >= strips[0] << kSubColumnBits)
                             return static_cast<double>(sampleAt(plane.data(), place));
                         const long double inRow = place / 256.0L - direction * scene.stride();
-                        return slow.at(inRow, direction, x, static_cast<double>(shift));
+                        return slow.at(inRow, direction, static_cast<long double>(at),
+                                       static_cast<double>(shift));
                     };
                     const Found found = slowSearch(scene, y, direction, own, std::abs(shift));
                     if (found.inside) {
@@ -767,7 +774,7 @@ TEST(ViewsLayered, SoftBordersOfThingsAtTheFocusShowWhatMovesBehindThem) {
             << first;
         const std::vector<int> columns = numbersFrom(31, 137); // other blocks
         const auto renderer = makeLayeredRenderer(photo, depth, 0.75, settingsFor(2));
-        const auto sampler = renderer->sampler(columns, 32);
+        const auto sampler = renderer->sampler(columns, {}, 32);
         const std::vector<float> shifts(columns.size() + kRowPadding, 9);
         std::vector<std::uint8_t> values(columns.size() + kRowPadding);
         sampler->open(3);
@@ -791,7 +798,7 @@ TEST(ViewsLayered, SinglePixelsAreThoseOfTheViews) {
     std::vector<int> columns(501);
     for (std::size_t i = 0; i < columns.size(); ++i)
         columns[i] = static_cast<int>(i) * photo.cols / 501;
-    const auto sampler = renderer->sampler(columns, 32);
+    const auto sampler = renderer->sampler(columns, {}, 32);
     std::vector<float> shifts(columns.size() + kRowPadding);
     std::vector<std::size_t> viewOf(columns.size());
     std::vector<std::uint8_t> values(columns.size() + kRowPadding);

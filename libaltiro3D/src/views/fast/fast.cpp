@@ -202,7 +202,7 @@ class FastRenderer : public ViewRenderer {
     }
 
     void render(double shiftPixels, cv::Mat& view) const override {
-        FastRows rows(photo_, whole_, sampler(columns_, std::abs(shiftPixels)));
+        FastRows rows(photo_, whole_, sampler(columns_, {}, std::abs(shiftPixels)));
         const std::vector<double> shifts = {shiftPixels};
         for (int y = 0; y < photo_.rows; ++y)
             rows.render(y, shifts, {view.ptr<std::uint8_t>(y)});
@@ -211,7 +211,7 @@ class FastRenderer : public ViewRenderer {
     bool makesRows() const override { return true; }
 
     std::unique_ptr<RowRenderer> rowRenderer() const override {
-        return std::make_unique<FastRows>(photo_, whole_, sampler(columns_, largestShift_));
+        return std::make_unique<FastRows>(photo_, whole_, sampler(columns_, {}, largestShift_));
     }
 
     double shiftSteps(double largestShift) const override {
@@ -220,7 +220,9 @@ class FastRenderer : public ViewRenderer {
     }
 
     std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                             const std::vector<std::uint8_t>& parts,
                                              double largestShift) const override {
+        static_cast<void>(parts);
         return std::make_unique<FastSampler>(photo_, depth_, focus_, refinement_, whole_, columns,
                                              largestShift);
     }

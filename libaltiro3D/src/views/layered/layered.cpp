@@ -25,8 +25,8 @@ double shiftStepsOf(const LayeredScene& scene, double largestShift) {
 class LayeredSampler : public SubpixelSampler {
   public:
     LayeredSampler(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
-                   double largestShift)
-        : reader_(photo, scene, columns), steps_(shiftStepsOf(scene, largestShift)) {
+                   const std::vector<std::uint8_t>& parts, double largestShift)
+        : reader_(photo, scene, columns, parts), steps_(shiftStepsOf(scene, largestShift)) {
         if (steps_ > 0) wholeShifts_ = paddedRow<std::int16_t>(columns.size());
     }
 
@@ -62,7 +62,8 @@ class LayeredSampler : public SubpixelSampler {
 class LayeredRows : public RowRenderer {
   public:
     LayeredRows(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
-        : scene_(scene), reader_(photo, scene, columns), shifts_(paddedRow<float>(columns.size())),
+        : scene_(scene), reader_(photo, scene, columns, {}),
+          shifts_(paddedRow<float>(columns.size())),
           wholeShifts_(paddedRow<std::int16_t>(columns.size())) {
         planes_.fill(paddedRow<std::uint8_t>(columns.size()));
     }
@@ -131,9 +132,12 @@ class LayeredRenderer : public ViewRenderer {
         return shiftStepsOf(scene_, largestShift);
     }
 
+    bool readsBetweenColumns() const override { return true; }
+
     std::unique_ptr<SubpixelSampler> sampler(const std::vector<int>& columns,
+                                             const std::vector<std::uint8_t>& parts,
                                              double largestShift) const override {
-        return std::make_unique<LayeredSampler>(photo_, scene_, columns, largestShift);
+        return std::make_unique<LayeredSampler>(photo_, scene_, columns, parts, largestShift);
     }
 
   private:

@@ -110,7 +110,7 @@ std::int32_t SoftBorders::Edge::placeAt(std::int32_t distance) const {
                          : strip + std::max(distance, -painted);
 }
 
-SoftPixel SoftBorders::at(std::int32_t place, int column, float shift) const {
+SoftPixel SoftBorders::at(std::int32_t place, std::int32_t own, float shift) const {
     constexpr float kFar = 1e9F; // more than any photo, in 1/256 px
     constexpr std::int32_t kSubColumns = 1 << kSubColumnBits;
     SoftPixel result;
@@ -129,11 +129,13 @@ SoftPixel SoftBorders::at(std::int32_t place, int column, float shift) const {
     const bool mirrored = edge.direction == 1;
     const float moved =
         std::clamp((mirrored ? -shift : shift) * edge.offset * kSubColumns, -kFar, kFar);
-    const int start = mirrored ? width_ - 1 - column : column;
-    result.now = edge.placeAt((start - edge.first) * kSubColumns +
+    const std::int32_t first = edge.first << kSubColumnBits;
+    const auto inDirection = [&](std::int32_t at) {
+        return mirrored ? ((width_ - 1) << kSubColumnBits) - at : at;
+    };
+    result.now = edge.placeAt(inDirection(own) - first +
                               static_cast<std::int32_t>(moved + (moved < 0 ? -0.5F : 0.5F)));
-    const std::int32_t own = mirrored ? ((width_ - 1) << kSubColumnBits) - place : place;
-    result.before = edge.placeAt(own - (edge.first << kSubColumnBits));
+    result.before = edge.placeAt(inDirection(place) - first);
     return result;
 }
 
@@ -152,12 +154,12 @@ constexpr int kSubColumns = 1 << kSubColumnBits;
 class Search {
   public:
     // @param strips first column of the direction's strips in the planes
-    Search(const LayeredTables& tables, const LayeredRow& row, int direction, int strips, int x,
+    Search(const LayeredTables& tables, const LayeredRow& row, int direction, int strips, float x,
            float shift)
         : surfaces_(row.surfaces.data()), surfaceCount_(static_cast<int>(row.surfaces.size())),
           words_(tables.words + direction * tables.stride),
           surfaceOf_(tables.surfaces + direction * tables.stride), base_(direction * tables.stride),
-          strips_(strips), x_(static_cast<float>(x)), unit_(shift * tables.scale) {}
+          strips_(strips), x_(x), unit_(shift * tables.scale) {}
 
     LayeredPixel run(int column) {
         if (unit_ == 0) { // the photo itself, whatever is beside the column
@@ -337,7 +339,7 @@ class Search {
 
 } // namespace
 
-LayeredPixel LayeredSearch::at(int direction, int x, float shift, int column) const {
+LayeredPixel LayeredSearch::at(int direction, float x, float shift, int column) const {
     return Search(tables_, *rows_[direction], direction, strips_[direction], x, shift).run(column);
 }
 

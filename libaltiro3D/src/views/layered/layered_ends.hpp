@@ -32,12 +32,13 @@ class LayeredSearch {
                                  &scene.rows[1][static_cast<std::size_t>(row)]},
           strips_{strips[0], strips[1]} {}
 
-    /// Finds what the pixel at column `x` shows in the view shifted by `shift`.
+    /// Finds what the pixel at `x` shows in the view shifted by `shift`.
     ///
     /// @param direction 0, or 1 for the mirrored row, in which x and column then count
+    /// @param x px, a multiple of 1/256
     /// @param shift >= 0, px
     /// @param column start of the search: no column to its right reaches x
-    LayeredPixel at(int direction, int x, float shift, int column) const;
+    LayeredPixel at(int direction, float x, float shift, int column) const;
 
   private:
     LayeredTables tables_;
@@ -87,10 +88,10 @@ class SoftBorders {
 
     /// What is behind a place of the view.
     /// @param place as in LayeredRoom
-    /// @param column pixel of the view, in the row that is not mirrored
+    /// @param own place of the pixel in the photo, 1/256 px
     /// @param shift of the view, px
     /// @return its `pixel` is not set; share 0 where the border is hard
-    SoftPixel at(std::int32_t place, int column, float shift) const;
+    SoftPixel at(std::int32_t place, std::int32_t own, float shift) const;
 
     /// Lists the pixels of open blocks whose places may have a soft border.
     /// @param count pixels

@@ -130,8 +130,7 @@ class EndPixels {
     // Where the view does not move: the photo itself.
     HWY_INLINE void keepStill() {
         const M isStill = hn::RebindMask(whole_, hn::Eq(lanes_.unit, hn::Zero(d_)));
-        const I own = hn::ConvertTo(whole_, lanes_.x);
-        place = hn::IfThenElse(isStill, hn::ShiftLeft<kSubColumnBits>(own), place);
+        place = hn::IfThenElse(isStill, subColumns(lanes_.x), place);
         part = hn::IfThenZeroElse(isStill, part);
         hard = hn::AndNot(isStill, hard);
     }

@@ -10,8 +10,9 @@
 namespace altiro3D {
 
 LayeredReader::LayeredReader(const cv::Mat& photo, const LayeredScene& scene,
-                             const std::vector<int>& columns)
-    : photo_(photo), scene_(scene), columns_(columns),
+                             const std::vector<int>& columns,
+                             const std::vector<std::uint8_t>& parts)
+    : photo_(photo), scene_(scene), columns_(columns), parts_(parts),
       columnPlaces_(paddedRow<float>(columns.size())),
       places_(paddedRow<std::int32_t>(columns.size())),
       room_(std::min(columns.size(), kPixelsAtATime)), softPixels_(room_.places.size()) {
@@ -23,9 +24,12 @@ LayeredReader::LayeredReader(const cv::Mat& photo, const LayeredScene& scene,
     isWholeRow_ = static_cast<int>(columns.size()) == scene.width;
     for (std::size_t i = 0; i < columns.size(); ++i) {
         if (columns[i] != static_cast<int>(i)) isWholeRow_ = false;
-        columnPlaces_[i] = static_cast<float>(columns[i]);
-        places_[i] = columns[i] << kSubColumnBits;
+        places_[i] = (columns[i] << kSubColumnBits) + (parts.empty() ? 0 : parts[i]);
+        columnPlaces_[i] = static_cast<float>(places_[i]) / (1 << kSubColumnBits);
     }
+    if (std::all_of(parts.begin(), parts.end(), [](std::uint8_t part) { return part == 0; }))
+        parts_.clear();
+    if (!parts_.empty()) isWholeRow_ = false;
 }
 
 void LayeredReader::open(int row) {
@@ -33,13 +37,31 @@ void LayeredReader::open(int row) {
     if (still()) return;
     tables_ = scene_.tables(row);
     layeredColumns(tables_, scratch_, known_);
+    if (!parts_.empty()) joinColumns();
     for (std::size_t i = 0; i < lines_.all().size(); ++i)
         pickColumns(columns_.data(), columns_.size(), known_.lines.all()[i]->data(),
                     lines_.all()[i]->data());
+    for (std::size_t i = 0; i < parts_.size(); ++i) // 1/32768 px per column to 1/512 px
+        lines_.offsets[i] = static_cast<std::int16_t>(
+            lines_.offsets[i] + lines_.slopes[i] * parts_[i] / (64 << kSubColumnBits));
     isPicked_ = isWholeRow_;
     listSurfaces();
     splitPlanes();
     soft_.open(scene_, row, tables_, strips_);
+}
+
+void LayeredReader::joinColumns() {
+    const auto join = [&](auto& limits, auto none) {
+        for (std::size_t x = 0; x + 1 < static_cast<std::size_t>(scene_.width); ++x) {
+            const auto least =
+                none < 0 ? std::min(limits[x], limits[x + 1]) : std::max(limits[x], limits[x + 1]);
+            limits[x] = known_.first[x] == known_.first[x + 1] ? least : none;
+        }
+    };
+    join(known_.from, 1.0F);
+    join(known_.to, -1.0F);
+    join(known_.lines.from, -1);
+    join(known_.lines.to, -1);
 }
 
 void LayeredReader::read(int channel, std::uint8_t* values) const {
@@ -132,10 +154,10 @@ void LayeredReader::findEnds() {
     const LayeredSearch search(scene_, row_, tables_, strips_);
     hard_.resize(room_.hard.size);
     for (std::size_t i = 0; i < hard_.size(); ++i) {
-        const int column = static_cast<int>(room_.hard.columns[i]);
+        const float column = room_.hard.columns[i];
         const float shift = room_.hard.shifts[i];
         const int direction = shift < 0 ? 1 : 0;
-        const int x = direction == 0 ? column : scene_.width - 1 - column;
+        const float x = direction == 0 ? column : static_cast<float>(scene_.width - 1) - column;
         hard_[i] = search.at(direction, x, std::abs(shift), room_.hardColumns[i]);
     }
     findBehind();
@@ -146,8 +168,9 @@ void LayeredReader::leaveToSearch(int direction) {
     LayeredList& hard = room_.hard;
     const int last = scene_.width - 1;
     for (std::size_t i = 0; i < list.size; ++i) {
-        const int column = static_cast<int>(list.columns[i]);
-        const int x = direction == 0 ? column : last - column;
+        const float column = list.columns[i];
+        const int x = static_cast<int>(
+            std::ceil(direction == 0 ? column : static_cast<float>(last) - column));
         room_.places[static_cast<std::size_t>(list.pixels[i])] = kSeeEnds;
         hard.pixels[hard.size] = list.pixels[i];
         hard.columns[hard.size] = list.columns[i];
@@ -162,7 +185,7 @@ void LayeredReader::findBehind() {
     if (!soft_.any()) return;
     const auto at = [&](std::int32_t pixel, std::int32_t place) {
         const auto i = static_cast<std::size_t>(pixel);
-        SoftPixel soft = soft_.at(place, columns_[begin_ + i], room_.shifts[i]);
+        SoftPixel soft = soft_.at(place, places_[begin_ + i], room_.shifts[i]);
         soft.pixel = pixel;
         return soft;
     };

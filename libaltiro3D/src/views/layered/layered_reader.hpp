@@ -12,10 +12,12 @@
 
 namespace altiro3D {
 
-/// Reads pixels at given columns of the photo, one row at a time.
+/// Reads pixels at given places of the photo, one row at a time.
 class LayeredReader {
   public:
-    LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns);
+    /// @param columns, parts as for ViewRenderer::sampler()
+    LayeredReader(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns,
+                  const std::vector<std::uint8_t>& parts);
 
     std::size_t count() const { return columns_.size(); }
     bool still() const { return scene_.flat || scene_.still[static_cast<std::size_t>(row_)] != 0; }
@@ -61,6 +63,8 @@ class LayeredReader {
     LayeredLinePixels linePixels(const std::int16_t* shifts) const;
     LayeredPixels pixels() const;
     void clearLists();
+    // Turns what is known of columns into what is known of the places from each to the next one.
+    void joinColumns();
     // Finds what pixels of open blocks show and lists the others.
     void guess();
     // Lists all pixels.
@@ -89,10 +93,11 @@ class LayeredReader {
     LayeredLines<std::int16_t> lines_; // of each pixel's column
     LayeredColumns copies_;            // of each pixel's column, if isPicked_ and not isWholeRow_
     bool isPicked_ = false;
-    bool isWholeRow_ = false; // pixels and columns are the same
+    bool isWholeRow_ = false;         // pixels and columns are the same
+    std::vector<std::uint8_t> parts_; // 1/256 px right of the columns; empty if all are at columns
     std::vector<float> scratch_;
     std::vector<float> columnPlaces_;  // all pixels, see LayeredPixels
-    std::vector<std::int32_t> places_; // of their columns
+    std::vector<std::int32_t> places_; // the same, in 1/256 px
     LayeredRoom room_;
     std::vector<LayeredPixel> hard_; // of LayeredRoom::hard
     SoftBorders soft_;

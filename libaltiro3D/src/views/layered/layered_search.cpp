@@ -244,8 +244,8 @@ void layeredAmongSurfacesOn(const LayeredTables& tables, const LayeredSurfaces& 
         }
         const auto lanes = lanesOf(d, tables, hn::LoadU(d, list.columns.data() + i),
                                    hn::LoadU(d, list.shifts.data() + i));
-        const auto rightmost = static_cast<int>(hn::GetLane(hn::MaxOfLanes(d, lanes.x)));
-        const int farthest = std::min(rightmost + reach, tables.width - 1);
+        const float rightmost = hn::GetLane(hn::MaxOfLanes(d, hn::Ceil(lanes.x)));
+        const int farthest = std::min(static_cast<int>(rightmost) + reach, tables.width - 1);
         const int first = surfaces.begin[direction];
         EndPixels<hn::ScalableTag<float>> ends(d, lanes);
         AmongSurfaces<hn::ScalableTag<float>>(d, tables, surfaces, lanes)

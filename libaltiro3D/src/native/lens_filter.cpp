@@ -9,6 +9,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -18,10 +19,9 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// The eye's blur, in lens periods: 2 px for luminance on a Portrait, a fine eye at 50 cm, and 3
-// times as much for colour.
+// The eye's blur of luminance, in lens periods: 2 px on a Portrait, a fine eye at 50 cm. Colour is
+// blurred by 3 times as much.
 constexpr double kEyeLuminance = 1.0 / 3.1;
-constexpr double kEyeColour = 3 * kEyeLuminance;
 // How much coloured noise counts beside noise of luminance; chosen by lens view
 // (docs/lab/views.md).
 constexpr double kColourWeight = 1;
@@ -29,6 +29,10 @@ constexpr int kReach = 16;         // panel px to each side
 constexpr double kNear = 2;        // panel px to each side that bound a result
 constexpr int kHarmonics = 8;      // of the panel's sub-pixels; higher ones are too weak to matter
 constexpr double kLeastPass = 0.3; // of sampling; what it passes less of is not restored
+constexpr double kLeastPower = 1e-12; // what has less is left out
+// What products may leave out of the weights, root of the sum of squares: of noise, this share is
+// wrong.
+constexpr double kLeftOut = 4e-3;
 
 double sinc(double x) {
     return x == 0 ? 1 : std::sin(kPi * x) / (kPi * x);
@@ -71,23 +75,11 @@ class LensSpectrum {
         }
     }
 
-    // The filter's best gain for a frequency, in cycles per panel px: (2.10).
-    double gain(double fx, double fy) const {
-        const double pass = sinc(fx / 3) * sinc(period_ * fx);
-        const double wanted = blur(fx, fy, kEyeLuminance);
-        const double power = pass * pass * wanted + noise(fx, fy);
-        return power > 0 ? pass * wanted / power : 0;
-    }
-
-  private:
-    // Power that passes an eye's blur.
-    double blur(double fx, double fy, double sigmaPeriods) const {
-        return std::exp(-squared(2 * kPi * sigmaPeriods * period_) * (fx * fx + fy * fy));
-    }
-
-    // Power of what detail of a frequency becomes at other frequencies: (2.8).
-    double noise(double fx, double fy) const {
-        double sum = 0;
+    // Sets the frequency across, in cycles per panel px.
+    void setAcross(double fx) {
+        pass_ = sinc(fx / 3) * sinc(period_ * fx);
+        wanted_ = blur(fx);
+        aliases_.clear();
         for (int k = -kHarmonics; k <= kHarmonics; ++k) {
             const auto colour = static_cast<std::size_t>((k % 3 + 3) % 3);
             const double subpixel = squared(sinc((fx + k) / 3));
@@ -95,12 +87,51 @@ class LensSpectrum {
             for (int m = nearest - 2; m <= nearest + 2; ++m) {
                 if (k == 0 && m == 0) continue;
                 const double gx = fx + k + m / period_;
-                double gy = fy - m * slant_ / period_;
-                gy -= std::round(gy); // rows are samples as well
-                sum += subpixel * squared(sinc(period_ * gx)) *
-                       (luminance_[colour] * blur(gx, gy, kEyeLuminance) +
-                        kColourWeight * colour_[colour] * blur(gx, gy, kEyeColour));
+                const double power = subpixel * squared(sinc(period_ * gx));
+                const double seen = blur(gx);
+                const Alias alias{power * luminance_[colour] * seen,
+                                  power * colour_[colour] * kColourWeight * ofColour(seen),
+                                  m * slant_ / period_};
+                if (std::max(alias.luminance, alias.colour) > kLeastPower)
+                    aliases_.push_back(alias);
             }
+        }
+    }
+
+    // The filter's best gain for this frequency along and the one across: (2.10).
+    double gain(double fy) const {
+        const double wanted = wanted_ * blur(fy);
+        const double power = pass_ * pass_ * wanted + noise(fy);
+        return power > 0 ? pass_ * wanted / power : 0;
+    }
+
+  private:
+    // What detail of a frequency becomes at another one: (2.8).
+    struct Alias {
+        double luminance; // power that passes an eye's blur across
+        double colour;
+        double down; // from the frequency along to the other one
+    };
+
+    // Power of luminance that passes an eye's blur in one direction.
+    double blur(double f) const {
+        return std::exp(-squared(2 * kPi * kEyeLuminance * period_ * f));
+    }
+
+    // The same of colour, which is blurred by 3 kEyeLuminance.
+    static double ofColour(double blur) {
+        const double cube = blur * blur * blur;
+        return cube * cube * cube;
+    }
+
+    // Power of what detail becomes.
+    double noise(double fy) const {
+        double sum = 0;
+        for (const Alias& alias : aliases_) {
+            double gy = fy - alias.down;
+            gy -= std::round(gy); // rows are samples as well
+            const double seen = blur(gy);
+            sum += alias.luminance * seen + alias.colour * ofColour(seen);
         }
         return sum;
     }
@@ -109,6 +140,10 @@ class LensSpectrum {
     double slant_;  // panel px to the right per row
     Colours luminance_{};
     Colours colour_{};
+    // of the frequency across
+    double pass_ = 0;
+    double wanted_ = 0;
+    std::vector<Alias> aliases_;
 };
 
 // The i-th of n frequencies of a discrete Fourier transform, in cycles per px.
@@ -126,34 +161,93 @@ int nearOf(double perPixel) {
     return std::max(1, static_cast<int>(std::lround(kNear / perPixel)));
 }
 
+// The strongest product of a column and a row in a matrix, by power iteration. Plain loops give the
+// same on any processor.
+void strongestProduct(const cv::Mat& matrix, std::vector<double>& column,
+                      std::vector<double>& row) {
+    constexpr int kIterations = 30;
+    const auto squares = [](const std::vector<double>& values) {
+        return std::inner_product(values.begin(), values.end(), values.begin(), 0.0);
+    };
+    const auto project = [&squares](const cv::Mat& from, const std::vector<double>& on,
+                                    std::vector<double>& to) {
+        const double scale = 1 / squares(on);
+        to.resize(static_cast<std::size_t>(from.rows));
+        for (int y = 0; y < from.rows; ++y)
+            to[static_cast<std::size_t>(y)] =
+                scale * std::inner_product(on.begin(), on.end(), from.ptr<double>(y), 0.0);
+    };
+    const cv::Mat transposed = matrix.t();
+    row.assign(static_cast<std::size_t>(matrix.cols), 0);
+    for (int y = 0; y < matrix.rows; ++y) { // begins with the strongest row
+        const std::vector<double> own(matrix.ptr<double>(y), matrix.ptr<double>(y) + matrix.cols);
+        if (squares(own) > squares(row)) row = own;
+    }
+    for (int i = 0; i < kIterations; ++i) {
+        project(matrix, row, column);
+        project(transposed, column, row);
+    }
+    project(matrix, row, column);
+}
+
+// Weights as a sum of products, but for kLeftOut. @param left [rows x cols, CV_64FC1], sum 1
+SeparableWeights separated(cv::Mat left) {
+    SeparableWeights weights;
+    std::vector<double> column;
+    std::vector<double> row;
+    double sum = 0;
+    for (double leftOut = 1; leftOut > squared(kLeftOut);) {
+        strongestProduct(left, column, row);
+        leftOut = 0;
+        for (int y = 0; y < left.rows; ++y) {
+            for (int x = 0; x < left.cols; ++x) {
+                const double part =
+                    column[static_cast<std::size_t>(y)] * row[static_cast<std::size_t>(x)];
+                sum += part;
+                leftOut += squared(left.at<double>(y, x) -= part);
+            }
+        }
+        weights.columns.push_back(cv::Mat(column, true));
+        weights.rows.push_back(cv::Mat(row).t());
+    }
+    for (cv::Mat& part : weights.columns)
+        part.convertTo(part, CV_32F, 1 / sum);
+    weights.rows.convertTo(weights.rows, CV_32F);
+    return weights;
+}
+
 // The filter's weights.
 // @param perPixel panel px per px of the photo
 // @param offset of the place, px of the photo to the right
-cv::Mat weightsOf(const cv::Mat& gains, cv::Size2d perPixel, double offset) {
+SeparableWeights weightsOf(const cv::Mat& gains, cv::Size2d perPixel, double offset) {
     const cv::Size reach(reachOf(perPixel.width), reachOf(perPixel.height));
     cv::Mat weights(2 * reach.height + 1, 2 * reach.width + 1, CV_64FC1);
     const auto window = [](double at, int size) { return sinc(at / (size + 1)); };
-    for (int x = -reach.width; x <= reach.width; ++x) {
-        // sums over the frequencies across, for each frequency along
-        std::vector<std::complex<double>> across(static_cast<std::size_t>(gains.rows));
-        for (int v = 0; v < gains.rows; ++v) {
-            for (int u = 0; u < gains.cols; ++u)
-                across[static_cast<std::size_t>(v)] +=
-                    gains.at<double>(v, u) *
-                    std::polar(1.0, 2 * kPi * frequency(u, gains.cols) * (x - offset));
-        }
-        for (int y = -reach.height; y <= reach.height; ++y) {
-            std::complex<double> sum;
-            for (int v = 0; v < gains.rows; ++v)
-                sum += across[static_cast<std::size_t>(v)] *
-                       std::polar(1.0, 2 * kPi * frequency(v, gains.rows) * y);
-            weights.at<double>(y + reach.height, x + reach.width) =
-                sum.real() * window(x, reach.width) * window(y, reach.height);
+    using Waves = std::vector<std::complex<double>>; // values of all frequencies
+    const auto wavesAt = [](double place, int count) {
+        Waves waves;
+        for (int i = 0; i < count; ++i)
+            waves.push_back(std::polar(1.0, 2 * kPi * frequency(i, count) * place));
+        return waves;
+    };
+    std::vector<Waves> down;
+    for (int y = -reach.height; y <= reach.height; ++y)
+        down.push_back(wavesAt(y, gains.rows));
+    Waves across(static_cast<std::size_t>(gains.rows)); // sums, for each frequency along
+    for (int x = 0; x < weights.cols; ++x) {
+        const Waves waves = wavesAt(x - reach.width - offset, gains.cols);
+        for (int v = 0; v < gains.rows; ++v)
+            across[static_cast<std::size_t>(v)] = std::inner_product(
+                waves.begin(), waves.end(), gains.ptr<double>(v), std::complex<double>());
+        for (int y = 0; y < weights.rows; ++y) {
+            const Waves& wave = down[static_cast<std::size_t>(y)];
+            const auto sum = std::inner_product(across.begin(), across.end(), wave.begin(),
+                                                std::complex<double>());
+            weights.at<double>(y, x) = sum.real() * window(x - reach.width, reach.width) *
+                                       window(y - reach.height, reach.height);
         }
     }
-    cv::Mat result;
-    weights.convertTo(result, CV_32F, 1 / cv::sum(weights)[0]);
-    return result;
+    return separated(weights / cv::sum(weights)[0]);
 }
 
 // Rows of one colour as linear light, with the px at the borders repeated.
@@ -191,6 +285,46 @@ class LightRows {
     int above_, beside_, columns_;
     std::size_t stride_;
     std::vector<float> light_;
+};
+
+// Weighted sums of the light around each px of a row.
+class Sums {
+  public:
+    // @param reach px to each side
+    Sums(cv::Size reach, int columns)
+        : reach_(reach), width_(static_cast<std::size_t>(columns)),
+          taps_(static_cast<std::size_t>(2 * reach.height + 1)), sums_(width_ + kRowPadding) {}
+
+    void read(const LightRows& light, int y, const SeparableWeights& weights) {
+        for (int k = -reach_.height; k <= reach_.height; ++k)
+            taps_[static_cast<std::size_t>(k + reach_.height)] = light.row(y + k);
+        const auto around = width_ + static_cast<std::size_t>(2 * reach_.width);
+        const std::size_t stride = around + 2 * kRowPadding;
+        parts_.resize(weights.columns.size() * stride);
+        partRows_.clear();
+        for (std::size_t i = 0; i < weights.columns.size(); ++i)
+            partRows_.push_back(parts_.data() + i * stride);
+        constexpr std::size_t kAtATime = 128; // of all rows, they fit into the nearest cache
+        for (std::size_t x = 0; x < around; x += kAtATime) {
+            const std::size_t count = std::min(kAtATime, around - x);
+            for (std::size_t i = 0; i < weights.columns.size(); ++i)
+                weightedSums(taps_.data(), weights.columns[i], count,
+                             parts_.data() + i * stride + x);
+            for (const float*& tap : taps_)
+                tap += kAtATime;
+        }
+        weightedSums(partRows_.data(), weights.rows, width_, sums_.data());
+    }
+
+    float of(std::size_t x) const { return sums_[x]; }
+
+  private:
+    cv::Size reach_;
+    std::size_t width_;
+    std::vector<const float*> taps_;
+    std::vector<float> parts_; // sums over columns, a row for each product
+    std::vector<const float*> partRows_;
+    std::vector<float> sums_;
 };
 
 // The least and the most light around each px of a row.
@@ -237,24 +371,26 @@ class Ranges {
 } // namespace
 
 LensFilter::LensFilter(const LensGeometry& geometry, cv::Size size) {
-    const LensSpectrum spectrum(geometry);
+    LensSpectrum spectrum(geometry);
     const cv::Size2d perPixel(static_cast<double>(geometry.panelWidth) / size.width,
                               static_cast<double>(geometry.panelHeight) / size.height);
     // an enlarged photo has no other frequencies
     const cv::Size2d step(std::max(perPixel.width, 1.0), std::max(perPixel.height, 1.0));
     cv::Mat gains(4 * reachOf(step.height), 4 * reachOf(step.width), CV_64FC1);
-    for (int v = 0; v < gains.rows; ++v) {
-        for (int u = 0; u < gains.cols; ++u) {
-            const double fx = frequency(u, gains.cols) * (geometry.mirrorX ? -1 : 1);
+    for (int u = 0; u < gains.cols; ++u) {
+        const double fx = frequency(u, gains.cols) * (geometry.mirrorX ? -1 : 1);
+        spectrum.setAcross(fx / step.width);
+        for (int v = 0; v < gains.rows; ++v) {
             const double fy = frequency(v, gains.rows) * (geometry.mirrorY ? -1 : 1);
             // the average over a px when the photo is shrunk, then linear sampling across and
             // repeated px along
             const double across = perPixel.width > 1 ? sinc(fx) : 1;
             const double along = perPixel.height > 1 ? sinc(fy) : 1;
-            gains.at<double>(v, u) = spectrum.gain(fx / step.width, fy / step.height) /
+            gains.at<double>(v, u) = spectrum.gain(fy / step.height) /
                                      std::max(squared(across * along) * across, kLeastPass);
         }
     }
+    reach_ = {reachOf(step.width), reachOf(step.height)};
     near_ = {nearOf(step.width), nearOf(step.height)};
     for (int c = 0; c < 3; ++c) {
         double offset = geometry.cells.empty() ? (c - 1) / 3.0 / step.width : 0;
@@ -265,27 +401,21 @@ LensFilter::LensFilter(const LensGeometry& geometry, cv::Size size) {
 
 void LensFilter::filterRows(const cv::Mat& photo, const cv::Range& rows, cv::Mat& filtered) const {
     constexpr int kBand = 32;
-    const cv::Size reach(weights_[0].cols / 2, weights_[0].rows / 2);
-    LightRows light(photo.cols, kBand, reach.height, reach.width);
+    LightRows light(photo.cols, kBand, reach_.height, reach_.width);
     Ranges ranges(near_, photo.cols);
-    std::vector<const float*> taps(static_cast<std::size_t>(weights_[0].rows));
-    std::vector<float> sums = paddedRow<float>(static_cast<std::size_t>(photo.cols) + kRowPadding);
+    Sums sums(reach_, photo.cols);
     const SrgbLight& srgb = SrgbLight::instance();
     for (int from = rows.start; from < rows.end; from += kBand) {
         const int to = std::min(from + kBand, rows.end);
         for (int channel = 0; channel < 3; ++channel) {
             light.read(photo, channel, from, to);
             for (int y = 0; y < to - from; ++y) {
-                for (int k = 0; k < weights_[0].rows; ++k)
-                    taps[static_cast<std::size_t>(k)] = light.row(y + k - reach.height);
-                weightedSums(taps.data(), weights(2 - channel),
-                             static_cast<std::size_t>(photo.cols), sums.data());
+                sums.read(light, y, weights(2 - channel));
                 ranges.read(light, y, photo.cols);
                 auto* const out = filtered.ptr<std::uint8_t>(from + y) + channel;
                 for (int x = 0; x < photo.cols; ++x) {
-                    const float sum = ranges.clamp(sums[static_cast<std::size_t>(x)],
-                                                   static_cast<std::size_t>(x));
-                    out[static_cast<std::ptrdiff_t>(3) * x] = srgb.code(sum);
+                    const auto i = static_cast<std::size_t>(x);
+                    out[3 * i] = srgb.code(ranges.clamp(sums.of(i), i));
                 }
             }
         }

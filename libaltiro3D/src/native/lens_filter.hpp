@@ -4,8 +4,16 @@
 
 #include <array>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace altiro3D {
+
+/// Weights of the px around a place, as a sum of products: each column times its row. Sums over the
+/// columns first take a fraction of the time.
+struct SeparableWeights {
+    std::vector<cv::Mat> columns; ///< [height x 1, CV_32FC1]
+    cv::Mat rows;                 ///< [products x width, CV_32FC1]
+};
 
 /// Removes detail of a photo that the lenses of a display cannot show in one direction. There a
 /// lens shows one sub-pixel per row, of one colour; finer detail would come back as coloured noise.
@@ -26,17 +34,18 @@ class LensFilter {
     /// @param filtered result [as the photo]; must not share memory with it
     void apply(const cv::Mat& photo, cv::Mat& filtered) const;
 
-    /// The weights of the px around a place, for tests: [rows x cols, CV_32FC1], sum 1.
+    /// The weights of the px around a place, for tests. Their sum is 1.
     /// @param channel 0 red, 1 green, 2 blue
-    const cv::Mat& weights(int channel) const {
+    const SeparableWeights& weights(int channel) const {
         return weights_[static_cast<std::size_t>(channel)];
     }
 
   private:
     void filterRows(const cv::Mat& photo, const cv::Range& rows, cv::Mat& filtered) const;
 
-    std::array<cv::Mat, 3> weights_; // red, green, blue
-    cv::Size near_;                  // px to each side whose range results stay in
+    std::array<SeparableWeights, 3> weights_; // red, green, blue
+    cv::Size reach_;                          // px to each side that are summed
+    cv::Size near_;                           // px to each side whose range results stay in
 };
 
 } // namespace altiro3D

@@ -5,10 +5,10 @@
 
 namespace altiro3D {
 
-/// Weighted sums of the px around those of a row, each in the order of the weights.
-/// @param rows as many as weights.rows; each starts weights.cols / 2 values left of the first
-///        result, and has kRowPadding values after the last that is read
-/// @param weights [odd x odd, CV_32FC1]
+/// Weighted sums of values: result x is that of values x, x + 1, ... of each row, in the order of
+/// the weights.
+/// @param rows as many as weights.rows; each has kRowPadding values after the last that is read
+/// @param weights [CV_32FC1]
 /// @param count of results @param sums `count` results, and up to kRowPadding more
 void weightedSums(const float* const* rows, const cv::Mat& weights, std::size_t count, float* sums);
 

@@ -17,7 +17,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-std::vector<std::string> filesIn(const fs::path& directory) {
+std::vector<std::string> inputsIn(const fs::path& directory) {
     std::vector<std::string> files;
     for (const auto& entry : fs::directory_iterator(directory)) {
         const std::string name = entry.path().filename().string();
@@ -41,7 +41,7 @@ void expectOwnLines(const Outcome& outcome) {
 // Returns how many failed.
 std::size_t walkPhotos(const std::string& folder) {
     SmallStudio studio;
-    const std::vector<std::string> files = filesIn(dataPath(folder));
+    const std::vector<std::string> files = inputsIn(dataPath(folder));
     const Outcome outcome =
         studio.convert("photo2native", Arguments("--report r.json") + files + Arguments{"out"});
     expectOwnLines(outcome);
@@ -243,7 +243,7 @@ TEST(Data, NetworksThatCannotBeUsedAreRefusedInOneLine) {
 TEST(Data, EveryCalibrationIsExplained) {
     ALTIRO3D_REQUIRE_DATA("calibrations");
     SmallStudio studio;
-    for (const std::string& file : filesIn(dataPath("calibrations"))) {
+    for (const std::string& file : inputsIn(dataPath("calibrations"))) {
         const bool partial = file.find("partial") != std::string::npos;
         const bool other = file.find("reference_samples") != std::string::npos ||
                            file.find("templates") != std::string::npos;

@@ -21,21 +21,21 @@ cmake --build "$build" >/dev/null
 # functions that are not ('-': none)
 readers="
 calibration     calibration      .                                     -
-native_lut      native_lut_file  .                                     4save
+native_lut      native_lut       readAt|checkHeader|crcOf|4load        -
 quilt           quilt            .                                     -
 picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
-exif            exif             .                                     -
+exif            exif             Exif|exif|rawProfile|validOrientation -
 heif            heif_boxes      .                                     -
 colour          colour           .                                     -
 embedded_depth  depth_parts      .                                     -
 embedded_depth  xmp              .                                     -
 picture         image_read       .                                     -
-picture         rgbd             split|greyOf|halves|isBeside          -
-camera          camera           parseCamera|5check|7require|8validate CameraPose|RealOptions
+picture         rgbd             split|halves|isBeside                 -
+camera          view_options     parseCamera|5check                    -
 network_catalog network_profile  .                                     modelSearchPath|findModelFile
 onnx_facts      onnx_facts       .                                     -
-view_names      image_list       .                                     -
+view_names      image_names      listImages|naturalLess|isDigit|isName -
 video_run       resumable_video  readRun                               -
 video_run       run_settings     differ                                -
 video_run       video_segments   SegmentReader|Shown|4join             -

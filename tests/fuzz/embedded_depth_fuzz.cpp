@@ -4,8 +4,8 @@
 #include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
 #include "image/depth_parts.hpp"
-#include "image/eyes_mark.hpp"
 #include "image/image_header.hpp"
+#include "image/picture_halves.hpp"
 
 #include <opencv2/core.hpp>
 

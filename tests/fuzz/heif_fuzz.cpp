@@ -1,7 +1,7 @@
 // HEIC and AVIF: what they say about themselves, stereo pairs, and the repair of files of iOS 18.
 
 #include "fuzz.hpp"
-#include "image/heif_boxes.hpp"
+#include "image/heif_file.hpp"
 #include "image/image_header.hpp"
 
 using namespace altiro3D;

@@ -1,6 +1,6 @@
 // The facts about a network that are read before OpenCV sees it.
 
-#include "depth/network/onnx_facts.hpp"
+#include "depth/network/network_graph.hpp"
 #include "fuzz.hpp"
 
 using namespace altiro3D;

@@ -1,16 +1,18 @@
 #pragma once
 
-#include "altiro3D/error.hpp"
-#include "base/text.hpp"
+#include "altiro3D/error.hpp" // IWYU pragma: export
+#include "base/text.hpp"      // IWYU pragma: export
 
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <new>
 #include <opencv2/core.hpp>
 #include <string>
 
-/// Checks of the arguments of image functions.
+/// Checks of the arguments of image functions, errors and remarks.
 namespace altiro3D {
 
 /// Throws InvalidArgument unless the condition holds.
@@ -41,6 +43,15 @@ inline void checkType(const cv::Mat& picture, std::initializer_list<int> types, 
     check(fits, subject, shapeText(picture) + ", expected " + expected);
 }
 
+/// Throws Mismatch unless a picture has the expected size.
+/// @param whose "the photo's ", for the message
+inline void checkSize(cv::Size size, cv::Size expected, const std::string& subject,
+                      const std::string& whose = {}) {
+    if (size == expected) return;
+    throw Error(ErrorCode::Mismatch, subject,
+                "has " + sizeText(size) + " px, expected " + whose + sizeText(expected) + " px");
+}
+
 /// Throws unless photo and depth (or distance) have the same size and views can be made of it.
 /// @param subject "depth" or "distance"
 /// @param expected the type of `depth`, for the message
@@ -49,11 +60,7 @@ inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const
     constexpr int kMaxViewSide = 32766; // cv::remap's limit
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkType(depth, {CV_32FC1}, subject, expected);
-    if (photo.size() != depth.size()) {
-        throw Error(ErrorCode::Mismatch, subject,
-                    "has " + sizeText(depth.size()) + " px, expected the photo's " +
-                        sizeText(photo.size()) + " px");
-    }
+    checkSize(depth.size(), photo.size(), subject, "the photo's ");
     if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
         throw Error(ErrorCode::TooLarge, "photo",
                     "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
@@ -94,6 +101,39 @@ inline void checkApart(const cv::Mat& result, const cv::Mat& input, const char* 
     check(&result != &input && !shareMemory(result, input), subject,
           std::string("shares its memory with the ") + inputName +
               ", expected a picture of its own");
+}
+
+/// Runs `work` and converts a failed allocation, which the language and OpenCV report differently,
+/// to Error OutOfMemory.
+///
+/// @param subject file or argument for the error
+/// @param problem "does not fit into memory, expected ..."
+/// @param work called once
+/// @return the result of `work`
+template <class Work>
+auto orOutOfMemory(const std::string& subject, const std::string& problem, const Work& work) {
+    try {
+        return work();
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorCode::OutOfMemory, subject, problem);
+    } catch (const cv::Exception& exception) {
+        if (exception.code != cv::Error::StsNoMem) throw;
+        throw Error(ErrorCode::OutOfMemory, subject, problem);
+    }
+}
+
+/// Adds a remark for a caller who wants remarks.
+inline void addNote(Notes* notes, NoteCode code, const std::string& text) {
+    if (notes != nullptr) notes->push_back({code, text});
+}
+inline void addNotes(Notes* notes, const Notes& more) {
+    if (notes != nullptr) notes->insert(notes->end(), more.begin(), more.end());
+}
+
+/// Begins each remark with the name of a file.
+inline void putNameBefore(Notes& notes, const std::filesystem::path& file) {
+    for (Note& note : notes)
+        note.text = file.string() + ": " + note.text;
 }
 
 } // namespace altiro3D

@@ -1,6 +1,6 @@
 #include "altiro3D/file_io.hpp"
 
-#include "base/data_prefix.hpp"
+#include "base/posix_file.hpp"
 
 #include <dlfcn.h>
 #include <system_error>

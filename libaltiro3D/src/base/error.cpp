@@ -1,5 +1,7 @@
 #include "altiro3D/error.hpp"
 
+#include "altiro3D/version.hpp"
+
 namespace altiro3D {
 
 std::string withoutControls(std::string text) {
@@ -15,5 +17,9 @@ std::string withoutControls(std::string text) {
 
 Error::Error(ErrorCode code, const std::string& subject, const std::string& problem)
     : std::runtime_error(withoutControls(subject + ": " + problem)), code_(code) {}
+
+const char* version() noexcept {
+    return ALTIRO3D_VERSION;
+}
 
 } // namespace altiro3D

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core/utility.hpp>
 #include <vector>
 
 namespace altiro3D {
@@ -13,6 +14,21 @@ constexpr std::size_t kRowPadding = 64;
 template <class T>
 std::vector<T> paddedRow(std::size_t count) {
     return std::vector<T>(count + kRowPadding);
+}
+
+/// Calls work(row) for the rows 0..rows-1, on all threads.
+template <class Work>
+void overRows(int rows, const Work& work) {
+    cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
+        for (int y = range.start; y < range.end; ++y)
+            work(y);
+    });
+}
+
+/// On a side of `samples` px, the pixel under the centre of pixel `index` of a side of `count` px:
+/// floor((index + 0.5) / count * samples), exact.
+inline int nearestSample(int index, int count, int samples) {
+    return static_cast<int>((2 * std::int64_t{index} + 1) * samples / (2 * std::int64_t{count}));
 }
 
 /// Values of columns for the pixels that show them: out[i] = values[columns[i]]. Reads up to

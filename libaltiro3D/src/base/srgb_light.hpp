@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -10,7 +11,10 @@ namespace altiro3D {
 class SrgbLight {
   public:
     /// The tables, made once.
-    static const SrgbLight& instance();
+    static const SrgbLight& instance() {
+        static const SrgbLight tables;
+        return tables;
+    }
 
     /// @param code 0..255 @return 0..1
     float ofCode(std::uint8_t code) const { return light_[code]; }
@@ -23,7 +27,18 @@ class SrgbLight {
   private:
     static constexpr int kSteps = 16384; // five for the smallest code
 
-    SrgbLight();
+    SrgbLight() : codes_(kSteps + 1) {
+        for (std::size_t i = 0; i < light_.size(); ++i) {
+            const double v = static_cast<double>(i) / 255;
+            light_[i] =
+                static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+        }
+        for (std::size_t i = 0; i < codes_.size(); ++i) {
+            const double v = static_cast<double>(i) / kSteps;
+            const double s = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+            codes_[i] = static_cast<std::uint8_t>(std::lround(255 * s));
+        }
+    }
 
     std::array<float, 256> light_{};
     std::vector<std::uint8_t> codes_;

@@ -169,6 +169,32 @@ void require(bool good, const std::string& source, const char* field, double val
     if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
 }
 
+Calibration readFields(const Json& object, const std::string& source) {
+    const FieldReader reader(object, source);
+    Calibration c;
+    c.configVersion = reader.text("configVersion");
+    c.serial = reader.text("serial");
+    c.pitch = reader.required("pitch", kExpectedPitch);
+    c.slope = reader.required("slope", kExpectedSlope);
+    c.center = reader.required("center", kExpectedNumber);
+    c.DPI = reader.required("DPI", kExpectedDpi);
+    c.screenW = reader.requiredInteger("screenW", kExpectedSide);
+    c.screenH = reader.requiredInteger("screenH", kExpectedSide);
+    c.fringe = reader.optional("fringe", c.fringe, kExpectedNumber);
+    c.viewCone = reader.optional("viewCone", c.viewCone, kExpectedCone);
+    c.invView = reader.optional("invView", c.invView, kExpectedNumber);
+    c.verticalAngle = reader.optional("verticalAngle", c.verticalAngle, kExpectedNumber);
+    c.flipImageX = reader.optional("flipImageX", c.flipImageX, kExpectedNumber);
+    c.flipImageY = reader.optional("flipImageY", c.flipImageY, kExpectedNumber);
+    c.flipSubp = reader.optional("flipSubp", c.flipSubp, kExpectedNumber);
+    const char* pattern =
+        reader.find("CellPatternMode") != nullptr ? "CellPatternMode" : "cellPatternMode";
+    c.CellPatternMode = reader.optionalInteger(pattern, c.CellPatternMode, kExpectedPattern);
+    c.subpixelCells = readCells(reader, source);
+    validate(c, source);
+    return c;
+}
+
 } // namespace
 
 void validate(const Calibration& c, const std::string& source) {
@@ -214,36 +240,6 @@ void validate(const Calibration& c, const std::string& source) {
                          " across the panel");
     }
 }
-
-namespace {
-
-Calibration readFields(const Json& object, const std::string& source) {
-    const FieldReader reader(object, source);
-    Calibration c;
-    c.configVersion = reader.text("configVersion");
-    c.serial = reader.text("serial");
-    c.pitch = reader.required("pitch", kExpectedPitch);
-    c.slope = reader.required("slope", kExpectedSlope);
-    c.center = reader.required("center", kExpectedNumber);
-    c.DPI = reader.required("DPI", kExpectedDpi);
-    c.screenW = reader.requiredInteger("screenW", kExpectedSide);
-    c.screenH = reader.requiredInteger("screenH", kExpectedSide);
-    c.fringe = reader.optional("fringe", c.fringe, kExpectedNumber);
-    c.viewCone = reader.optional("viewCone", c.viewCone, kExpectedCone);
-    c.invView = reader.optional("invView", c.invView, kExpectedNumber);
-    c.verticalAngle = reader.optional("verticalAngle", c.verticalAngle, kExpectedNumber);
-    c.flipImageX = reader.optional("flipImageX", c.flipImageX, kExpectedNumber);
-    c.flipImageY = reader.optional("flipImageY", c.flipImageY, kExpectedNumber);
-    c.flipSubp = reader.optional("flipSubp", c.flipSubp, kExpectedNumber);
-    const char* pattern =
-        reader.find("CellPatternMode") != nullptr ? "CellPatternMode" : "cellPatternMode";
-    c.CellPatternMode = reader.optionalInteger(pattern, c.CellPatternMode, kExpectedPattern);
-    c.subpixelCells = readCells(reader, source);
-    validate(c, source);
-    return c;
-}
-
-} // namespace
 
 std::vector<Calibration> parseCalibrations(const std::string& text, const std::string& source) {
     const Json document = parseDocument(text, source); // skips a byte order mark

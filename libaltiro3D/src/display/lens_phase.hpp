@@ -55,8 +55,8 @@ class LensPhases {
     void viewsOfRow(int y, int channel, int views, std::uint32_t* out) const;
 
   private:
-    template <class T>
-    void fillViews(int y, int channel, int views, T* out) const;
+    template <class Kernel, class T>
+    void fillViews(const Kernel& viewsOfPhases, int y, int channel, int views, T* out) const;
 
     std::size_t tableOf(int y, int channel) const {
         if (geometry_.cells.empty()) return 0;

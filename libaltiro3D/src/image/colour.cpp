@@ -1,7 +1,6 @@
 #include "image/colour.hpp"
 
 #include "base/byte_reader.hpp"
-#include "base/inflate.hpp"
 #include "base/text.hpp"
 #include "image/jpeg_walk.hpp"
 #include "image/tiff_file.hpp"

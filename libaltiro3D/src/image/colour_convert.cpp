@@ -1,3 +1,5 @@
+#include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "image/colour.hpp"
 
 #include <algorithm>
@@ -190,10 +192,6 @@ cv::Mat usualColours(const cv::Mat& inks, bool isInverted) {
     return colours;
 }
 
-void addNote(Notes* notes, NoteCode code, const std::string& text) {
-    if (notes != nullptr) notes->push_back({code, text});
-}
-
 void convertByProfile(cv::Mat& picture, const Profile& profile, Notes* notes) {
     const bool isGreyProfile = profile && cmsGetColorSpace(profile.get()) == cmsSigGrayData;
     if (!profile || (!isGreyProfile && cmsGetColorSpace(profile.get()) != cmsSigRgbData)) {
@@ -328,14 +326,11 @@ void toneMap(cv::Mat& picture, int primaries, int transfer) {
     if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
     const ToneMapper mapper(primaries, transfer);
     cv::Mat result(picture.size(), picture.type());
-    cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            if (picture.depth() == CV_8U) {
-                mapper.row(picture.ptr<std::uint8_t>(y), result.ptr<std::uint8_t>(y), picture.cols);
-            } else {
-                mapper.row(picture.ptr<std::uint16_t>(y), result.ptr<std::uint16_t>(y),
-                           picture.cols);
-            }
+    overRows(picture.rows, [&](int y) {
+        if (picture.depth() == CV_8U) {
+            mapper.row(picture.ptr<std::uint8_t>(y), result.ptr<std::uint8_t>(y), picture.cols);
+        } else {
+            mapper.row(picture.ptr<std::uint16_t>(y), result.ptr<std::uint16_t>(y), picture.cols);
         }
     });
     picture = result;

@@ -43,9 +43,7 @@ class Divisor {
 
 } // namespace
 
-// Reads the photo and writes its area average with at most `longestSide` px per side; memory limits
-// the speed. Integer sums make the result exact. The blocks are placed symmetrically, so a mirrored
-// photo gives the mirrored result.
+// Memory limits the speed. The blocks are placed symmetrically.
 cv::Mat downscale(const cv::Mat& photo, int longestSide) {
     const cv::Size size = downscaledSize(photo.size(), longestSide);
     if (size == photo.size()) return photo.clone();

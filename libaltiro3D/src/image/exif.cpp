@@ -1,9 +1,12 @@
 #include "image/exif.hpp"
 
-#include "base/inflate.hpp"
+#include "base/byte_reader.hpp"
+#include "base/pixel_rows.hpp"
 
+#include <algorithm>
 #include <libexif/exif-data.h>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 
@@ -54,6 +57,21 @@ std::string rawProfile(string_view text) {
     return bytes;
 }
 
+// cv::rotate() by a quarter turn, in bands that fit into the cache and on all threads.
+void turn(const cv::Mat& picture, bool clockwise, cv::Mat& result) {
+    constexpr int kBandRows = 64;
+    result.create(picture.cols, picture.rows, picture.type());
+    const int bands = (result.rows + kBandRows - 1) / kBandRows;
+    overRows(bands, [&](int band) {
+        const cv::Range to(band * kBandRows, std::min((band + 1) * kBandRows, result.rows));
+        const cv::Range from =
+            clockwise ? to : cv::Range(picture.cols - to.end, picture.cols - to.start);
+        cv::Mat rows = result.rowRange(to);
+        cv::rotate(picture.colRange(from), rows,
+                   clockwise ? cv::ROTATE_90_CLOCKWISE : cv::ROTATE_90_COUNTERCLOCKWISE);
+    });
+}
+
 } // namespace
 
 int validOrientation(unsigned value) {
@@ -88,6 +106,36 @@ std::optional<ExifFacts> readExifInPngText(string_view chunk, bool compressed) {
     if (chunk.size() < end + 2 || chunk[end + 1] != 0) // 0: deflate, the only method
         return std::nullopt;
     return readExif(rawProfile(inflated(chunk.substr(end + 2), 2 * kMaxExifBytes + 1024)));
+}
+
+cv::Mat upright(const cv::Mat& picture, int orientation) {
+    cv::Mat result;
+    switch (orientation) { // EXIF: the sides on which row 0 and column 0 of the file appear
+    case 2:
+        cv::flip(picture, result, 1);
+        return result; // top, right
+    case 3:
+        cv::flip(picture, result, -1);
+        return result; // bottom, right
+    case 4:
+        cv::flip(picture, result, 0);
+        return result; // bottom, left
+    case 5:
+        cv::transpose(picture, result);
+        return result; // left, top
+    case 6:
+        turn(picture, true, result);
+        return result; // right, top
+    case 7:            // right, bottom
+        cv::transpose(picture, result);
+        cv::flip(result, result, -1);
+        return result;
+    case 8:
+        turn(picture, false, result);
+        return result;
+    default:
+        return picture;
+    }
 }
 
 } // namespace altiro3D

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string_view>
 
@@ -22,5 +23,10 @@ ExifFacts readExif(std::string_view blob);
 /// @param compressed a zTXt chunk instead of a tEXt one
 /// @return nothing for chunks with other text
 std::optional<ExifFacts> readExifInPngText(std::string_view chunk, bool compressed);
+
+/// Turns and mirrors a picture upright.
+/// @param picture any type @param orientation of EXIF and TIFF, 1..8; others count as 1 (upright)
+/// @return the upright picture; shares the memory of `picture` if that is upright
+cv::Mat upright(const cv::Mat& picture, int orientation);
 
 } // namespace altiro3D

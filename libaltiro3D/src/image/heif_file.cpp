@@ -2,7 +2,6 @@
 
 #include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
-#include "image/heif_boxes.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -142,8 +141,6 @@ HeifFile::HeifFile(string_view bytes) : impl_(std::make_unique<Impl>()) {
 }
 
 HeifFile::~HeifFile() = default;
-HeifFile::HeifFile(HeifFile&&) noexcept = default;
-HeifFile& HeifFile::operator=(HeifFile&&) noexcept = default;
 
 cv::Size HeifFile::size() const {
     return {std::max(0, heif_image_handle_get_width(impl_->handle.get())),
@@ -247,8 +244,6 @@ HeifFile::HeifFile(std::string_view /*bytes*/) {
 }
 
 HeifFile::~HeifFile() = default;
-HeifFile::HeifFile(HeifFile&&) noexcept = default;
-HeifFile& HeifFile::operator=(HeifFile&&) noexcept = default;
 
 cv::Size HeifFile::size() const {
     return {};

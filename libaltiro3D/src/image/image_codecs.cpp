@@ -1,7 +1,10 @@
 #include "image/image_codecs.hpp"
 
+#include "base/byte_reader.hpp"
+#include "image/image_header.hpp"
 #include "image/opencv_codecs.hpp"
 
+#include <algorithm>
 #include <csetjmp>
 #include <cstdint>
 #include <memory>
@@ -127,6 +130,112 @@ cv::Mat decodePng(std::string_view bytes) {
     return readPngRows(reader, rows.data()) ? image : cv::Mat();
 }
 
+std::string littleEndian(std::uint64_t value, int size) {
+    std::string bytes;
+    for (int i = 0; i < size; ++i)
+        bytes.push_back(static_cast<char>(value >> (8 * i) & 0xffU));
+    return bytes;
+}
+
+// The first picture of an animated WebP file.
+struct WebPFrame {
+    std::string file; // the picture as a WebP file of its own; empty if there is none
+    cv::Rect area;    // its place in the animation; not checked
+};
+
+WebPFrame firstWebPFrame(std::string_view bytes) {
+    constexpr std::uint64_t kFrameHeader = 16;
+    const ByteReader reader(bytes, true);
+    for (std::uint64_t at = 12; reader.holds(at, 8);) {
+        const std::uint64_t size = reader.u32(at + 4);
+        const std::uint64_t data = at + 8;
+        if (reader.text(at, 4) != "ANMF" || size < kFrameHeader || !reader.holds(data, size)) {
+            at = data + size + (size & 1);
+            continue;
+        }
+        const auto number = [&](std::uint64_t offset) {
+            return static_cast<int>(reader.number(data + offset, 3));
+        };
+        WebPFrame frame;
+        frame.area = {2 * number(0), 2 * number(3), number(6) + 1, number(9) + 1};
+        const std::string_view chunks = reader.text(data + kFrameHeader, size - kFrameHeader);
+        std::string body = "WEBP";
+        if (chunks.substr(0, 4) == "ALPH") { // needs the header of an extended file
+            body += "VP8X" + littleEndian(10, 4) + littleEndian(0x10, 4) +
+                    std::string(reader.text(data + 6, 6));
+        }
+        body += chunks;
+        frame.file = "RIFF" + littleEndian(body.size(), 4) + body;
+        return frame;
+    }
+    return {};
+}
+
+// a * b / largest, rounded; 8 and 16 bits.
+template <typename T>
+T scaled(T color, T alpha) {
+    constexpr unsigned kLargest = sizeof(T) == 1 ? 255u : 65535u;
+    return static_cast<T>((static_cast<unsigned>(color) * alpha + kLargest / 2) / kLargest);
+}
+template <>
+float scaled(float color, float alpha) {
+    return alpha > 0 ? color * std::min(alpha, 1.0f) : 0.0f;
+}
+
+template <typename T>
+void compositeRow(const T* from, T* to, int columns, int colors, bool premultiplied) {
+    for (int x = 0; x < columns; ++x, from += colors + 1, to += colors) {
+        const T alpha = from[colors];
+        for (int c = 0; c < colors; ++c)
+            to[c] = premultiplied ? from[c] : scaled(from[c], alpha);
+    }
+}
+
+template <typename T>
+bool hasColorAboveAlpha(const cv::Mat& picture) {
+    const int colors = picture.channels() - 1;
+    for (int y = 0; y < picture.rows; ++y) {
+        const T* from = picture.ptr<T>(y);
+        for (int x = 0; x < picture.cols; ++x, from += colors + 1) {
+            if (*std::max_element(from, from + colors) > from[colors]) return true;
+        }
+    }
+    return false;
+}
+
+// Composes the picture over black. The last of 2 or 4 channels is alpha.
+template <typename T>
+cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
+    // A colour brighter than its alpha shows that the picture is not premultiplied.
+    const bool premultiplied = kind == AlphaKind::Premultiplied ||
+                               (kind == AlphaKind::Unstated && !hasColorAboveAlpha<T>(picture));
+    const int colors = picture.channels() - 1;
+    cv::Mat result(picture.size(), CV_MAKETYPE(picture.depth(), colors));
+    for (int y = 0; y < picture.rows; ++y) {
+        compositeRow(picture.ptr<T>(y), result.ptr<T>(y), picture.cols, colors, premultiplied);
+    }
+    return result;
+}
+
+// Pixels of the transparent colour become black; OpenCV does not do this.
+template <typename T>
+void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
+    const unsigned mask = (1u << bits) - 1;
+    const unsigned factor = bits < 8 ? 255u / mask : 1u; // OpenCV scales fewer bits to 0..255
+    const T blue = static_cast<T>((color.blue & mask) * factor);
+    const T green = static_cast<T>((color.green & mask) * factor);
+    const T red = static_cast<T>((color.red & mask) * factor);
+    const int channels = picture.channels();
+    for (int y = 0; y < picture.rows; ++y) {
+        T* row = picture.ptr<T>(y);
+        for (int x = 0; x < picture.cols; ++x, row += channels) {
+            if (row[0] != blue) continue;
+            if (channels == 3 && (row[1] != green || row[2] != red)) continue;
+            std::fill_n(row, channels, T{0});
+        }
+    }
+}
+
 } // namespace
 
 cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels) {
@@ -164,6 +273,66 @@ std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& 
     std::vector<unsigned char> bytes;
     if (!openCvCodecs().encode(extension, image, bytes)) bytes.clear();
     return bytes;
+}
+
+cv::Mat decodePart(std::string_view bytes, double maxPixels, ImageChannels channels) {
+    const ImageHeader header = readImageHeader(bytes, "");
+    const double pixels = static_cast<double>(header.columns) * static_cast<double>(header.rows);
+    const bool isKnown = header.format == ImageFormat::Jpeg || header.format == ImageFormat::Png;
+    if (!isKnown || !header.unreadable.empty() || header.isCutOff || pixels < 1 ||
+        pixels > maxPixels || std::max(header.columns, header.rows) > kMaxImageSide) {
+        return {};
+    }
+    try {
+        return decodeImage(bytes, header.format, channels);
+    } catch (const cv::Exception& exception) {
+        if (exception.code == cv::Error::StsNoMem) throw;
+        return {};
+    }
+}
+
+// The first picture in its place; empty if it is damaged.
+cv::Mat decodeFirstFrame(const ImageHeader& header, const std::string& bytes) {
+    const WebPFrame frame = firstWebPFrame(bytes);
+    const cv::Rect whole(0, 0, static_cast<int>(header.columns), static_cast<int>(header.rows));
+    const ImageHeader own = readImageHeader(frame.file, {}); // decoders allocate what it states
+    if ((frame.area & whole) != frame.area ||
+        own.columns != static_cast<std::uint64_t>(frame.area.width) ||
+        own.rows != static_cast<std::uint64_t>(frame.area.height))
+        return {};
+    cv::Mat part = decodeImage(frame.file, ImageFormat::WebP, ImageChannels::AsStored);
+    if (part.size() == whole.size() || part.size() != frame.area.size()) return part;
+    cv::Mat picture = cv::Mat::zeros(whole.size(), part.type());
+    part.copyTo(picture(frame.area));
+    return picture;
+}
+
+cv::Mat withoutAlpha(const cv::Mat& picture, const ImageHeader& header) {
+    if (picture.channels() != 2 && picture.channels() != 4) return picture;
+    AlphaKind kind = header.alpha;
+    if (header.format == ImageFormat::Bmp && kind == AlphaKind::Unstated) {
+        kind = AlphaKind::Premultiplied; // the fourth byte is padding and ignored
+    }
+    switch (picture.depth()) {
+    case CV_8U:
+        return compositeOver<std::uint8_t>(picture, kind);
+    case CV_16U:
+        return compositeOver<std::uint16_t>(picture, kind);
+    default:
+        break;
+    }
+    if (picture.depth() == CV_32F) return compositeOver<float>(picture, kind);
+    return picture;
+}
+
+void blackenTransparent(cv::Mat& picture, const ImageHeader& header) {
+    if (!header.transparentColor || picture.channels() == 2 || picture.channels() > 3) return;
+    const int bits = header.bitsPerSample;
+    if (picture.depth() == CV_8U && bits <= 8) {
+        blackenColor<std::uint8_t>(picture, *header.transparentColor, bits);
+    } else if (picture.depth() == CV_16U && bits == 16) {
+        blackenColor<std::uint16_t>(picture, *header.transparentColor, bits);
+    }
 }
 
 } // namespace altiro3D

@@ -3,7 +3,6 @@
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
-#include "image/heif_boxes.hpp"
 #include "image/heif_file.hpp"
 #include "image/jpeg_walk.hpp"
 #include "image/tiff_file.hpp"

@@ -1,19 +1,14 @@
 #include "altiro3D/image_io.hpp"
 
-#include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/memory_errors.hpp"
-#include "base/text.hpp"
 #include "image/colour.hpp"
-#include "image/colour_maps.hpp"
+#include "image/exif.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
 #include "image/image_read.hpp"
-#include "image/orientation.hpp"
 #include "image/pixel_values.hpp"
 #include "image/tiff_file.hpp"
-#include "image/webp_frame.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -29,35 +24,9 @@ namespace fs = std::filesystem;
 namespace {
 
 const char* nameOf(ImageFormat format) {
-    switch (format) {
-    case ImageFormat::Png:
-        return "PNG";
-    case ImageFormat::Jpeg:
-        return "JPEG";
-    case ImageFormat::Tiff:
-        return "TIFF";
-    case ImageFormat::WebP:
-        return "WebP";
-    case ImageFormat::Bmp:
-        return "BMP";
-    case ImageFormat::Pnm:
-        return "PNM";
-    case ImageFormat::Pfm:
-        return "PFM";
-    case ImageFormat::Exr:
-        return "EXR";
-    case ImageFormat::Hdr:
-        return "HDR";
-    case ImageFormat::Jpeg2000:
-        return "JPEG 2000";
-    case ImageFormat::Heic:
-        return "HEIC";
-    case ImageFormat::Avif:
-        return "AVIF";
-    case ImageFormat::Unknown:
-        break;
-    }
-    return "unknown";
+    constexpr const char* kNames[] = {"unknown", "PNG", "JPEG", "TIFF",      "WebP", "BMP", "PNM",
+                                      "PFM",     "EXR", "HDR",  "JPEG 2000", "HEIC", "AVIF"};
+    return kNames[static_cast<int>(format)];
 }
 
 // "camera raw (nef)": nef
@@ -191,22 +160,6 @@ cv::Mat decodeTiff(const fs::path& path, const ImageHeader& header, const std::s
     }
 }
 
-// The first picture in its place; empty if it is damaged.
-cv::Mat decodeFirstFrame(const ImageHeader& header, const std::string& bytes) {
-    const WebPFrame frame = firstWebPFrame(bytes);
-    const cv::Rect whole(0, 0, static_cast<int>(header.columns), static_cast<int>(header.rows));
-    const ImageHeader own = readImageHeader(frame.file, {}); // decoders allocate what it states
-    if ((frame.area & whole) != frame.area ||
-        own.columns != static_cast<std::uint64_t>(frame.area.width) ||
-        own.rows != static_cast<std::uint64_t>(frame.area.height))
-        return {};
-    cv::Mat part = decodeImage(frame.file, ImageFormat::WebP, ImageChannels::AsStored);
-    if (part.size() == whole.size() || part.size() != frame.area.size()) return part;
-    cv::Mat picture = cv::Mat::zeros(whole.size(), part.type());
-    part.copyTo(picture(frame.area));
-    return picture;
-}
-
 cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes) {
     if (isHeif(header.format)) return decodeHeif(path, header, bytes);
     if (header.format == ImageFormat::Tiff) return decodeTiff(path, header, bytes);
@@ -237,99 +190,6 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& byt
     throw Error(ErrorCode::BadFormat, path.string(),
                 std::string(header.isCutOff ? "is cut off" : "is damaged or of an unusual kind") +
                     expected);
-}
-
-// a * b / largest, rounded; 8 and 16 bits.
-template <typename T>
-T scaled(T color, T alpha) {
-    constexpr unsigned kLargest = sizeof(T) == 1 ? 255u : 65535u;
-    return static_cast<T>((static_cast<unsigned>(color) * alpha + kLargest / 2) / kLargest);
-}
-template <>
-float scaled(float color, float alpha) {
-    return alpha > 0 ? color * std::min(alpha, 1.0f) : 0.0f;
-}
-
-template <typename T>
-void compositeRow(const T* from, T* to, int columns, int colors, bool premultiplied) {
-    for (int x = 0; x < columns; ++x, from += colors + 1, to += colors) {
-        const T alpha = from[colors];
-        for (int c = 0; c < colors; ++c)
-            to[c] = premultiplied ? from[c] : scaled(from[c], alpha);
-    }
-}
-
-template <typename T>
-bool hasColorAboveAlpha(const cv::Mat& picture) {
-    const int colors = picture.channels() - 1;
-    for (int y = 0; y < picture.rows; ++y) {
-        const T* from = picture.ptr<T>(y);
-        for (int x = 0; x < picture.cols; ++x, from += colors + 1) {
-            if (*std::max_element(from, from + colors) > from[colors]) return true;
-        }
-    }
-    return false;
-}
-
-// Composes the picture over black. The last of 2 or 4 channels is alpha.
-template <typename T>
-cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
-    // A colour brighter than its alpha shows that the picture is not premultiplied.
-    const bool premultiplied = kind == AlphaKind::Premultiplied ||
-                               (kind == AlphaKind::Unstated && !hasColorAboveAlpha<T>(picture));
-    const int colors = picture.channels() - 1;
-    cv::Mat result(picture.size(), CV_MAKETYPE(picture.depth(), colors));
-    for (int y = 0; y < picture.rows; ++y) {
-        compositeRow(picture.ptr<T>(y), result.ptr<T>(y), picture.cols, colors, premultiplied);
-    }
-    return result;
-}
-
-cv::Mat withoutAlpha(const cv::Mat& picture, const ImageHeader& header) {
-    if (picture.channels() != 2 && picture.channels() != 4) return picture;
-    AlphaKind kind = header.alpha;
-    if (header.format == ImageFormat::Bmp && kind == AlphaKind::Unstated) {
-        kind = AlphaKind::Premultiplied; // the fourth byte is padding and ignored
-    }
-    switch (picture.depth()) {
-    case CV_8U:
-        return compositeOver<std::uint8_t>(picture, kind);
-    case CV_16U:
-        return compositeOver<std::uint16_t>(picture, kind);
-    default:
-        break;
-    }
-    if (picture.depth() == CV_32F) return compositeOver<float>(picture, kind);
-    return picture;
-}
-
-// Pixels of the transparent colour become black; OpenCV does not do this.
-template <typename T>
-void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
-    const unsigned mask = (1u << bits) - 1;
-    const unsigned factor = bits < 8 ? 255u / mask : 1u; // OpenCV scales fewer bits to 0..255
-    const T blue = static_cast<T>((color.blue & mask) * factor);
-    const T green = static_cast<T>((color.green & mask) * factor);
-    const T red = static_cast<T>((color.red & mask) * factor);
-    const int channels = picture.channels();
-    for (int y = 0; y < picture.rows; ++y) {
-        T* row = picture.ptr<T>(y);
-        for (int x = 0; x < picture.cols; ++x, row += channels) {
-            if (row[0] != blue) continue;
-            if (channels == 3 && (row[1] != green || row[2] != red)) continue;
-            std::fill_n(row, channels, T{0});
-        }
-    }
-}
-
-void blackenTransparent(cv::Mat& picture, const ImageHeader& header) {
-    if (!header.transparentColor || picture.channels() == 2 || picture.channels() > 3) return;
-    const int bits = header.bitsPerSample;
-    if (picture.depth() == CV_8U && bits <= 8) {
-        blackenColor<std::uint8_t>(picture, *header.transparentColor, bits);
-    } else if (picture.depth() == CV_16U && bits == 16) {
-        blackenColor<std::uint16_t>(picture, *header.transparentColor, bits);
-    }
 }
 
 struct LoadedPicture {
@@ -363,14 +223,13 @@ cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string&
     const cv::Mat inks = isTiff ? decodeTiff(path, header, bytes) : decodeCmykJpeg(bytes);
     cv::Mat picture;
     if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, isInverted);
-    if (notes != nullptr && picture.empty()) {
-        notes->push_back({NoteCode::Doubtful, "the file is CMYK without a colour profile that can "
-                                              "be used: its colours are approximate"});
-    }
-    if (notes != nullptr && header.isUnmarkedCmyk) {
-        notes->push_back({NoteCode::Doubtful,
-                          "the file is CMYK without Adobe's mark: its colours may be inverted"});
-    }
+    if (picture.empty())
+        addNote(notes, NoteCode::Doubtful,
+                "the file is CMYK without a colour profile that can "
+                "be used: its colours are approximate");
+    if (header.isUnmarkedCmyk)
+        addNote(notes, NoteCode::Doubtful,
+                "the file is CMYK without Adobe's mark: its colours may be inverted");
     if (inks.empty()) return decode(path, header, bytes);
     return picture.empty() ? inksToSrgb(inks, {}, isInverted) : picture;
 }
@@ -461,19 +320,13 @@ bool isGrey(const cv::Mat& bgr) {
 // Where all three channels agree, whole numbers keep their value.
 template <typename T>
 cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
-    if (notes != nullptr && hasColours(bgr)) {
-        notes->push_back({NoteCode::Doubtful,
-                          "has colours, and depth has none: their grey value is taken (the photo "
-                          "comes first, then its depth)"});
-    }
+    if (hasColours(bgr))
+        addNote(notes, NoteCode::Doubtful,
+                "has colours, and depth has none: their grey value is taken (the photo "
+                "comes first, then its depth)");
+    if (!std::is_integral_v<T> || !isGrey<T>(bgr)) return greyValues<T>(bgr);
     cv::Mat grey;
-    if (std::is_integral_v<T> && isGrey<T>(bgr)) {
-        cv::extractChannel(bgr, grey, 1);
-        return grey;
-    }
-    grey.create(bgr.size(), CV_32FC1);
-    for (int y = 0; y < bgr.rows; ++y)
-        greyRow(bgr.ptr<T>(y), grey.ptr<float>(y), bgr.cols);
+    cv::extractChannel(bgr, grey, 1);
     return grey;
 }
 
@@ -522,29 +375,6 @@ cv::Mat readPhoto(const PhotoFile& file, Notes* notes) {
 
 double readFocalLength35mm(const PhotoFile& file) {
     return readImageHeader(file.look(), lowerExtension(file.path())).focalLength35mm;
-}
-
-bool hasColours(const cv::Mat& picture) {
-    checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3, CV_64FC3}, "picture",
-              "three channels of 8 or 16 bits or of floats");
-    constexpr int kMaxRows = 512; // large pictures are sampled
-    const int step = picture.rows / kMaxRows + 1;
-    cv::Mat rows;
-    for (int y = 0; y < picture.rows; y += step)
-        rows.push_back(picture.row(y));
-    rows.convertTo(rows, CV_32F);
-    double white = picture.depth() == CV_8U ? 255 : 65535;
-    if (picture.depth() >= CV_32F)
-        white = cv::norm(rows, cv::NORM_INF); // floats have no fixed range
-    std::int64_t coloured = 0;
-    for (int y = 0; y < rows.rows; ++y) {
-        const auto* pixel = rows.ptr<cv::Vec3f>(y);
-        for (int x = 0; x < rows.cols; ++x) {
-            const auto [least, most] = std::minmax({pixel[x][0], pixel[x][1], pixel[x][2]});
-            if (most - least > white / 16) ++coloured;
-        }
-    }
-    return coloured * 50 > static_cast<std::int64_t>(rows.total());
 }
 
 bool isMarkedNative(const PhotoFile& file) {

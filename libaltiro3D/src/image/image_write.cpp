@@ -1,13 +1,10 @@
 #include "altiro3D/image_io.hpp"
 
-#include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
-#include "base/memory_errors.hpp"
-#include "base/text.hpp"
+#include "base/checks.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
 #include "image/pixel_values.hpp"
-#include "image/png_encode.hpp"
 
 #include <algorithm>
 #include <array>

@@ -15,3 +15,8 @@ bool encode(const std::string& extension, const cv::Mat& image, std::vector<unsi
 } // namespace
 
 const altiro3D::OpenCvCodecs kAltiro3dOpenCvCodecs = {decode, encode};
+
+// Where it is linked; opencv_codecs_loaded.cpp has the other way.
+const altiro3D::OpenCvCodecs& altiro3D::openCvCodecs() {
+    return kAltiro3dOpenCvCodecs;
+}

@@ -2,8 +2,14 @@
 
 #include "altiro3D/image_io.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
 
 namespace altiro3D {
 
@@ -51,5 +57,41 @@ inline void stretch(cv::Mat& half, Squeeze squeeze, int interpolation) {
     cv::resize(half, stretched, stretchedSize(half.size(), squeeze), 0, 0, interpolation);
     half = stretched;
 }
+
+/// Whether two pictures can be those of two eyes: shapes within 5 %, or 1 px of small pictures.
+inline bool canBeEyes(cv::Size left, cv::Size right) {
+    constexpr double kTolerance = 0.05;
+    const double ratio = static_cast<double>(left.width) * right.height /
+                         (static_cast<double>(right.width) * left.height);
+    return std::abs(ratio - 1) <= kTolerance ||
+           std::max(std::abs(left.width - right.width), std::abs(left.height - right.height)) <= 1;
+}
+
+/// Whether two pictures have the same shape within 2 %, as a photo and its depth.
+inline bool haveOneShape(cv::Size a, cv::Size b) {
+    constexpr double kTolerance = 0.02;
+    const double ratio =
+        static_cast<double>(a.width) * b.height / (static_cast<double>(a.height) * b.width);
+    return std::abs(ratio - 1) <= kTolerance;
+}
+
+/// How a picture file states that it holds the pictures of both eyes.
+struct StatedEyes {
+    StereoLayout layout = StereoLayout::RightLeft;
+    Squeeze squeeze = Squeeze::None;
+    int gap = 0; ///< px between the two pictures.
+};
+
+/// What a JPEG or PNG file states of eyes.
+struct EyesMark {
+    std::optional<StatedEyes> eyes;
+    std::string damage;     ///< Why a mark is not used: the end of a sentence; empty: none or good.
+    std::string unreadable; ///< A layout that is not read ("interleaved"); empty otherwise.
+    bool isOneEye = false;  ///< The mark says that the picture is of one eye.
+};
+
+/// Reads the JPS header of a JPEG (the first segment APP3 "_JPSJPS_", before the first scan) or the
+/// chunk sTER of a PNG (before the pixels). Any bytes give a result.
+EyesMark readEyesMark(std::string_view bytes);
 
 } // namespace altiro3D

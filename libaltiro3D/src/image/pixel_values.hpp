@@ -1,9 +1,20 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
+#include <vector>
 
 namespace altiro3D {
+
+/// The value of a rank, 0 = the smallest. The values are put in another order.
+template <typename T>
+T valueOfRank(std::vector<T>& values, std::size_t rank) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
 
 /// Converts 16 to 8 bits: v / 257, rounded, so 0 and 65535 become 0 and 255.
 inline std::uint8_t toEightBits(std::uint16_t value) {
@@ -47,16 +58,23 @@ inline cv::Mat brightnessOf(const cv::Mat& picture) {
     return result;
 }
 
-/// The grey values of a BGR row: the value itself where the channels agree, else Rec. 601 luma.
+/// The grey values of a picture: the value itself where the channels agree, else Rec. 601 luma.
+/// @param picture [rows x cols, 3 channels of T, BGR] @return [CV_32FC1]
 template <typename T>
-void greyRow(const T* bgr, float* grey, int columns) {
-    for (int x = 0; x < columns; ++x, bgr += 3) {
-        const double blue = static_cast<double>(bgr[0]);
-        const double green = static_cast<double>(bgr[1]);
-        const double red = static_cast<double>(bgr[2]);
-        const bool isGrey = blue == green && green == red;
-        grey[x] = static_cast<float>(isGrey ? green : 0.114 * blue + 0.587 * green + 0.299 * red);
+cv::Mat greyValues(const cv::Mat& picture) {
+    cv::Mat result(picture.size(), CV_32FC1);
+    for (int y = 0; y < picture.rows; ++y) {
+        const T* bgr = picture.ptr<T>(y);
+        for (int x = 0; x < picture.cols; ++x, bgr += 3) {
+            const double blue = static_cast<double>(bgr[0]);
+            const double green = static_cast<double>(bgr[1]);
+            const double red = static_cast<double>(bgr[2]);
+            const bool isGrey = blue == green && green == red;
+            result.ptr<float>(y)[x] =
+                static_cast<float>(isGrey ? green : 0.114 * blue + 0.587 * green + 0.299 * red);
+        }
     }
+    return result;
 }
 
 } // namespace altiro3D

@@ -1,4 +1,6 @@
-#include "image/png_encode.hpp"
+
+#include "base/pixel_rows.hpp"
+#include "image/image_codecs.hpp"
 
 #include <algorithm>
 #include <array>
@@ -163,16 +165,14 @@ std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view te
     const auto rowsOf = [&](int band) {
         return cv::Range(band * bandRows, std::min((band + 1) * bandRows, picture.rows));
     };
-    cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) {
-            const auto band = static_cast<std::size_t>(i);
-            Bytes contents = filteredBand(picture, rowsOf(i));
-            sums[band] = adler32_z(1, contents.data(), contents.size());
-            Bytes deflated;
-            if (i == 0) deflated = {0x78, 0x01}; // zlib: a window of 32 kB, fast
-            appendDeflated(contents, i + 1 == bands, deflated);
-            appendChunk("IDAT", deflated, chunks[band]);
-        }
+    overRows(bands, [&](int i) {
+        const auto band = static_cast<std::size_t>(i);
+        Bytes contents = filteredBand(picture, rowsOf(i));
+        sums[band] = adler32_z(1, contents.data(), contents.size());
+        Bytes deflated;
+        if (i == 0) deflated = {0x78, 0x01}; // zlib: a window of 32 kB, fast
+        appendDeflated(contents, i + 1 == bands, deflated);
+        appendChunk("IDAT", deflated, chunks[band]);
     });
     uLong sum = 1;
     for (int i = 0; i < bands; ++i) {

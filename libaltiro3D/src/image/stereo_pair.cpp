@@ -1,21 +1,20 @@
 #include "altiro3D/image_io.hpp"
 
+#include "base/byte_reader.hpp"
 #include "base/checks.hpp"
 #include "base/image_format.hpp"
-#include "base/memory_errors.hpp"
 #include "base/text.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
-#include "image/eyes_mark.hpp"
-#include "image/heif_boxes.hpp"
+#include "image/exif.hpp"
 #include "image/heif_file.hpp"
+#include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
-#include "image/orientation.hpp"
+#include "image/jpeg_walk.hpp"
 #include "image/picture_halves.hpp"
-#include "image/picture_part.hpp"
-#include "image/picture_shape.hpp"
 #include "image/pixel_values.hpp"
 
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
@@ -36,8 +35,7 @@ bool isPairName(const fs::path& photo) {
 }
 
 void addUnused(Notes* notes, const std::string& why) {
-    if (notes != nullptr)
-        notes->push_back({NoteCode::LeftOut, "the right eye's picture is not used: " + why});
+    addNote(notes, NoteCode::LeftOut, "the right eye's picture is not used: " + why);
 }
 
 // Nothing and a remark if a pair cannot be of one scene.
@@ -90,7 +88,7 @@ MarkedEyes findMarkedEyes(const fs::path& photo, string_view bytes, Notes* notes
     const bool isPns = lowerExtension(photo) == ".pns";
     if (mark.eyes) return {mark.eyes, false, isJpeg ? "JPS" : isPns ? "PNS" : "PNG with sTER"};
     const auto note = [&](NoteCode code, const std::string& text) {
-        if (notes != nullptr) notes->push_back({code, "its " + name + text});
+        addNote(notes, code, "its " + name + text);
     };
     if (mark.isOneEye) {
         note(NoteCode::AsItIs, " says that the picture is of one eye: it is read as a photo");
@@ -164,6 +162,97 @@ std::optional<StereoPair> pairOfHeif(string_view bytes, ImageFormat format, Note
     }
 }
 
+constexpr string_view kJpsMark = "_JPSJPS_";
+
+// The length of the descriptor (2 bytes), then from its last byte to its first: media, layout,
+// flags, separation.
+EyesMark readJps(string_view body) {
+    constexpr unsigned kHalfHeight = 1;
+    constexpr unsigned kHalfWidth = 2;
+    constexpr unsigned kLeftFirst = 4;
+    const ByteReader reader(body, false);
+    EyesMark mark;
+    if (!reader.holds(0, 6) || reader.u16(0) < 4) {
+        mark.damage = "it is cut off";
+        return mark;
+    }
+    const unsigned separation = reader.u8(2);
+    const unsigned flags = reader.u8(3);
+    const unsigned layout = reader.u8(4);
+    const unsigned media = reader.u8(5);
+    if (media == 0) {
+        mark.isOneEye = true;
+        return mark;
+    }
+    if (media != 1) {
+        mark.damage = "it states the medium " + std::to_string(media) + ", which does not exist";
+        return mark;
+    }
+    StatedEyes eyes;
+    const bool isLeftFirst = (flags & kLeftFirst) != 0;
+    switch (layout) {
+    case 1:
+        mark.unreadable = "interleaved";
+        return mark;
+    case 2:
+        eyes.layout = isLeftFirst ? StereoLayout::LeftRight : StereoLayout::RightLeft;
+        break;
+    case 3:
+        eyes.layout = isLeftFirst ? StereoLayout::TopBottom : StereoLayout::BottomTop;
+        break;
+    case 4:
+        mark.unreadable = "anaglyph";
+        return mark;
+    default:
+        mark.damage = "it states the layout " + std::to_string(layout) + ", which does not exist";
+        return mark;
+    }
+    const unsigned half = flags & (kHalfWidth | kHalfHeight); // both keep the shape
+    if (half == kHalfWidth) eyes.squeeze = Squeeze::Width;
+    if (half == kHalfHeight) eyes.squeeze = Squeeze::Height;
+    eyes.gap = static_cast<int>(separation);
+    mark.eyes = eyes;
+    return mark;
+}
+
+EyesMark markOfJpeg(string_view bytes) {
+    EyesMark mark;
+    bool isFound = false;
+    walkJpeg(bytes, [&](unsigned marker, std::size_t /*at*/, string_view body) {
+        if (marker == 0xe3 && startsWith(body, kJpsMark)) {
+            mark = readJps(body.substr(kJpsMark.size()));
+            isFound = true;
+        }
+        return !isFound && marker != 0xda;
+    });
+    return mark;
+}
+
+// The right picture begins at a multiple of 8 px: the width is 2 w and up to 7 px of padding.
+EyesMark markOfPng(string_view bytes) {
+    const ByteReader reader(bytes, false);
+    EyesMark mark;
+    for (std::uint64_t at = 8; reader.holds(at, 12);) {
+        const std::uint64_t size = reader.u32(at);
+        const string_view name = reader.text(at + 4, 4);
+        if (name == "IDAT" || !reader.holds(at + 8, size + 4)) break;
+        if (name == "sTER") {
+            const unsigned mode = reader.u8(at + 8);
+            if (size != 1 || mode > 1) {
+                mark.damage = "it states a layout that does not exist";
+                break;
+            }
+            StatedEyes& eyes = mark.eyes.emplace();
+            eyes.layout = mode == 0 ? StereoLayout::RightLeft : StereoLayout::LeftRight;
+            eyes.gap = static_cast<int>((16 - reader.u32(16) % 16) % 16); // 16 is IHDR's width
+            if (eyes.gap > 7) eyes.gap = 0; // not as the chunk demands: halves
+            break;
+        }
+        at += size + 12;
+    }
+    return mark;
+}
+
 } // namespace
 
 std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) {
@@ -197,6 +286,17 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     pair.origin = kNames[static_cast<int>(layout)];
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
+}
+
+EyesMark readEyesMark(string_view bytes) {
+    switch (imageFormat(bytes)) {
+    case ImageFormat::Jpeg:
+        return markOfJpeg(bytes);
+    case ImageFormat::Png:
+        return markOfPng(bytes);
+    default:
+        return {};
+    }
 }
 
 } // namespace altiro3D

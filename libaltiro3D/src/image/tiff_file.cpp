@@ -130,37 +130,24 @@ unsigned choosePage(TIFF* file) {
     return TIFFSetDirectory(file, chosen) == 1 ? std::max(1U, pages) : 0;
 }
 
-// The numbers of a palette, of 16 bits. Those that use 8 are taken as such.
-class Palette {
-  public:
-    Palette(TIFF* file, unsigned bits) : size_(std::size_t{1} << bits) {
-        if (TIFFGetField(file, TIFFTAG_COLORMAP, &columns_[2], &columns_[1], &columns_[0]) != 1)
-            throw TiffFailure("its palette is missing");
-        for (const std::uint16_t* column : columns_)
-            if (std::any_of(column, column + size_, [](unsigned v) { return v > 255; })) shift_ = 8;
-    }
-    template <typename T>
-    void row(const T* from, std::uint8_t* to, int columns) const {
-        for (int x = 0; x < columns; ++x) {
-            for (const std::uint16_t* column : columns_)
-                *to++ = static_cast<std::uint8_t>(column[from[x]] >> shift_);
-        }
-    }
-
-  private:
-    std::size_t size_;
-    std::array<std::uint16_t*, 3> columns_{}; // blue, green, red
-    unsigned shift_ = 0;
-};
-
-cv::Mat coloursOf(const Palette& palette, const cv::Mat& indices) {
+// The numbers of a palette have 16 bits; those that use 8 are taken as such.
+cv::Mat coloursOfPalette(TIFF* file, unsigned bits, const cv::Mat& indices) {
+    std::array<std::uint16_t*, 3> columns{}; // blue, green, red
+    if (TIFFGetField(file, TIFFTAG_COLORMAP, &columns[2], &columns[1], &columns[0]) != 1)
+        throw TiffFailure("its palette is missing");
+    const bool isDeep = std::any_of(columns.begin(), columns.end(), [&](const auto* column) {
+        return std::any_of(column, column + (std::size_t{1} << bits),
+                           [](unsigned v) { return v > 255; });
+    });
+    cv::Mat whole;
+    indices.convertTo(whole, CV_16U);
     cv::Mat result(indices.size(), CV_8UC3);
-    for (int y = 0; y < indices.rows; ++y) {
-        if (indices.depth() == CV_8U) {
-            palette.row(indices.ptr<std::uint8_t>(y), result.ptr(y), indices.cols);
-        } else {
-            palette.row(indices.ptr<std::uint16_t>(y), result.ptr(y), indices.cols);
-        }
+    for (int y = 0; y < whole.rows; ++y) {
+        const auto* const from = whole.ptr<std::uint16_t>(y);
+        std::uint8_t* to = result.ptr(y);
+        for (int x = 0; x < whole.cols; ++x)
+            for (const std::uint16_t* column : columns)
+                *to++ = static_cast<std::uint8_t>(column[from[x]] >> (isDeep ? 8 : 0));
     }
     return result;
 }
@@ -503,7 +490,7 @@ cv::Mat TiffFile::decode() {
     const Page& page = *impl_->page;
     if (page.isYcbcr()) return impl_->decodeYcbcr();
     cv::Mat picture = impl_->decodeSamples();
-    if (page.isPalette()) return coloursOf(Palette(impl_->file.get(), page.bits), picture);
+    if (page.isPalette()) return coloursOfPalette(impl_->file.get(), page.bits, picture);
     if (page.isLab()) return labOf(picture, page.photometric == PHOTOMETRIC_ICCLAB);
     if (page.photometric == PHOTOMETRIC_MINISWHITE) {
         const auto largest = static_cast<double>((std::uint64_t{1} << page.bits) - 1);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/quilt.hpp"
+#include "base/pixel_rows.hpp"
 
 #include <array>
 #include <cstddef>
@@ -10,7 +11,7 @@
 
 namespace altiro3D {
 
-/// The data of a NativeLut; shared by native_lut.cpp (building) and native_lut_file.cpp (files).
+/// The data of a NativeLut.
 struct NativeLutTables {
     cv::Size panelSize;
     QuiltLayout quilt;
@@ -27,11 +28,5 @@ struct NativeLutTables {
     std::uint8_t* data() const { return channels[0].data; }
     std::size_t size() const { return 3 * channels[0].total() * channels[0].elemSize(); }
 };
-
-/// On a side of `samples` px, the pixel under the centre of pixel `index` of a side of `count` px:
-/// floor((index + 0.5) / count * samples), exact.
-inline int nearestSample(int index, int count, int samples) {
-    return static_cast<int>((2 * std::int64_t{index} + 1) * samples / (2 * std::int64_t{count}));
-}
 
 } // namespace altiro3D

@@ -1,12 +1,13 @@
 #include "altiro3D/quilt2native.hpp"
 
-#include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/text.hpp"
+#include "base/pixel_rows.hpp"
 #include "native/native_lut_tables.hpp"
+#include "native/quilt_shape.hpp"
 #include "native/view_table.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <opencv2/core.hpp>
@@ -25,32 +26,26 @@ struct Tap {
     double weight = 0;
 };
 
-// Position of the centre of pixel `index` of `count` among `samples` samples, clamped to them.
+// @param place 0..samples - 1, clamped to them
+Tap tapAt(double place, int samples) {
+    const double inside = std::clamp(place, 0.0, samples - 1.0);
+    const int first = static_cast<int>(inside);
+    return {first, std::min(first + 1, samples - 1), inside - first};
+}
+
+// Position of the centre of pixel `index` of `count` among `samples` samples.
 Tap tapOf(int index, int count, int samples, TileSampling sampling) {
-    Tap tap;
-    if (sampling == TileSampling::Nearest) {
-        tap.first = tap.second = nearestSample(index, count, samples);
-        return tap;
-    }
-    const double place = std::clamp((index + 0.5) / count * samples - 0.5, 0.0, samples - 1.0);
-    tap.first = static_cast<int>(place);
-    tap.second = std::min(tap.first + 1, samples - 1);
-    tap.weight = place - tap.first;
-    return tap;
+    if (sampling == TileSampling::Linear)
+        return tapAt((index + 0.5) / count * samples - 0.5, samples);
+    const int nearest = nearestSample(index, count, samples);
+    return {nearest, nearest, 0};
 }
 
 // The two views around a phase. View i is at the centre of its interval, phase (i + 0.5) / views.
 Tap viewsOf(double phase, int views, ViewFilter filter) {
-    Tap tap;
-    if (filter == ViewFilter::Nearest) {
-        tap.first = tap.second = LensGeometry::viewOfPhase(phase, views);
-        return tap;
-    }
-    const double place = std::clamp(phase * views - 0.5, 0.0, views - 1.0);
-    tap.first = static_cast<int>(place);
-    tap.second = std::min(tap.first + 1, views - 1);
-    tap.weight = place - tap.first;
-    return tap;
+    if (filter == ViewFilter::Linear) return tapAt(phase * views - 0.5, views);
+    const int nearest = LensGeometry::viewOfPhase(phase, views);
+    return {nearest, nearest, 0};
 }
 
 void requireLayout(const cv::Mat& quilt, const QuiltLayout& layout) {
@@ -104,14 +99,12 @@ cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout) {
     std::vector<std::size_t> sources; // per column, in bytes
     for (const int column : columns)
         sources.push_back(static_cast<std::size_t>(column) * bytes);
-    cv::parallel_for_(cv::Range(0, wanted.height), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            const uchar* in = quilt.ptr(lines[static_cast<std::size_t>(y)]);
-            uchar* out = whole.ptr(y);
-            for (const std::size_t source : sources) {
-                std::memcpy(out, in + source, bytes);
-                out += bytes;
-            }
+    overRows(wanted.height, [&](int y) {
+        const uchar* in = quilt.ptr(lines[static_cast<std::size_t>(y)]);
+        uchar* out = whole.ptr(y);
+        for (const std::size_t source : sources) {
+            std::memcpy(out, in + source, bytes);
+            out += bytes;
         }
     });
     return whole;
@@ -121,13 +114,10 @@ cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes)
     requireLayout(quilt, layout);
     const cv::Size wanted = layout.size();
     if (quilt.size() == wanted) return quilt;
-    if (notes != nullptr) {
-        notes->push_back(
-            {NoteCode::LeftOut,
-             "the quilt has " + sizeText(quilt.size()) + " px; its unused " +
-                 std::to_string(quilt.cols - wanted.width) + " columns at the right and " +
-                 std::to_string(quilt.rows - wanted.height) + " rows at the top are left out"});
-    }
+    addNote(notes, NoteCode::LeftOut,
+            "the quilt has " + sizeText(quilt.size()) + " px; its unused " +
+                std::to_string(quilt.cols - wanted.width) + " columns at the right and " +
+                std::to_string(quilt.rows - wanted.height) + " rows at the top are left out");
     return quilt(cv::Rect(0, quilt.rows - wanted.height, wanted.width, wanted.height));
 }
 
@@ -195,53 +185,97 @@ void Quilt2Native::Impl::renderThroughLut(const cv::Mat& source, cv::Mat& native
     for (int y = 0; y < source.rows; ++y)
         sourceRows[static_cast<std::size_t>(y)] = source.ptr(y);
     const std::uint8_t* const* rowOf = sourceRows.data();
-    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            std::uint8_t* out = native.ptr(y);
-            const auto* red = lut->channel(0).ptr<std::uint16_t>(y);
-            const auto* green = lut->channel(1).ptr<std::uint16_t>(y);
-            const auto* blue = lut->channel(2).ptr<std::uint16_t>(y);
-            for (int i = 0; i < 2 * native.cols; i += 2, out += 3) {
-                out[0] = rowOf[blue[i + 1]][3 * blue[i]];
-                out[1] = rowOf[green[i + 1]][3 * green[i] + 1];
-                out[2] = rowOf[red[i + 1]][3 * red[i] + 2];
-            }
+    overRows(native.rows, [&](int y) {
+        std::uint8_t* out = native.ptr(y);
+        const auto* red = lut->channel(0).ptr<std::uint16_t>(y);
+        const auto* green = lut->channel(1).ptr<std::uint16_t>(y);
+        const auto* blue = lut->channel(2).ptr<std::uint16_t>(y);
+        for (int i = 0; i < 2 * native.cols; i += 2, out += 3) {
+            out[0] = rowOf[blue[i + 1]][3 * blue[i]];
+            out[1] = rowOf[green[i + 1]][3 * green[i] + 1];
+            out[2] = rowOf[red[i + 1]][3 * red[i] + 2];
         }
     });
 }
 
 void Quilt2Native::Impl::renderBlended(const cv::Mat& source, cv::Mat& native) const {
-    cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            std::uint8_t* out = native.ptr(y);
-            const Tap& rowTap = rowTaps[static_cast<std::size_t>(y)];
-            for (int x = 0; x < native.cols; ++x) {
-                const Tap& columnTap = columnTaps[static_cast<std::size_t>(x)];
-                for (int channel = 0; channel < 3; ++channel) {
-                    const int place = kBgrOf[channel];
-                    const auto sample = [&](int view) {
-                        const cv::Rect tile = quilt.tile(view);
-                        const auto at = [&](int tx, int ty) -> double {
-                            return source.ptr(tile.y + ty)[3 * (tile.x + tx) + place];
-                        };
-                        const auto row = [&](int ty) {
-                            const double left = at(columnTap.first, ty);
-                            return left + columnTap.weight * (at(columnTap.second, ty) - left);
-                        };
-                        const double upper = row(rowTap.first);
-                        return upper + rowTap.weight * (row(rowTap.second) - upper);
+    overRows(native.rows, [&](int y) {
+        std::uint8_t* out = native.ptr(y);
+        const Tap& rowTap = rowTaps[static_cast<std::size_t>(y)];
+        for (int x = 0; x < native.cols; ++x) {
+            const Tap& columnTap = columnTaps[static_cast<std::size_t>(x)];
+            for (int channel = 0; channel < 3; ++channel) {
+                const int place = kBgrOf[channel];
+                const auto sample = [&](int view) {
+                    const cv::Rect tile = quilt.tile(view);
+                    const auto at = [&](int tx, int ty) -> double {
+                        return source.ptr(tile.y + ty)[3 * (tile.x + tx) + place];
                     };
-                    const Tap views =
-                        viewsOf(geometry.phase(x, y, channel), quilt.viewCount, sampling.views);
-                    double value = sample(views.first);
-                    if (views.weight > 0) {
-                        value += views.weight * (sample(views.second) - value);
-                    }
-                    out[3 * x + place] = static_cast<std::uint8_t>(value + 0.5);
+                    const auto row = [&](int ty) {
+                        const double left = at(columnTap.first, ty);
+                        return left + columnTap.weight * (at(columnTap.second, ty) - left);
+                    };
+                    const double upper = row(rowTap.first);
+                    return upper + rowTap.weight * (row(rowTap.second) - upper);
+                };
+                const Tap views =
+                    viewsOf(geometry.phase(x, y, channel), quilt.viewCount, sampling.views);
+                double value = sample(views.first);
+                if (views.weight > 0) {
+                    value += views.weight * (sample(views.second) - value);
                 }
+                out[3 * x + place] = static_cast<std::uint8_t>(value + 0.5);
             }
         }
     });
+}
+
+bool haveSameShape(double aspect, double other) {
+    constexpr double kMaxOff = 0.05; // looks right
+    return std::abs(aspect / other - 1) <= kMaxOff;
+}
+
+void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double viewAspect,
+                     double panelAspect, FitMode mode, cv::Mat& fitted) {
+    validate(layout);
+    checkSize(quilt.size(), layout.size(), "quilt");
+    check(viewAspect >= 0.01 && viewAspect <= 100, "viewAspect",
+          "is " + numberText(viewAspect) + ", expected 0.01..100");
+    // A tile has the shape viewAspect, independent of its px; the fit is computed for that shape.
+    const int height = layout.tileSize.height;
+    const cv::Size shown(std::max(1, static_cast<int>(std::lround(height * viewAspect))), height);
+    const PhotoFit toShown = fitPhoto(layout.tileSize, viewAspect, shown, FitMode::Stretch);
+    const PhotoFit toPanel = fitPhoto(shown, panelAspect, layout.tileSize, mode);
+    cv::Mat result(quilt.size(), CV_8UC3); // not `fitted`: it may be the quilt itself
+    cv::parallel_for_(cv::Range(0, layout.columns * layout.rows), [&](const cv::Range& tiles) {
+        cv::Mat view;
+        for (int i = tiles.start; i < tiles.end; ++i) {
+            applyFit(quilt(layout.tile(i)), toShown, view);
+            applyFit(view, toPanel, view);
+            view.copyTo(result(layout.tile(i)));
+        }
+    });
+    fitted = result;
+}
+
+QuiltShape::QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout,
+                       const Display& display, std::optional<FitMode> fit)
+    : layout_(layout), panelAspect_(display.aspect()) {
+    const auto name = parseQuiltName(file);
+    const bool isStated = name && name->aspect;
+    aspect_ = isStated ? *name->aspect
+                       : static_cast<double>(layout.tileSize.width) / layout.tileSize.height;
+    const bool isUnasked = !fit && !haveSameShape(aspect_, panelAspect_);
+    isFittedUnasked_ = isUnasked && isStated;
+    isStretchedUnasked_ = isUnasked && !isStated;
+    fit_ = fit.value_or(isFittedUnasked_ ? FitMode::Contain : FitMode::Stretch);
+}
+
+cv::Mat QuiltShape::apply(const cv::Mat& picture) const {
+    cv::Mat quilt = fitQuilt(picture, layout_);
+    if (fit_ != FitMode::Stretch)
+        applyFitToViews(quilt, layout_, aspect_, panelAspect_, fit_, quilt);
+    return quilt;
 }
 
 } // namespace altiro3D

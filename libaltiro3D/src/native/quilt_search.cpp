@@ -82,13 +82,9 @@ double borderOf(const std::vector<double>& steps, int count) {
         const auto at = [&](int x) { return steps.begin() + std::clamp(x, 0, last + 1); };
         const double height = *std::max_element(at(low), at(high + 1));
         around.assign(at(low - kAround), at(high + kAround + 1));
-        const auto upper = around.begin() + static_cast<std::ptrdiff_t>(around.size() * 3 / 4);
-        std::nth_element(around.begin(), upper, around.end());
-        heights.push_back(std::max(0.0, height - *upper));
+        heights.push_back(std::max(0.0, height - valueOfRank(around, around.size() * 3 / 4)));
     }
-    const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-    std::nth_element(heights.begin(), middle, heights.end());
-    return *middle;
+    return valueOfRank(heights, heights.size() / 2);
 }
 
 // The counts of columns for which neighbouring columns are alike, likeliest first.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 // All sums are of whole numbers, or of doubles in a fixed order: the result does not depend on the
 // processor or on the number of threads.
@@ -39,33 +40,18 @@ void averageParts(const Sample* row, int length, int count, std::vector<double>&
 void findFeatures(const Grey& tile, int radius, Features& features) {
     const int rows = tile.rows;
     const int cols = tile.cols;
-    const std::size_t step = static_cast<std::size_t>(cols) + 1;
-    std::vector<std::int64_t> sums(step * (static_cast<std::size_t>(rows) + 1));
-    std::vector<std::int64_t> squares(sums.size());
+    cv::Mat_<double> sums; // whole numbers
+    cv::Mat_<double> squares;
+    cv::integral(tile, sums, squares, CV_64F, CV_64F);
     for (int y = 0; y < rows; ++y) {
-        const std::uint16_t* in = tile[y];
-        std::int64_t sum = 0;
-        std::int64_t square = 0;
-        const std::size_t above = static_cast<std::size_t>(y) * step + 1;
-        for (std::size_t x = 0; x + 1 < step; ++x) {
-            const std::int64_t v = in[x];
-            sum += v;
-            square += v * v;
-            sums[above + step + x] = sums[above + x] + sum;
-            squares[above + step + x] = squares[above + x] + square;
-        }
-    }
-    for (int y = 0; y < rows; ++y) {
-        const auto top = static_cast<std::size_t>(std::max(0, y - radius)) * step;
-        const auto bottom = static_cast<std::size_t>(std::min(rows, y + radius + 1)) * step;
+        const int top = std::max(0, y - radius);
+        const int bottom = std::min(rows, y + radius + 1);
         for (int x = 0; x < cols; ++x) {
-            const auto left = static_cast<std::size_t>(std::max(0, x - radius));
-            const auto right = static_cast<std::size_t>(std::min(cols, x + radius + 1));
-            const std::size_t height = (bottom - top) / step;
-            const auto count = static_cast<double>(height * (right - left));
-            const auto windowSum = [&](const std::vector<std::int64_t>& of) {
-                return static_cast<double>(of[bottom + right] - of[bottom + left] -
-                                           of[top + right] + of[top + left]);
+            const int left = std::max(0, x - radius);
+            const int right = std::min(cols, x + radius + 1);
+            const double count = (bottom - top) * (right - left);
+            const auto windowSum = [&](const cv::Mat_<double>& of) {
+                return of[bottom][right] - of[bottom][left] - of[top][right] + of[top][left];
             };
             const double mean = windowSum(sums) / count;
             const double variance = std::max(0.0, windowSum(squares) / count - mean * mean);

@@ -1,9 +1,7 @@
 #include "altiro3D/photo_fit.hpp"
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/text.hpp"
 #include "scene/depth_fit.hpp"
 
 #include <algorithm>
@@ -57,11 +55,7 @@ void fitHidden(const HiddenLayer& hidden, cv::Size photo, const PhotoFit& fit,
                HiddenLayer& fitted) {
     checkType(hidden.photo, {CV_8UC3}, "hidden photo", "CV_8UC3 (8-bit BGR)");
     checkType(hidden.depth, {CV_32FC1}, "hidden depth", "CV_32FC1");
-    if (hidden.depth.size() != hidden.photo.size()) {
-        throw Error(ErrorCode::Mismatch, "hidden depth",
-                    "has " + sizeText(hidden.depth.size()) + " px, expected " +
-                        sizeText(hidden.photo.size()) + " px, as the hidden photo");
-    }
+    checkSize(hidden.depth.size(), hidden.photo.size(), "hidden depth");
     cv::Mat known;
     cv::compare(hidden.depth, hidden.depth, known, cv::CMP_EQ); // NaN differs from itself
     cv::Mat planes[5]; // blue, green, red, depth, share that is known; 0 where unknown
@@ -237,10 +231,7 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
     checkNumber(focus >= 0 && focus <= 1, "focus", focus, "a depth of 0 (farthest) .. 1 (nearest)");
     const cv::Size size = fit.fittedSize();
     const bool isGuided = !fittedPhoto.empty();
-    if (isGuided && fittedPhoto.size() != size) {
-        throw Error(ErrorCode::Mismatch, "photo",
-                    "has " + sizeText(fittedPhoto.size()) + " px, expected " + sizeText(size));
-    }
+    if (isGuided) checkSize(fittedPhoto.size(), size, "photo");
     const double scaleX = static_cast<double>(depth.cols) / photoSize.width;
     const double scaleY = static_cast<double>(depth.rows) / photoSize.height;
     const double perPixel = columnsPerPixel(fit);

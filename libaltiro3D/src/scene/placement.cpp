@@ -2,8 +2,7 @@
 
 #include "base/checks.hpp"
 #include "depth/map/depth_values.hpp"
-#include "scene/photo_sides.hpp"
-#include "scene/subject.hpp"
+#include "scene/framing.hpp"
 
 #include <algorithm>
 #include <cmath>

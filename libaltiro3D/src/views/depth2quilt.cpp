@@ -1,9 +1,6 @@
 #include "altiro3D/depth2quilt.hpp"
 
-#include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/memory_errors.hpp"
-#include "base/text.hpp"
 #include "views/view_methods.hpp"
 
 #include <algorithm>

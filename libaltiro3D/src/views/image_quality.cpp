@@ -1,8 +1,6 @@
 #include "altiro3D/depth2quilt.hpp"
 
-#include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "base/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +34,29 @@ cv::Mat blurred(const cv::Mat& samples) {
     return mean;
 }
 
+// Ranks from 0; equal values share the mean of theirs.
+std::vector<double> ranksOf(const std::vector<float>& values) {
+    std::vector<std::size_t> order(values.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
+    std::vector<double> ranks(values.size());
+    for (std::size_t first = 0; first < order.size();) {
+        std::size_t last = first;
+        while (last < order.size() && values[order[last]] == values[order[first]])
+            ++last;
+        const double mean = 0.5 * static_cast<double>(first + last - 1);
+        for (std::size_t i = first; i < last; ++i)
+            ranks[order[i]] = mean;
+        first = last;
+    }
+    return ranks;
+}
+
+void checkDepth(const cv::Mat& depth, const char* name) {
+    checkType(depth, {CV_32FC1}, name, "CV_32FC1");
+}
+
 } // namespace
 
 double psnr(const cv::Mat& picture, const cv::Mat& truth) {
@@ -65,60 +86,22 @@ double ssim(const cv::Mat& picture, const cv::Mat& truth) {
     const cv::Mat covariance = blurred(x.mul(y)) - meanX.mul(meanY);
     const cv::Scalar c1 = cv::Scalar::all(kC1);
     const cv::Scalar c2 = cv::Scalar::all(kC2);
-    cv::Mat luminance;
-    cv::Mat structure;
-    cv::add(2 * meanX.mul(meanY), c1, luminance);
-    cv::add(2 * covariance, c2, structure);
-    cv::Mat luminanceScale;
-    cv::Mat structureScale;
-    cv::add(meanX.mul(meanX) + meanY.mul(meanY), c1, luminanceScale);
-    cv::add(varianceX + varianceY, c2, structureScale);
-    cv::Mat map;
-    cv::divide(luminance.mul(structure), luminanceScale.mul(structureScale), map);
+    const cv::Mat luminance = 2 * meanX.mul(meanY) + c1;
+    const cv::Mat structure = 2 * covariance + c2;
+    const cv::Mat luminanceScale = meanX.mul(meanX) + meanY.mul(meanY) + c1;
+    const cv::Mat structureScale = varianceX + varianceY + c2;
+    const cv::Mat map = luminance.mul(structure) / luminanceScale.mul(structureScale);
     const cv::Scalar sum = cv::sum(map.reshape(1));
     return sum[0] / (static_cast<double>(map.total()) * map.channels());
 }
 
-namespace {
-
-// Ranks from 0; equal values share the mean of theirs.
-std::vector<double> ranksOf(const std::vector<float>& values) {
-    std::vector<std::size_t> order(values.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t i, std::size_t j) { return values[i] < values[j]; });
-    std::vector<double> ranks(values.size());
-    for (std::size_t first = 0; first < order.size();) {
-        std::size_t last = first;
-        while (last < order.size() && values[order[last]] == values[order[first]])
-            ++last;
-        const double mean = 0.5 * static_cast<double>(first + last - 1);
-        for (std::size_t i = first; i < last; ++i)
-            ranks[order[i]] = mean;
-        first = last;
-    }
-    return ranks;
-}
-
-void checkDepth(const cv::Mat& depth, const char* name) {
-    checkType(depth, {CV_32FC1}, name, "CV_32FC1");
-}
-
-void requireSameSize(const cv::Mat& a, const cv::Mat& other, const char* name) {
-    if (a.size() == other.size()) return;
-    throw Error(ErrorCode::Mismatch, name,
-                "has " + sizeText(other.size()) + " px, expected " + sizeText(a.size()));
-}
-
-} // namespace
-
 double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
     checkDepth(a, "a");
     checkDepth(b, "b");
-    requireSameSize(a, b, "b");
+    checkSize(b.size(), a.size(), "b");
     if (!mask.empty()) {
         checkType(mask, {CV_8UC1}, "mask", "CV_8UC1");
-        requireSameSize(a, mask, "mask");
+        checkSize(mask.size(), a.size(), "mask");
     }
     std::vector<float> valuesA;
     std::vector<float> valuesB;

@@ -1,8 +1,7 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "base/checks.hpp"
-#include "base/text.hpp"
-#include "depth/map/unknown_depth.hpp"
+#include "depth/map/depth_values.hpp"
 #include "views/view_methods.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "altiro3D/depth_map.hpp"
 
-#include "depth/map/photo_paths.hpp"
+#include "depth/map/depth_values.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"

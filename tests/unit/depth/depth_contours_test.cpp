@@ -1,4 +1,4 @@
-#include "depth/refine/depth_contours.hpp"
+#include "depth/refine/depth_steps.hpp"
 
 #include "support/compare.hpp"
 #include "support/processors.hpp"

@@ -1,4 +1,4 @@
-#include "depth/network/depth_lines.hpp"
+#include "depth/network/network_estimate.hpp"
 
 #include "support/compare.hpp"
 #include "support/processors.hpp"

@@ -4,7 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/placement.hpp"
-#include "base/data_prefix.hpp"
+#include "base/posix_file.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"

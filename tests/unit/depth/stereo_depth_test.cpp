@@ -1,6 +1,6 @@
 #include "altiro3D/depth_source.hpp"
 
-#include "depth/stereo/stereo_rows.hpp"
+#include "depth/stereo/stereo_parts.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
@@ -118,7 +118,7 @@ TEST(ScaleHiddenDepth, FollowsTheScaleOfTheDepth) {
     EXPECT_TRUE(hidden.photo.empty());
     hidden.photo.create(1, 3, CV_8UC3);
     EXPECT_TRUE(contains(errorOf([&] { scaleHiddenDepth(disparity, depth.row(0), hidden); }),
-                         "depth: has 5 x 1 px, expected those of the disparity, 5 x 2"));
+                         "depth: has 5 x 1 px, expected the disparity's 5 x 2 px"));
 }
 
 class MatchStereoOf3dCamera : public testing::TestWithParam<Turned> {};

@@ -1,4 +1,4 @@
-#include "image/colour_maps.hpp"
+#include "image/image_read.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
 #include "support/files.hpp"

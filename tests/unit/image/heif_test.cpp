@@ -1,7 +1,6 @@
 // HEIC and AVIF: pictures, turns, repaired files, broken files.
 
 #include "altiro3D/image_io.hpp"
-#include "image/heif_boxes.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_header.hpp"
 #include "support/files.hpp"

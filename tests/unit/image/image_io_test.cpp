@@ -2,7 +2,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
-#include "base/memory_errors.hpp"
+#include "base/checks.hpp"
 #include "image/image_header.hpp"
 #include "support/child.hpp"
 #include "support/compare.hpp"

@@ -1,6 +1,5 @@
 #include "altiro3D/image_io.hpp"
 
-#include "image/heif_boxes.hpp"
 #include "image/heif_file.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"

@@ -1,4 +1,4 @@
-#include "scene/photo_sides.hpp"
+#include "scene/framing.hpp"
 
 #include "altiro3D/placement.hpp"
 #include "altiro3D/sway.hpp"

@@ -1,4 +1,4 @@
-#include "scene/subject.hpp"
+#include "scene/framing.hpp"
 
 #include "altiro3D/placement.hpp"
 #include "support/files.hpp"

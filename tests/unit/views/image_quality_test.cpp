@@ -140,7 +140,7 @@ TEST(RankCorrelation, IsThatOfTheDefinition) {
     EXPECT_NEAR(rankCorrelation(b, -b), -1, 1e-12);
     EXPECT_EQ(rankCorrelation(b, cv::Mat(b.size(), CV_32FC1, cv::Scalar(1))), 0);
     EXPECT_EQ(errorOf([&] { rankCorrelation(a, cv::Mat(2, 3, CV_32FC1)); }),
-              "b: has 3 x 2 px, expected 17 x 13");
+              "b: has 3 x 2 px, expected 17 x 13 px");
     EXPECT_TRUE(contains(errorOf([&] { rankCorrelation(cv::Mat(), a); }), "a: "));
     cv::Mat unknown = a.clone();
     unknown.at<float>(2, 3) = std::numeric_limits<float>::quiet_NaN();

@@ -1,7 +1,8 @@
 #include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
-#include "depth/map/unknown_depth.hpp"
+#include "base/pixel_rows.hpp"
+#include "depth/map/depth_values.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
@@ -44,38 +45,33 @@ double nearness(double value, DepthKind kind) {
 }
 
 // Keys: unsigned numbers in the same order as the samples.
-std::uint16_t keyOf(std::uint8_t value) {
-    return value;
-}
-std::uint16_t keyOf(std::uint16_t value) {
-    return value;
-}
-std::uint32_t keyOf(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
-}
-std::uint64_t keyOf(double value) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
-    return (bits & kSign) != 0 ? ~bits : bits | kSign;
+template <typename T>
+using Key = std::conditional_t<sizeof(T) == 8, std::uint64_t,
+                               std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint16_t>>;
+template <typename T>
+constexpr Key<T> kSign = static_cast<Key<T>>(Key<T>{1} << (8 * sizeof(Key<T>) - 1));
+
+template <typename T>
+Key<T> keyOf(T value) {
+    if constexpr (std::is_integral_v<T>) {
+        return value;
+    } else {
+        Key<T> bits = 0;
+        std::memcpy(&bits, &value, sizeof bits);
+        return (bits & kSign<T>) != 0 ? ~bits : bits | kSign<T>;
+    }
 }
 
-void valueOf(std::uint16_t key, std::uint8_t& value) {
-    value = static_cast<std::uint8_t>(key);
-}
-void valueOf(std::uint16_t key, std::uint16_t& value) {
-    value = key;
-}
-void valueOf(std::uint32_t key, float& value) {
-    const std::uint32_t bits = (key & 0x80000000u) != 0 ? key & 0x7fffffffu : ~key;
-    std::memcpy(&value, &bits, sizeof bits);
-}
-void valueOf(std::uint64_t key, double& value) {
-    constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
-    const std::uint64_t bits = (key & kSign) != 0 ? key & ~kSign : ~key;
-    std::memcpy(&value, &bits, sizeof bits);
+template <typename T>
+T valueOf(Key<T> key) {
+    if constexpr (std::is_integral_v<T>) {
+        return static_cast<T>(key);
+    } else {
+        const Key<T> bits = (key & kSign<T>) != 0 ? key & ~kSign<T> : ~key;
+        T value = 0;
+        std::memcpy(&value, &bits, sizeof value);
+        return value;
+    }
 }
 
 constexpr int kDigitBits = 16;
@@ -87,7 +83,7 @@ using Histogram = std::vector<std::uint32_t>; // pictures have fewer than 2^32 p
 // Sums of whole numbers do not depend on the distribution of rows to threads.
 template <typename T>
 Histogram countDigits(const cv::Mat& raw, DepthKind kind, int shift, std::uint64_t prefix) {
-    constexpr int kKeyBits = static_cast<int>(sizeof(keyOf(T{})) * 8);
+    constexpr int kKeyBits = static_cast<int>(sizeof(Key<T>) * 8);
     const bool isFirst = shift + kDigitBits == kKeyBits;
     Histogram total(kDigits);
     std::mutex adding;
@@ -130,21 +126,18 @@ struct Range {
 // The known sample of a rank. Exact; uses one histogram per 16 bits of the key.
 template <typename T>
 T sampleOfRank(const cv::Mat& raw, DepthKind kind, std::uint64_t rank, const Histogram& first) {
-    using Key = decltype(keyOf(T{}));
-    constexpr int kKeyBits = static_cast<int>(sizeof(Key) * 8);
+    constexpr int kKeyBits = static_cast<int>(sizeof(Key<T>) * 8);
     std::uint64_t prefix = findDigit(first, rank);
     for (int shift = kKeyBits - 2 * kDigitBits; shift >= 0; shift -= kDigitBits) {
         const Histogram digits = countDigits<T>(raw, kind, shift, prefix);
         prefix = prefix << kDigitBits | findDigit(digits, rank);
     }
-    T value;
-    valueOf(static_cast<Key>(prefix), value);
-    return value;
+    return valueOf<T>(static_cast<Key<T>>(prefix));
 }
 
 template <typename T>
 Range findRange(const cv::Mat& raw, const DepthNormalization& options) {
-    constexpr int kFirstShift = static_cast<int>(sizeof(keyOf(T{})) * 8) - kDigitBits;
+    constexpr int kFirstShift = static_cast<int>(sizeof(Key<T>) * 8) - kDigitBits;
     const Histogram first = countDigits<T>(raw, options.kind, kFirstShift, 0);
     const std::uint64_t known = std::accumulate(first.begin(), first.end(), std::uint64_t{0});
     Range range;
@@ -220,11 +213,9 @@ bool normalizeRow(const T* raw, float* depth, int columns, DepthKind kind, const
 template <typename T, typename Place>
 void normalizeRows(const cv::Mat& raw, cv::Mat& depth, DepthKind kind, const Place& place) {
     std::vector<char> known(static_cast<std::size_t>(raw.rows), 0);
-    cv::parallel_for_(cv::Range(0, raw.rows), [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y) {
-            known[static_cast<std::size_t>(y)] = static_cast<char>(
-                normalizeRow(raw.ptr<T>(y), depth.ptr<float>(y), raw.cols, kind, place));
-        }
+    overRows(raw.rows, [&](int y) {
+        known[static_cast<std::size_t>(y)] = static_cast<char>(
+            normalizeRow(raw.ptr<T>(y), depth.ptr<float>(y), raw.cols, kind, place));
     });
     fillUnknownRows(depth, known);
 }

@@ -3,8 +3,6 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
-#include "image/colour_maps.hpp"
-#include "image/depth_images.hpp"
 #include "image/image_read.hpp"
 #include "image/picture_halves.hpp"
 #include "image/pixel_values.hpp"
@@ -36,12 +34,6 @@ Halves halvesOf(DepthSide side, cv::Size whole, int gap = 0) {
     const HalfPlaces places = halfPlaces(whole, isBeside(side), gap);
     const bool isDepthLast = side == DepthSide::Right || side == DepthSide::Bottom;
     return isDepthLast ? Halves{places.first, places.second} : Halves{places.second, places.first};
-}
-
-template <typename T>
-void greyOf(const cv::Mat& bgr, cv::Mat& grey) {
-    for (int y = 0; y < bgr.rows; ++y)
-        greyRow(bgr.ptr<T>(y), grey.ptr<float>(y), bgr.cols);
 }
 
 // Share of white px in a column.
@@ -84,10 +76,8 @@ cv::Mat edgesOf(const cv::Mat& picture) {
     cv::Sobel(grey, down, CV_32F, 0, 1);
     cv::magnitude(across, down, edges);
     std::vector<float> values = edges.reshape(1, 1);
-    const auto at =
-        values.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(values.size()));
-    std::nth_element(values.begin(), at, values.end());
-    return cv::min(edges, static_cast<double>(*at));
+    const auto rank = static_cast<std::size_t>(kShare * static_cast<double>(values.size()));
+    return cv::min(edges, static_cast<double>(valueOfRank(values, rank)));
 }
 
 // Whether the edges of both fit best where they lie on each other, among all shifts by up to a
@@ -117,43 +107,29 @@ void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo,
     const cv::Mat source = picture;
     const bool beside = isBeside(layout.side);
     const int gap = beside ? gapOf(source) : 0;
-    if (notes != nullptr && gap > 0) {
-        notes->push_back({NoteCode::LeftOut, "a white gap of " + std::to_string(gap) +
-                                                 " px between photo and depth is left out"});
-    }
+    if (gap > 0)
+        addNote(notes, NoteCode::LeftOut,
+                "a white gap of " + std::to_string(gap) +
+                    " px between photo and depth is left out");
     const Halves places = halvesOf(layout.side, source.size(), gap);
     check(!places.photo.empty(), "RGB-D image",
           shapeText(source) + ", too small to split, expected at least 2 px " +
               (beside ? "across" : "down"));
-    const cv::Size half = places.photo.size();
     const cv::Mat photoHalf = source(places.photo);
     const cv::Mat depthHalf = source(places.depth);
-    rawDepth.create(half, CV_32FC1);
-    photo.create(half, CV_8UC3);
     const bool isEightBit = source.depth() == CV_8U;
     const cv::Mat levels = undoColourMap(depthHalf, "RGB-D image", notes);
     if (!levels.empty()) {
         levels.convertTo(rawDepth, CV_32F, isEightBit ? 1 : 257);
     } else {
-        if (notes != nullptr && hasColours(depthHalf)) {
-            notes->push_back({NoteCode::Doubtful, "the depth half has colours, and depth has none: "
-                                                  "their grey value is taken"});
-        }
-        if (isEightBit) {
-            greyOf<std::uint8_t>(depthHalf, rawDepth);
-        } else {
-            greyOf<std::uint16_t>(depthHalf, rawDepth);
-        }
+        if (hasColours(depthHalf))
+            addNote(notes, NoteCode::Doubtful,
+                    "the depth half has colours, and depth has none: "
+                    "their grey value is taken");
+        (isEightBit ? greyValues<std::uint8_t>(depthHalf) : greyValues<std::uint16_t>(depthHalf))
+            .copyTo(rawDepth);
     }
-    if (isEightBit) {
-        photoHalf.copyTo(photo);
-    } else {
-        for (int y = 0; y < half.height; ++y) {
-            const std::uint16_t* from = photoHalf.ptr<std::uint16_t>(y);
-            std::transform(from, from + 3 * half.width, photo.ptr<std::uint8_t>(y),
-                           [](std::uint16_t value) { return toEightBits(value); });
-        }
-    }
+    (isEightBit ? photoHalf : toEightBits(photoHalf)).copyTo(photo);
     const Squeeze squeeze = squeezeOf(source.size(), beside, layout.halves);
     stretch(photo, squeeze, cv::INTER_LINEAR);
     stretch(rawDepth, squeeze, cv::INTER_NEAREST); // numbers of depth are not mixed
@@ -200,8 +176,7 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side, cv::Ma
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     check(photo.size() == depth.size(), "depth",
-          shapeText(depth) + ", expected the photo's " + std::to_string(photo.cols) + " x " +
-              std::to_string(photo.rows) + " px");
+          shapeText(depth) + ", expected the photo's " + sizeText(photo.size()) + " px");
     const cv::Size half = photo.size();
     const cv::Size whole(isBeside(side) ? 2 * half.width : half.width,
                          isBeside(side) ? half.height : 2 * half.height);

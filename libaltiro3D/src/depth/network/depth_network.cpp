@@ -1,13 +1,9 @@
 #include "altiro3D/depth_network.hpp"
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
-#include "base/memory_errors.hpp"
-#include "base/text.hpp"
 #include "depth/network/network_graph.hpp"
-#include "depth/network/onnx_facts.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>

@@ -1,10 +1,8 @@
 // probeNetwork(): tests a network in a child process, so that a crash does not end this one.
 
 #include "altiro3D/depth_network.hpp"
-#include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "base/posix_file.hpp"
-#include "base/text.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -13,7 +11,6 @@
 #include <cstring>
 #include <fcntl.h>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utility.hpp>
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>

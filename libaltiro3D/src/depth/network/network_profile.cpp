@@ -23,12 +23,6 @@ constexpr JsonLimits kLimits{16, 1000, true}; // a catalogue needs 4 levels
 constexpr std::size_t kMaxNetworks = 1000;
 constexpr int kMaxSide = 4096;
 
-// An invalid field of a profile.
-struct Problem {
-    std::string field;
-    std::string text; // `is ..., expected ...`
-};
-
 std::string inQuotes(const std::string& text) {
     return '"' + shortened(text) + '"';
 }
@@ -47,60 +41,43 @@ bool isLowerHex(const std::string& text) {
                        [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-std::optional<Problem> findSideProblem(const char* field, int value, int multipleOf) {
-    if (value < 1 || value > kMaxSide) {
-        return Problem{field, "is " + std::to_string(value) + ", expected a whole number 1..4096"};
+// Calls complain(good, field, "is ..., expected ...") for each field.
+template <class Complain>
+void checkFields(const NetworkProfile& profile, const Complain& complain) {
+    complain(isPlainName(profile.name), "name",
+             "is " + inQuotes(profile.name) + ", expected 1..64 letters, digits, '.', '_' or '-'");
+    complain(profile.file.empty() || isPlainName(profile.file), "file",
+             "is " + inQuotes(profile.file) +
+                 ", expected a file name without directories, of letters, digits, '.', '_' or '-'");
+    complain(profile.url.empty() || profile.url.rfind("https://", 0) == 0, "url",
+             "is " + inQuotes(profile.url) + ", expected https://...");
+    complain(profile.sha256.empty() || (profile.sha256.size() == 64 && isLowerHex(profile.sha256)),
+             "sha256",
+             "is " + inQuotes(profile.sha256) + ", expected 64 lower-case hexadecimal digits");
+    const auto checkSide = [&](const char* field, int value) {
+        complain(value >= 1 && value <= kMaxSide, field,
+                 "is " + std::to_string(value) + ", expected a whole number 1..4096");
+    };
+    checkSide("multipleOf", profile.multipleOf);
+    for (const auto& [field, value] :
+         {std::pair<const char*, int>{"inputWidth", profile.inputWidth},
+          {"inputHeight", profile.inputHeight}}) {
+        checkSide(field, value);
+        complain(value % profile.multipleOf == 0, field,
+                 "is " + std::to_string(value) + ", expected a multiple of " +
+                     std::to_string(profile.multipleOf));
     }
-    if (value % multipleOf != 0) {
-        return Problem{field, "is " + std::to_string(value) + ", expected a multiple of " +
-                                  std::to_string(multipleOf)};
-    }
-    return std::nullopt;
-}
-
-std::optional<Problem> findProblem(const NetworkProfile& profile) {
-    if (!isPlainName(profile.name)) {
-        return Problem{"name", "is " + inQuotes(profile.name) +
-                                   ", expected 1..64 letters, digits, '.', '_' or '-'"};
-    }
-    if (!profile.file.empty() && !isPlainName(profile.file)) {
-        return Problem{"file", "is " + inQuotes(profile.file) +
-                                   ", expected a file name without directories, of letters, "
-                                   "digits, '.', '_' or '-'"};
-    }
-    if (!profile.url.empty() && profile.url.rfind("https://", 0) != 0) {
-        return Problem{"url", "is " + inQuotes(profile.url) + ", expected https://..."};
-    }
-    if (!profile.sha256.empty() && (profile.sha256.size() != 64 || !isLowerHex(profile.sha256))) {
-        return Problem{"sha256", "is " + inQuotes(profile.sha256) +
-                                     ", expected 64 lower-case hexadecimal digits"};
-    }
-    if (profile.multipleOf < 1 || profile.multipleOf > kMaxSide) {
-        return Problem{"multipleOf", "is " + std::to_string(profile.multipleOf) +
-                                         ", expected a whole number 1..4096"};
-    }
-    if (auto found = findSideProblem("inputWidth", profile.inputWidth, profile.multipleOf)) {
-        return found;
-    }
-    if (auto found = findSideProblem("inputHeight", profile.inputHeight, profile.multipleOf)) {
-        return found;
-    }
-    if (!std::isfinite(profile.scale) || profile.scale == 0) {
-        return Problem{"scale",
-                       "is " + numberText(profile.scale) + ", expected a number other than 0"};
-    }
+    const auto checkFactor = [&](const std::string& field, double value) {
+        complain(std::isfinite(value) && value != 0, field,
+                 "is " + numberText(value) + ", expected a number other than 0");
+    };
+    checkFactor("scale", profile.scale);
     for (std::size_t i = 0; i < 3; ++i) {
         const std::string index = '[' + std::to_string(i) + ']';
-        if (!std::isfinite(profile.mean[i])) {
-            return Problem{"mean" + index,
-                           "is " + numberText(profile.mean[i]) + ", expected a number"};
-        }
-        if (!std::isfinite(profile.std[i]) || profile.std[i] == 0) {
-            return Problem{"std" + index,
-                           "is " + numberText(profile.std[i]) + ", expected a number other than 0"};
-        }
+        complain(std::isfinite(profile.mean[i]), "mean" + index,
+                 "is " + numberText(profile.mean[i]) + ", expected a number");
+        checkFactor("std" + index, profile.std[i]);
     }
-    return std::nullopt;
 }
 
 // Reads the fields of one JSON object. Errors name the file and the field.
@@ -250,7 +227,9 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
                                   {"opencv", InferenceEngine::OpenCv},
                                   {"onnxruntime", InferenceEngine::OnnxRuntime}},
                                  profile.engine);
-    if (const auto problem = findProblem(profile)) reader.fail(problem->field, problem->text);
+    checkFields(profile, [&](bool good, const std::string& field, const std::string& problem) {
+        if (!good) reader.fail(field, problem);
+    });
     return profile;
 }
 
@@ -276,9 +255,9 @@ bool canRun(const NetworkProfile& profile) {
 }
 
 void validate(const NetworkProfile& profile) {
-    if (const auto problem = findProblem(profile)) {
-        throw Error(ErrorCode::InvalidArgument, problem->field, problem->text);
-    }
+    checkFields(profile, [](bool good, const std::string& field, const std::string& problem) {
+        if (!good) throw Error(ErrorCode::InvalidArgument, field, problem);
+    });
 }
 
 NetworkProfile readNetworkProfile(const fs::path& file) {

@@ -1,4 +1,4 @@
-#include "depth/network/onnx_facts.hpp"
+#include "depth/network/network_graph.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -1,6 +1,6 @@
-#include "depth/refine/depth_contours.hpp"
 
-#include "depth/refine/depth_step_sides.hpp"
+#include "base/pixel_rows.hpp"
+#include "depth/refine/depth_steps.hpp"
 
 #include <algorithm>
 #include <array>
@@ -67,14 +67,6 @@ std::vector<StepNeighbour> neighboursOf(double unit) {
         }
     }
     return neighbours;
-}
-
-template <class Work>
-void overRows(int rows, const Work& work) {
-    cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& range) {
-        for (int y = range.start; y < range.end; ++y)
-            work(y);
-    });
 }
 
 class Contours {

@@ -18,10 +18,8 @@ template <class Read>
 cv::Mat withNotes(Read read, const PhotoFile& file, Notes* notes) {
     Notes own;
     cv::Mat picture = read(file, &own);
-    if (notes != nullptr) {
-        for (const Note& note : own)
-            notes->push_back({note.code, file.path().string() + ": " + note.text});
-    }
+    putNameBefore(own, file.path());
+    addNotes(notes, own);
     return picture;
 }
 
@@ -94,7 +92,7 @@ class FileSource : public DepthSource {
         found.kind = kind_;
         found.origin = DepthOrigin::Given;
         found.text = description();
-        if (notes != nullptr) notes->insert(notes->end(), depthNotes.begin(), depthNotes.end());
+        addNotes(notes, depthNotes);
         return found;
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {

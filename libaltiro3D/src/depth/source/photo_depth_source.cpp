@@ -2,11 +2,14 @@
 // half of it; and another source for all other photos.
 
 #include "altiro3D/depth_source.hpp"
+
 #include "altiro3D/image_io.hpp"
+#include "base/checks.hpp"
 #include "image/depth_parts.hpp"
 
+#include <algorithm>
 #include <future>
-#include <opencv2/core/utility.hpp>
+#include <opencv2/core.hpp>
 #include <utility>
 
 namespace altiro3D {
@@ -19,11 +22,6 @@ namespace fs = std::filesystem;
 struct Found : PhotoDepth {
     Notes notes;
 };
-
-void putNameBefore(Notes& notes, const fs::path& file) {
-    for (Note& note : notes)
-        note.text = file.string() + ": " + note.text;
-}
 
 // A damaged depth image beside the photo, which nobody named, is reported and left out.
 Found findBeside(const fs::path& photo) {
@@ -86,10 +84,6 @@ Found matchPair(const StereoPair& pair, const PhotoFile& photo) {
     return found;
 }
 
-void add(const Notes& more, Notes* notes) {
-    if (notes != nullptr) notes->insert(notes->end(), more.begin(), more.end());
-}
-
 // Looks for depth that comes with a photo; images in memory are left to another source.
 class FoundDepthSource : public DepthSource {
   public:
@@ -112,7 +106,7 @@ class FoundDepthSource : public DepthSource {
     DepthSource& fallback() { return *fallback_; }
     // @param photo goes with the depth, or waits for that of the other source
     PhotoDepth withPhoto(Found found, const cv::Mat& photo, Notes* notes) const {
-        add(found.notes, notes);
+        addNotes(notes, found.notes);
         if (found.rawDepth.empty()) found.text = description();
         found.photo = photo;
         return static_cast<PhotoDepth&&>(found);
@@ -138,18 +132,18 @@ class PhotoDepthSource : public FoundDepthSource {
         std::optional<StereoPair> pair;
         if (options_.useDepth) pair = readStereoPair(file, &pairNotes);
         putNameBefore(pairNotes, file.path());
-        add(pairNotes, notes);
+        addNotes(notes, pairNotes);
         // of two that are broken it is named
         const cv::Mat photo = pair ? pair->left : readPhotoOf(file, notes);
         Found found = depth.get();
         replaceUnfit(found, file, photo.size());
         if (!options_.useDepth || !found.rawDepth.empty()) return withPhoto(found, photo, notes);
-        add(found.notes, notes);
+        addNotes(notes, found.notes);
         if (pair) return withPhoto(matchPair(*pair, file), photo, notes);
         Notes own;
         const std::optional<PhotoDepth> halves = readNamedHalves(file, photo, &own);
         putNameBefore(own, file.path());
-        add(own, notes);
+        addNotes(notes, own);
         return halves ? *halves : withPhoto({}, photo, notes);
     }
 
@@ -159,11 +153,10 @@ class PhotoDepthSource : public FoundDepthSource {
             Notes own;
             const cv::Mat original = readUnblurredPhoto(file, &own);
             putNameBefore(own, file.path());
-            add(own, notes);
+            addNotes(notes, own);
             if (!original.empty()) {
-                add({{NoteCode::Chosen,
-                      file.path().string() + ": the sharp original in the file is used"}},
-                    notes);
+                addNote(notes, NoteCode::Chosen,
+ file.path().string() + ": the sharp original in the file is used");
                 return original;
             }
         }
@@ -213,12 +206,61 @@ class StereoSource : public FoundDepthSource {
         pair.right = right.get();
         pair.origin = "two files";
         putNameBefore(rightNotes, input_.right);
-        add(rightNotes, notes);
+        addNotes(notes, rightNotes);
         return pair;
     }
 
     StereoInput input_;
 };
+
+void addPlain(Notes* notes, const SceneName& name, const std::string& why) {
+    const bool isLightroom = name.tag == "LR" || name.tag == "lr";
+    addNote(notes, NoteCode::AsItIs,
+            "its name (" + name.tag + ") " + why + ": it is read as an ordinary photo" +
+                (isLightroom ? " (LR may mean Lightroom)" : ""));
+}
+
+// A name is weak evidence, so it needs more than a match. Disparities of unrelated halves spread
+// over 58 % of the width or more, those of real pairs over 3 to 10 % (docs/depth.md).
+bool areEyes(const StereoMatch& match) {
+    constexpr double kMaxRange = 0.4;
+    return match.isReliable && match.nearest - match.farthest <= kMaxRange;
+}
+
+std::optional<PhotoDepth> readEyes(const SceneName& name, const cv::Mat& picture, Notes* notes) {
+    const StereoPair pair = splitStereoPair(picture, name.layout, name.halves);
+    PhotoDepth halves;
+    const StereoMatch match = matchStereo(pair.left, pair.right, halves.rawDepth, &halves.hidden);
+    if (!areEyes(match)) {
+        addPlain(notes, name,
+                 "may mean that it holds both eyes, but its halves do not resemble each other");
+        return std::nullopt;
+    }
+    const Notes remarks = match.remarks(pair.origin);
+    addNotes(notes, remarks);
+    halves.photo = pair.left;
+    halves.origin = DepthOrigin::Matched;
+    halves.text = "stereo pair (" + pair.origin + ", by its name, " + name.tag +
+                  "), depth by matching; " + match.text();
+    return halves;
+}
+
+std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
+                                    const cv::Mat& picture, Notes* notes) {
+    constexpr const char* kSides[] = {"right", "left", "upper", "lower"};
+    const std::optional<DepthSide> side = findDepthHalf(picture, name.isStacked);
+    if (!side) {
+        addPlain(notes, name, "says that it holds depth, but no half of it is clearly depth");
+        return std::nullopt;
+    }
+    PhotoDepth halves;
+    halves.origin = DepthOrigin::Given;
+    splitRgbd(readRgbdImage(file, *side), {*side, name.halves}, halves.photo, halves.rawDepth,
+              notes);
+    halves.text = std::string("depth half of the picture (") + kSides[static_cast<int>(*side)] +
+                  ", by its name, " + name.tag + ")";
+    return halves;
+}
 
 } // namespace
 
@@ -236,6 +278,28 @@ std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
         throw Error(ErrorCode::InvalidArgument, "fallback", "is null, expected a source");
     }
     return std::make_unique<StereoSource>(std::move(input), std::move(fallback));
+}
+
+void refuseVrName(const fs::path& file) {
+    const std::optional<SceneName> name = parseSceneName(file);
+    if (!name || name->contents != SceneName::Contents::Vr) return;
+    throw Error(ErrorCode::Unsupported, file.string(),
+                "is made for headsets (VR) by its name (" + name->tag +
+                    "), which is not read, expected a flat picture; if it is one, rename it");
+}
+
+std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& picture,
+                                           Notes* notes) {
+    const std::optional<SceneName> name = parseSceneName(file.path());
+    if (!name || std::min(picture.cols, picture.rows) < 2) return std::nullopt;
+    refuseVrName(file.path());
+    try {
+        return name->contents == SceneName::Contents::Eyes ? readEyes(*name, picture, notes)
+                                                           : readRgbd(file, *name, picture, notes);
+    } catch (const Error& error) {
+        if (std::string(error.what()).find(file.path().string()) == 0) throw;
+        throw Error(error.code(), file.path().string(), error.what());
+    }
 }
 
 } // namespace altiro3D

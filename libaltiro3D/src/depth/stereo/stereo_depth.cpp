@@ -1,11 +1,9 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "base/checks.hpp"
-#include "base/text.hpp"
-#include "depth/stereo/stereo_fill.hpp"
-#include "depth/stereo/stereo_hidden.hpp"
-#include "depth/stereo/stereo_rows.hpp"
-#include "image/picture_shape.hpp"
+#include "base/pixel_rows.hpp"
+#include "depth/stereo/stereo_parts.hpp"
+#include "image/picture_halves.hpp"
 
 #include <algorithm>
 #include <array>
@@ -33,7 +31,6 @@ constexpr double kFlatRange = 0.0015;  // share of the width
 constexpr int kMinSide = 16;           // px; smaller pictures are not matched
 constexpr int kUnknown = -32768;       // disparity
 constexpr int kOne = 16;               // StereoSGBM counts in 1/16 px
-constexpr double kPi = 3.14159265358979323846;
 
 // Disparities from `first` on, in px.
 struct Range {
@@ -182,18 +179,16 @@ BothWays matchBothWays(const cv::Mat& left, const cv::Mat& right, const Range& r
     BothWays found;
     cv::Mat& forward = found.left;
     cv::Mat& backward = found.right;
-    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& ways) {
-        for (int way = ways.start; way < ways.end; ++way) {
-            if (way == 0) {
-                forward = matchOneWay(left, right, range);
-                continue;
-            }
-            cv::Mat mirroredLeft;
-            cv::Mat mirroredRight;
-            cv::flip(left, mirroredLeft, 1);
-            cv::flip(right, mirroredRight, 1);
-            backward = matchOneWay(mirroredRight, mirroredLeft, range);
+    overRows(2, [&](int way) {
+        if (way == 0) {
+            forward = matchOneWay(left, right, range);
+            return;
         }
+        cv::Mat mirroredLeft;
+        cv::Mat mirroredRight;
+        cv::flip(left, mirroredLeft, 1);
+        cv::flip(right, mirroredRight, 1);
+        backward = matchOneWay(mirroredRight, mirroredLeft, range);
     });
     const cv::Mat all = forward.clone();
     keepAgreed(forward, backward);
@@ -392,7 +387,7 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     const RowFit rows = fitRows(greyLeft, greyRight);
     greyRight = moveRows(greyRight, rows);
     match.verticalOffset = rows.offset / size.width;
-    match.rollDegrees = std::atan(rows.slope) * 180 / kPi;
+    match.rollDegrees = std::atan(rows.slope) * 180 / CV_PI;
 
     BothWays both = matchBothWays(greyLeft, greyRight, findRange(greyLeft, greyRight));
     cv::Mat& found = both.left;

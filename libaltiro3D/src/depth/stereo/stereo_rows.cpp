@@ -1,4 +1,8 @@
-#include "depth/stereo/stereo_rows.hpp"
+
+#include "base/pixel_rows.hpp"
+#include "depth/stereo/stereo_parts.hpp"
+
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -153,10 +157,7 @@ std::optional<Block> findBlock(const cv::Mat& left, const cv::Mat& right, const 
 }
 
 double medianOf(std::vector<double>& values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return values.empty() ? 0 : valueOfRank(values, values.size() / 2);
 }
 
 double residual(const RowFit& fit, const Block& block) {
@@ -234,17 +235,15 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right) {
     constexpr int kPlaces = kBlocksAcross * kBlocksAcross;
     std::vector<std::optional<Block>> found(kPlaces);
     std::vector<char> textured(kPlaces);
-    cv::parallel_for_(cv::Range(0, kPlaces), [&](const cv::Range& range) {
-        for (int i = range.start; i < range.end; ++i) {
-            const int column = i % kBlocksAcross;
-            const int row = i / kBlocksAcross;
-            const cv::Point2d middle((column + 0.5) * left.cols / kBlocksAcross,
-                                     (row + 0.5) * left.rows / kBlocksAcross);
-            const auto place = static_cast<std::size_t>(i);
-            if (!hasTexture(left, cornerOf(middle, kFineBlock, left), kFineBlock)) continue;
-            textured[place] = 1;
-            found[place] = findBlock(left, right, smallLeft, smallRight, middle);
-        }
+    overRows(kPlaces, [&](int i) {
+        const int column = i % kBlocksAcross;
+        const int row = i / kBlocksAcross;
+        const cv::Point2d middle((column + 0.5) * left.cols / kBlocksAcross,
+                                 (row + 0.5) * left.rows / kBlocksAcross);
+        const auto place = static_cast<std::size_t>(i);
+        if (!hasTexture(left, cornerOf(middle, kFineBlock, left), kFineBlock)) return;
+        textured[place] = 1;
+        found[place] = findBlock(left, right, smallLeft, smallRight, middle);
     });
     std::vector<Block> blocks;
     for (const auto& block : found) {

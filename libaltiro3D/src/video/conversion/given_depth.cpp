@@ -3,7 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
-#include "image/colour_maps.hpp"
+#include "image/image_read.hpp"
 
 #include <algorithm>
 #include <cmath>

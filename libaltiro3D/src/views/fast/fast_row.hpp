@@ -1,25 +1,14 @@
 #pragma once
 
+#include "base/pixel_rows.hpp"
 #include "views/depth_offsets.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace altiro3D {
-
-/// Source positions of view pixels in a row of the photo, by method Fast: column + shift * offset,
-/// clamped to the row. Each refinement step reads the offset again, linearly, at the position found
-/// so far. All rows are padded (kRowPadding); the padding is read and written.
-///
-/// @param columns column of each of `count` pixels
-/// @param ownOffsets depth - focus in that column
-/// @param shifts p S/2 of each, px, finite
-/// @param offsets depth - focus of each column of the photo; the last one is repeated
-/// @param width columns of the photo
-/// @param refinement number of steps, >= 0
-/// @param places result, 0..width-1
-void fastPlaces(const float* columns, const float* ownOffsets, const float* shifts,
-                std::size_t count, const float* offsets, int width, int refinement, float* places);
 
 /// Without refinement and with shifts below kMaxWholeShift, Fast computes in 16-bit whole numbers:
 /// shifts in steps of 1/128 px, offsets in steps of 1/8192 (kOffsetSteps), and places in steps of
@@ -41,16 +30,32 @@ struct FastRow {
     std::size_t count = 0;
 };
 
-/// Samples a plane linearly at places in whole numbers, with the rounding of cv::remap.
-///
-/// @param shifts wholeShift() of each pixel, in kShiftSteps
-/// @param values result, `count` and padding
-void fastWholeSamples(const FastRow& row, const std::int16_t* shifts, std::uint8_t* values);
+/// Pixels that share a window.
+constexpr std::size_t kWindowPixels = 32;
 
-/// Samples a plane linearly at given places, rounded to 1/32 px, with the rounding of cv::remap.
-///
-/// @param places from fastPlaces()
-/// @param values result, `count` and padding
-void fastSamplesAt(const FastRow& row, const float* places, std::uint8_t* values);
+/// Parts of a row of the photo that fit into a few registers.
+struct RowWindows {
+    /// For each kWindowPixels pixels, the first of 16 * `tables` columns of the photo that hold
+    /// everything these pixels may read; -1 if it is more.
+    std::vector<std::int32_t> starts;
+    int tables = 2; ///< 2..4
+
+    /// @param columns columns of the pixels, in order
+    /// @param reach largest distance of what a pixel reads from its column, px
+    RowWindows(const std::vector<int>& columns, int reach)
+        : starts(columns.size() / kWindowPixels + 1, -1) {
+        constexpr int kMaxTables = 4;
+        for (std::size_t begin = 0; begin < columns.size(); begin += kWindowPixels) {
+            const std::size_t last = std::min(begin + kWindowPixels, columns.size()) - 1;
+            const auto [left, right] = std::minmax(columns[begin], columns[last]);
+            const std::int64_t from = std::max<std::int64_t>(std::int64_t{left} - reach, 0);
+            const std::int64_t size =
+                std::int64_t{right} + reach + 2 - from; // with the next column
+            if (size > 16 * kMaxTables) continue;
+            starts[begin / kWindowPixels] = static_cast<std::int32_t>(from);
+            tables = std::max(tables, static_cast<int>(size - 1) / 16 + 1);
+        }
+    }
+};
 
 } // namespace altiro3D

@@ -246,11 +246,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
         }
     });
     if (options.fill != LayeredFill::BackgroundLayer) return scene;
-    cv::parallel_for_(cv::Range(0, 2), [&](const cv::Range& directions) {
-        for (int direction = directions.start; direction < directions.end; ++direction) {
-            paintBackground(photo, focus, options, direction, scene);
-        }
-    });
+    overRows(2, [&](int direction) { paintBackground(photo, focus, options, direction, scene); });
     return scene;
 }
 

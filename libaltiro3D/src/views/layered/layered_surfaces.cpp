@@ -1,6 +1,7 @@
 // Surfaces of rows: staircases of depth with few levels are smoothed, rows are cut at depth steps,
 // and the cuts are moved to the edges of the photo.
 
+#include "base/pixel_rows.hpp"
 #include "depth/map/depth_values.hpp"
 #include "views/depth_offsets.hpp"
 #include "views/layered/layered_scene.hpp"
@@ -32,10 +33,6 @@ constexpr double kSameSlope = 1.5;
 constexpr int kStrides[] = {32, 16, 8, 4, 2, 1};
 constexpr int kSweeps = 2;
 
-float clamped(float depth) {
-    return depth > 0 ? std::min(depth, 1.0F) : 0.0F; // NaN compares false: 0
-}
-
 // The values that occur, ascending; empty if there are too many.
 std::vector<float> levelsOf(const cv::Mat& depth) {
     std::vector<float> levels;
@@ -43,7 +40,7 @@ std::vector<float> levelsOf(const cv::Mat& depth) {
         const auto* row = depth.ptr<float>(y);
         for (int x = 0; x < depth.cols; ++x) {
             if (x > 0 && row[x] == row[x - 1]) continue;
-            const float value = clamped(row[x]);
+            const float value = withinRange(row[x]);
             const auto place = std::lower_bound(levels.begin(), levels.end(), value);
             if (place != levels.end() && *place == value) continue;
             if (levels.size() == kMaxLevels) return {};
@@ -111,34 +108,6 @@ class Sweep {
     float same_;
     float half_;
 };
-
-} // namespace
-
-cv::Mat withoutLevels(const cv::Mat& depth, double reach) {
-    const double level = visibleLevel(depth, reach);
-    if (level == 0) return depth;
-    cv::Mat given(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        std::transform(depth.ptr<float>(y), depth.ptr<float>(y) + depth.cols, given.ptr<float>(y),
-                       clamped);
-    const Sweep sweep(given, level);
-    cv::Mat now = given.clone();
-    cv::Mat next(depth.size(), CV_32FC1);
-    for (const int stride : kStrides) {
-        for (int i = 0; i < kSweeps; ++i) {
-            cv::parallel_for_(cv::Range(0, depth.rows), [&](const cv::Range& rows) {
-                for (int y = rows.start; y < rows.end; ++y)
-                    sweep.row(now, y, stride, next.ptr<float>(y));
-            });
-            cv::swap(now, next);
-        }
-    }
-    return now;
-}
-
-// ---- cuts and borders
-
-namespace {
 
 // A step has no visible border if its sides differ by less (distance in BGR).
 constexpr double kBorderContrast = 60;
@@ -246,6 +215,24 @@ void placeBorder(const std::uint8_t* bgr, int dilation, int leftLength, int righ
 }
 
 } // namespace
+
+cv::Mat withoutLevels(const cv::Mat& depth, double reach) {
+    const double level = visibleLevel(depth, reach);
+    if (level == 0) return depth;
+    const cv::Mat given = withinRange(depth);
+    const Sweep sweep(given, level);
+    cv::Mat now = given.clone();
+    cv::Mat next(depth.size(), CV_32FC1);
+    for (const int stride : kStrides) {
+        for (int i = 0; i < kSweeps; ++i) {
+            overRows(depth.rows, [&](int y) { sweep.row(now, y, stride, next.ptr<float>(y)); });
+            cv::swap(now, next);
+        }
+    }
+    return now;
+}
+
+// ---- cuts and borders
 
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces) {

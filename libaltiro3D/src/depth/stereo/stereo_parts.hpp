@@ -1,5 +1,7 @@
 #pragma once
 
+#include "altiro3D/scene.hpp"
+
 #include <opencv2/core/mat.hpp>
 
 namespace altiro3D {
@@ -30,5 +32,28 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right);
 /// which moves columns as well.
 /// @param right [rows x cols, CV_8UC1 or CV_8UC3] @return the same size and type
 cv::Mat moveRows(const cv::Mat& right, const RowFit& fit);
+
+/// Fills the unknown disparities of a pair. Each takes the farther of the nearest known values to
+/// its left and right in the row, as what one eye misses lies behind. Then each filled px takes the
+/// median of its surroundings, weighted by the likeness of the colours (bilateral weights, as in
+/// Hosni et al. 2013), twice, which removes streaks along the rows.
+///
+/// @param disparity [rows x cols, CV_32FC1, NaN = unknown], at least one known; filled in place
+/// @param photo [as disparity, CV_8UC3, BGR]
+void fillFromBehind(cv::Mat& disparity, const cv::Mat& photo);
+
+/// What only the right eye of a pair sees, where the left eye would see it if nothing stood before
+/// it:
+///
+///     right picture      b b b b h h h T T T b b     h: seen by the right eye only
+///     left picture       b b b T T T b b b b b b     T: a thing, b: background
+///     hidden layer       . . . . h h . . . . . .     of the left picture: behind T
+///
+/// @param right [rows x cols, CV_8UC3, BGR], its rows moved to those of the left picture
+/// @param leftDisparity [as right, CV_32FC1], shares of the width, all known
+/// @param rightDisparity the same for the px of the right picture
+/// @return colours, and their disparities as HiddenLayer::depth
+HiddenLayer hiddenByRight(const cv::Mat& right, const cv::Mat& leftDisparity,
+                          const cv::Mat& rightDisparity);
 
 } // namespace altiro3D

@@ -1,12 +1,20 @@
-// What file names say of both eyes, depth and VR: parseSceneName() of image_io.hpp.
+// Names of picture files: which files of a directory are pictures and their order, and what names
+// say of depth, both eyes and VR.
 
 #include "altiro3D/image_io.hpp"
+
+#include "altiro3D/error.hpp"
+#include "base/image_format.hpp"
 #include "base/text.hpp"
+#include "image/image_read.hpp"
 #include "image/picture_halves.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <fstream>
 #include <set>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -15,6 +23,25 @@ namespace altiro3D {
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr std::string_view kSeparators = "-_. ";
+constexpr std::array<std::string_view, 4> kWords = {"depth", "depthmap", "depth_map", "disparity"};
+constexpr std::string_view kWith = "with"; // a_with_depth.jpg is a photo that holds its depth
+
+bool endsWithAnyCase(std::string_view text, std::string_view smallEnding) {
+    if (text.size() < smallEnding.size()) return false;
+    text.remove_prefix(text.size() - smallEnding.size());
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (lowerCase(text[i]) != smallEnding[i]) return false;
+    }
+    return true;
+}
+
+// Whether it ends with a separator and the word.
+bool endsWithWord(std::string_view text, std::string_view smallWord) {
+    if (!endsWithAnyCase(text, smallWord) || text.size() == smallWord.size()) return false;
+    return kSeparators.find(text[text.size() - smallWord.size() - 1]) != std::string_view::npos;
+}
 
 struct EyesTag {
     const char* word;
@@ -105,6 +132,20 @@ const Word* findVr(const fs::path& file, const std::vector<Word>& words) {
     return nullptr;
 }
 
+bool isDigit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+// Whether a file without an extension is a picture by its first bytes.
+bool isNamelessPicture(const fs::path& file) {
+    if (!file.extension().empty()) return false;
+    std::string start(512, '\0');
+    std::ifstream stream(file, std::ios::binary);
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    start.resize(static_cast<std::size_t>(stream.gcount()));
+    return imageFormat(start) != ImageFormat::Unknown;
+}
+
 } // namespace
 
 std::optional<SceneName> parseSceneName(const fs::path& file) {
@@ -145,6 +186,105 @@ StereoHalves halvesOf(const fs::path& file, StereoHalves stated, double aspect) 
     if (aspect <= 0) return StereoHalves::Automatic;
     const bool isSqueezed = squeezeOf(aspect, true, StereoHalves::Automatic) != Squeeze::None;
     return isSqueezed ? StereoHalves::Squeezed : StereoHalves::Full;
+}
+
+bool hasImageExtension(const fs::path& file) {
+    constexpr std::array<const char*, 26> kExtensions = {
+        ".png",  ".jpg",  ".jpeg", ".jpe", ".jfif", ".mpo",  ".jps", ".pns", ".tif",
+        ".tiff", ".webp", ".bmp",  ".dib", ".pnm",  ".ppm",  ".pgm", ".pbm", ".pfm",
+        ".exr",  ".hdr",  ".jp2",  ".j2k", ".heic", ".heif", ".hif", ".avif"};
+    return std::find(kExtensions.begin(), kExtensions.end(), lowerExtension(file)) !=
+           kExtensions.end();
+}
+
+std::vector<fs::path> listImages(const fs::path& directory) {
+    std::error_code error;
+    if (fs::status(directory, error).type() == fs::file_type::not_found) {
+        throw Error(ErrorCode::NotFound, directory.string(),
+                    "does not exist, expected a directory with pictures");
+    }
+    std::vector<fs::path> pictures;
+    fs::directory_iterator entries(directory, error); // error: why the directory cannot be read
+    while (!error && entries != fs::directory_iterator()) {
+        const fs::path& path = entries->path();
+        const bool isHidden = path.filename().string().rfind('.', 0) == 0;
+        std::error_code unreadable; // dangling links are left out
+        if (!isHidden && entries->is_regular_file(unreadable) &&
+            (hasImageExtension(path) || isNamelessPicture(path)))
+            pictures.push_back(path);
+        entries.increment(error);
+    }
+    if (error) {
+        throw Error(ErrorCode::ReadFailed, directory.string(),
+                    "cannot be listed: " + error.message() + ", expected a directory");
+    }
+    std::sort(pictures.begin(), pictures.end(), [](const fs::path& a, const fs::path& b) {
+        return naturalLess(a.filename().string(), b.filename().string());
+    });
+    return pictures;
+}
+
+bool naturalLess(const std::string& a, const std::string& b) {
+    std::size_t i = 0;
+    std::size_t j = 0;
+    while (i < a.size() && j < b.size()) {
+        if (!isDigit(a[i]) || !isDigit(b[j])) {
+            const auto left = static_cast<unsigned char>(lowerCase(a[i]));
+            const auto right = static_cast<unsigned char>(lowerCase(b[j]));
+            if (left != right) return left < right;
+            ++i;
+            ++j;
+            continue;
+        }
+        while (i < a.size() && a[i] == '0')
+            ++i;
+        while (j < b.size() && b[j] == '0')
+            ++j;
+        const auto digitsEnd = [](const std::string& text, std::size_t at) {
+            while (at < text.size() && isDigit(text[at]))
+                ++at;
+            return at;
+        };
+        const std::size_t endA = digitsEnd(a, i);
+        const std::size_t endB = digitsEnd(b, j);
+        if (endA - i != endB - j) return endA - i < endB - j;
+        const int order = a.compare(i, endA - i, b, j, endB - j);
+        if (order != 0) return order < 0;
+        i = endA;
+        j = endB;
+    }
+    const std::size_t restA = a.size() - i;
+    const std::size_t restB = b.size() - j;
+    if ((restA == 0) != (restB == 0)) return restA == 0;
+    return a < b; // differ only in case or leading zeros: a fixed order
+}
+
+fs::path photoOfDepthName(const fs::path& depth) {
+    const std::string stem = depth.stem().string();
+    for (const std::string_view word : kWords) {
+        if (!endsWithWord(stem, word) || stem.size() < word.size() + 2) continue;
+        const std::string photo = stem.substr(0, stem.size() - word.size() - 1);
+        return endsWithWord(photo, kWith) ? fs::path() : depth.parent_path() / photo;
+    }
+    return {};
+}
+
+fs::path findDepthBeside(const fs::path& photo) {
+    const fs::path directory = photo.parent_path();
+    const std::string stem = photo.stem().string();
+    if (stem.empty()) return {};
+    fs::path best;
+    std::error_code error;
+    fs::directory_iterator entry(directory.empty() ? fs::path(".") : directory, error);
+    for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        if (!startsWith(name, stem) || !hasImageExtension(name) || photoOfDepthName(name) != stem)
+            continue;
+        std::error_code unreadable; // dangling links are left out
+        if (!entry->is_regular_file(unreadable)) continue;
+        if (best.empty() || naturalLess(name, best.string())) best = name;
+    }
+    return best.empty() ? fs::path() : directory / best;
 }
 
 } // namespace altiro3D

@@ -1,9 +1,0 @@
-#include "image/opencv_codecs.hpp"
-
-namespace altiro3D {
-
-const OpenCvCodecs& openCvCodecs() {
-    return kAltiro3dOpenCvCodecs;
-}
-
-} // namespace altiro3D

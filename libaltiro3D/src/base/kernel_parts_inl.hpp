@@ -69,39 +69,6 @@ HWY_INLINE I squaresOfPair([[maybe_unused]] D d, I a, I b) {
 #endif
 }
 
-// The first four and the last four of the eight bytes at base + offset, for each lane of `offsets`.
-template <class V>
-struct EightBytes {
-    V low;
-    V high;
-};
-
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE EightBytes<V> gatherBytes8(D d, const void* base, V offsets) {
-#if HWY_TARGET == HWY_SCALAR
-    const auto* bytes = static_cast<const std::uint8_t*>(base);
-    return {gatherBytes4(d, bytes, offsets), gatherBytes4(d, bytes + 4, offsets)};
-#else
-    const hn::Half<D> half;
-    const hn::RepartitionToWide<D> wide;
-    const auto lowerOffsets = hn::LowerHalf(half, offsets);
-    const auto upperOffsets = hn::UpperHalf(half, offsets);
-#if ALTIRO3D_AVX512
-    const auto all = hn::Ne(offsets, hn::Set(d, INT32_MIN)).raw; // see above
-    const hn::Vec<decltype(wide)> lower{_mm512_mask_i32gather_epi64(
-        _mm512_setzero_si512(), static_cast<__mmask8>(all), lowerOffsets.raw, base, 1)};
-    const hn::Vec<decltype(wide)> upper{_mm512_mask_i32gather_epi64(
-        _mm512_setzero_si512(), static_cast<__mmask8>(all >> 8), upperOffsets.raw, base, 1)};
-#else
-    const auto* words = static_cast<const std::int64_t*>(base);
-    const auto lower = hn::GatherOffset(wide, words, hn::PromoteTo(wide, lowerOffsets));
-    const auto upper = hn::GatherOffset(wide, words, hn::PromoteTo(wide, upperOffsets));
-#endif
-    return {hn::ConcatEven(d, hn::BitCast(d, upper), hn::BitCast(d, lower)),
-            hn::ConcatOdd(d, hn::BitCast(d, upper), hn::BitCast(d, lower))};
-#endif
-}
-
 #if HWY_TARGET == HWY_AVX2
 // For each mask of eight lanes, the numbers of its true lanes, four bits each.
 struct LaneOrders {

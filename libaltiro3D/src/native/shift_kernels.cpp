@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
@@ -20,22 +19,7 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A float without its lowest 15 bits: 9 are left, so its product with a whole number below 2^15 is
-// exact.
-float upperBits(float value) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof bits);
-    bits &= ~std::uint32_t{0x7fff};
-    std::memcpy(&value, &bits, sizeof bits);
-    return value;
-}
-
-// Multiplication by the reciprocal of N - 1 in two parts: the upper one has so few bits that its
-// product is exact. The sum is the quotient correctly rounded for each view of up to 235 (tried
-// all).
-constexpr int kMaxViewsByReciprocal = 128;
-
-// Arithmetic limits the speed, or one division per sub-pixel.
+// One division per sub-pixel limits the speed.
 void shiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count, int viewCount,
                      float halfParallax, float* HWY_RESTRICT shifts) {
     const hn::ScalableTag<float> d;
@@ -43,23 +27,11 @@ void shiftsOfViewsOn(const std::uint16_t* HWY_RESTRICT views, std::size_t count,
     const hn::Rebind<std::uint16_t, decltype(d)> narrow;
     const auto last = hn::Set(whole, viewCount - 1);
     const auto half = hn::Set(d, halfParallax);
-    const auto forAll = [&](const auto& divided) HWY_ATTR {
-        for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-            const auto view = hn::PromoteTo(whole, hn::LoadU(narrow, views + i));
-            const auto twice = hn::ConvertTo(d, hn::Sub(hn::Add(view, view), last));
-            hn::StoreU(hn::Mul(divided(twice), half), d, shifts + i);
-        }
-    };
-    const double divisor = viewCount > 1 ? viewCount - 1 : 1;
-    if (viewCount <= kMaxViewsByReciprocal) {
-        const float upperPart = upperBits(static_cast<float>(1 / divisor));
-        const auto upper = hn::Set(d, upperPart);
-        const auto lower = hn::Set(d, static_cast<float>(1 / divisor - double{upperPart}));
-        forAll([&](auto twice)
-                   HWY_ATTR { return hn::Add(hn::Mul(twice, upper), hn::Mul(twice, lower)); });
-    } else {
-        const auto all = hn::Set(d, static_cast<float>(divisor));
-        forAll([&](auto twice) HWY_ATTR { return hn::Div(twice, all); });
+    const auto divisor = hn::Set(d, static_cast<float>(std::max(viewCount - 1, 1)));
+    for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
+        const auto view = hn::PromoteTo(whole, hn::LoadU(narrow, views + i));
+        const auto twice = hn::ConvertTo(d, hn::Sub(hn::Add(view, view), last));
+        hn::StoreU(hn::Mul(hn::Div(twice, divisor), half), d, shifts + i);
     }
 }
 

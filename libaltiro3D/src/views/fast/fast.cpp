@@ -57,9 +57,8 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
         place = hn::Min(hn::Max(place, left), right);
         for (int step = 0; step < refinement; ++step) {
             const auto before = hn::ConvertTo(whole, place);
-            const auto both = gatherBytes8(whole, offsets, hn::ShiftLeft<2>(before));
-            const auto first = hn::BitCast(d, both.low);
-            const auto second = hn::BitCast(d, both.high);
+            const auto first = gatherFloats(d, offsets, before);
+            const auto second = gatherFloats(d, offsets + 1, before);
             const auto part = hn::Sub(place, hn::ConvertTo(d, before));
             const auto offset = hn::Add(first, hn::Mul(part, hn::Sub(second, first)));
             place = hn::Add(column, hn::Mul(shift, offset));

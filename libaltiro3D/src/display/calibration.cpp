@@ -330,24 +330,9 @@ LensGeometry lensGeometry(const Calibration& c, InvertViews invert) {
 int LensGeometry::cellIndex(int x, int y) const {
     if (cells.empty()) return 0;
     const int fromBottom = panelHeight - 1 - y;
-    int index = 0;
-    switch (cellPattern) {
-    case 1:
-        index = (x + fromBottom) % 2;
-        break;
-    case 2:
-        index = x % 2;
-        break;
-    case 3:
-        index = (fromBottom + 2 * (x % 2)) % 4;
-        break;
-    case 4:
-        index = fromBottom % 2;
-        break;
-    default:
-        break;
-    }
-    return index % static_cast<int>(cells.size());
+    const int indices[] = {0, (x + fromBottom) % 2, x % 2, (fromBottom + 2 * (x % 2)) % 4,
+                           fromBottom % 2};
+    return indices[cellPattern] % static_cast<int>(cells.size());
 }
 
 double LensGeometry::phase(int x, int y, int channel) const {

@@ -112,12 +112,10 @@ Notes calibrationWarnings(const Calibration& c) {
     Notes result;
     const DisplayModel* m = findDisplayModel(c);
     if (m != nullptr && m->panelSize != cv::Size(c.screenW, c.screenH)) {
-        result.push_back(
-            {NoteCode::Doubtful, "serial number " + c.serial + " is that of a " + m->name +
-                                     " with " + std::to_string(m->panelSize.width) + " x " +
-                                     std::to_string(m->panelSize.height) +
-                                     " px, but the panel has " + std::to_string(c.screenW) + " x " +
-                                     std::to_string(c.screenH) + " px"});
+        result.push_back({NoteCode::Doubtful, "serial number " + c.serial + " is that of a " +
+                                                  m->name + " with " + sizeText(m->panelSize) +
+                                                  " px, but the panel has " +
+                                                  pairText(c.screenW, c.screenH) + " px"});
     }
     if (c.fringe != 0)
         result.push_back({NoteCode::AsItIs, "fringe is not 0; this correction is not applied"});

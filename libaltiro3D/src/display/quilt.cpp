@@ -105,11 +105,14 @@ bool holdsTiles(QuiltGrid grid) {
            grid.rows <= kMaxTilesPerSide;
 }
 
+std::string gridText(int columns, int rows) {
+    return std::to_string(columns) + " columns x " + std::to_string(rows) + " rows";
+}
+
 void checkGrid(QuiltGrid grid) {
     if (holdsTiles(grid)) return;
     throw Error(ErrorCode::InvalidArgument, "quilt layout",
-                std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
-                    " rows, expected 1..1024 of each");
+                gridText(grid.columns, grid.rows) + ", expected 1..1024 of each");
 }
 
 // Whether file names of quilts can hold this aspect.
@@ -124,8 +127,7 @@ cv::Size tileOf(cv::Size quilt, QuiltGrid grid) {
 } // namespace
 
 std::string QuiltLayout::text() const {
-    std::string text = std::to_string(columns) + " columns x " + std::to_string(rows) +
-                       " rows, each view " + sizeText(tileSize) + " px";
+    std::string text = gridText(columns, rows) + ", each view " + sizeText(tileSize) + " px";
     if (viewCount != columns * rows) text += ", " + std::to_string(viewCount) + " views";
     return text;
 }
@@ -208,9 +210,9 @@ std::filesystem::path quiltFileName(const std::filesystem::path& file, const Qui
                           (!name->aspect || fits(*name->aspect, aspect));
         if (same) return file;
         throw Error(ErrorCode::Mismatch, file.string(),
-                    "its name says " + std::to_string(name->grid.columns) + " columns x " +
-                        std::to_string(name->grid.rows) + " rows, but the quilt has " +
-                        layout.text() + "; expected a name that ends in " + suffix);
+                    "its name says " + gridText(name->grid.columns, name->grid.rows) +
+                        ", but the quilt has " + layout.text() + "; expected a name that ends in " +
+                        suffix);
     }
     std::filesystem::path named = file;
     named.replace_filename(file.stem().string() + suffix + file.extension().string());
@@ -229,10 +231,8 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
         const QuiltGrid named = request.name->grid;
         if (request.grid && (named.columns != grid.columns || named.rows != grid.rows)) {
             throw Error(ErrorCode::Mismatch, kGrid,
-                        "says " + std::to_string(grid.columns) + " columns x " +
-                            std::to_string(grid.rows) + " rows, but the file name says " +
-                            std::to_string(named.columns) + " columns x " +
-                            std::to_string(named.rows) + " rows; expected the same in both");
+                        "says " + gridText(grid.columns, grid.rows) + ", but the file name says " +
+                            gridText(named.columns, named.rows) + "; expected the same in both");
         }
         grid = named;
     }

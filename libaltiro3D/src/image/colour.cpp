@@ -138,33 +138,14 @@ ColourFacts ofHeif(string_view bytes) {
 } // namespace
 
 ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
+    if (isHeif(format)) return ofHeif(bytes);
+    if (format == ImageFormat::Png) return ofPng(bytes);
+    if (format == ImageFormat::Tiff) return ofTiff(bytes);
+    if (format == ImageFormat::Exr) return ofExr(bytes);
+    if (format == ImageFormat::Hdr) return ofHdr(bytes);
     ColourFacts facts;
-    switch (format) {
-    case ImageFormat::Png:
-        facts = ofPng(bytes);
-        break;
-    case ImageFormat::Jpeg:
-        facts.icc = iccOfJpeg(bytes);
-        break;
-    case ImageFormat::WebP:
-        facts.icc = iccOfWebP(bytes);
-        break;
-    case ImageFormat::Tiff:
-        facts = ofTiff(bytes);
-        break;
-    case ImageFormat::Exr:
-        facts = ofExr(bytes);
-        break;
-    case ImageFormat::Hdr:
-        facts = ofHdr(bytes);
-        break;
-    case ImageFormat::Heic:
-    case ImageFormat::Avif:
-        facts = ofHeif(bytes);
-        break;
-    default:
-        break;
-    }
+    if (format == ImageFormat::Jpeg) facts.icc = iccOfJpeg(bytes);
+    if (format == ImageFormat::WebP) facts.icc = iccOfWebP(bytes);
     return facts;
 }
 

@@ -43,21 +43,12 @@ using Transform = std::unique_ptr<void, Delete>;
 using Curve = std::unique_ptr<cmsToneCurve, Free>;
 
 Chromaticities chromaticitiesOf(int primaries) {
-    switch (primaries) {
-    case 5:
-        return kRec601Pal;
-    case 6:
-    case 7:
-        return kRec601Ntsc;
-    case 9:
-        return kRec2020;
-    case 11:
-        return kDciP3;
-    case 12:
-        return kDisplayP3;
-    default:
-        return kSrgb;
-    }
+    return primaries == 5                     ? kRec601Pal
+           : primaries == 6 || primaries == 7 ? kRec601Ntsc
+           : primaries == 9                   ? kRec2020
+           : primaries == 11                  ? kDciP3
+           : primaries == 12                  ? kDisplayP3
+                                              : kSrgb;
 }
 
 // exponent: of the decoding; 0 = that of sRGB
@@ -82,16 +73,7 @@ Profile profileOf(const Chromaticities& c, double exponent) {
 
 // The exponent of H.273's transfer characteristics; video's are shown as sRGB, as is usual.
 double exponentOf(int transfer) {
-    switch (transfer) {
-    case 4:
-        return 2.2;
-    case 5:
-        return 2.8;
-    case 8:
-        return 1;
-    default:
-        return 0;
-    }
+    return transfer == 4 ? 2.2 : transfer == 5 ? 2.8 : transfer == 8 ? 1 : 0;
 }
 
 Transform transformOf(const Profile& from, cmsUInt32Number input, cmsUInt32Number output,

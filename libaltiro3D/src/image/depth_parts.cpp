@@ -273,20 +273,8 @@ std::optional<DepthPart> huawei(string_view jpeg) {
     part.columns = reader.u16(header + 12);
     part.rows = reader.u16(header + 14);
     part.raw = reader.text(header + kHeader, std::uint64_t{part.columns} * part.rows);
-    switch (reader.u8(header + 3)) {
-    case 0x11:
-        part.orientation = 8;
-        break;
-    case 0x12:
-        part.orientation = 3;
-        break;
-    case 0x13:
-        part.orientation = 6;
-        break;
-    default:
-        part.orientation = 1;
-        break;
-    }
+    const unsigned turn = reader.u8(header + 3);
+    part.orientation = turn == 0x11 ? 8 : turn == 0x12 ? 3 : turn == 0x13 ? 6 : 1;
     if (part.raw.empty() || part.raw.size() > length - kHeader) return std::nullopt;
     return part;
 }

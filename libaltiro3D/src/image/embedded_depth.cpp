@@ -30,23 +30,10 @@ constexpr double kMaxDepthPixels = 6.4e7; // the largest seen has 4e6
 constexpr std::size_t kMinLevels = 4;     // of 256, between the percentiles 0.5 and 99.5
 
 const char* nameOf(EmbeddedDepthForm form) {
-    switch (form) {
-    case EmbeddedDepthForm::AppleHeic:
-        return "Apple HEIC";
-    case EmbeddedDepthForm::AppleJpeg:
-        return "Apple JPEG";
-    case EmbeddedDepthForm::GDepth:
-        return "Google lens blur";
-    case EmbeddedDepthForm::DynamicDepth:
-        return "Dynamic Depth";
-    case EmbeddedDepthForm::Avif:
-        return "AVIF";
-    case EmbeddedDepthForm::Samsung:
-        return "Samsung, experimental";
-    case EmbeddedDepthForm::Huawei:
-        break;
-    }
-    return "Huawei, experimental";
+    constexpr const char* kNames[] = {"Apple HEIC",          "Apple JPEG", "Google lens blur",
+                                      "Dynamic Depth",       "AVIF",       "Samsung, experimental",
+                                      "Huawei, experimental"};
+    return kNames[static_cast<int>(form)];
 }
 
 // Depth as it is in the file; the reason why it cannot be read instead of samples.
@@ -177,57 +164,36 @@ void addUnused(Notes* notes, const std::string& what, const std::string& why) {
 // Near and Far are not metres: the depth is relative, and 1 and 1000 keep inverse depth nearly
 // linear from 1 to 0.
 std::string xmpFor(std::size_t depthBytes) {
-    const std::string photos = "http://ns.google.com/photos/";
-    return "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\" x:xmptk=\"altiro3D\">"
-           "<rdf:RDF xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">"
-           "<rdf:Description rdf:about=\"\""
-           " xmlns:Container=\"" +
-           photos +
-           "1.0/container/\""
-           " xmlns:Item=\"" +
-           photos +
-           "1.0/container/item/\""
-           " xmlns:Device=\"" +
-           photos +
-           "dd/1.0/device/\""
-           " xmlns:Profile=\"" +
-           photos +
-           "dd/1.0/profile/\""
-           " xmlns:Camera=\"" +
-           photos +
-           "dd/1.0/camera/\""
-           " xmlns:DepthMap=\"" +
-           photos +
-           "dd/1.0/depthmap/\">"
-           "<Container:Directory><rdf:Seq>"
-           "<rdf:li rdf:parseType=\"Resource\"><Container:Item Item:Mime=\"image/jpeg\""
-           " Item:Length=\"0\" Item:Semantic=\"Primary\"/></rdf:li>"
-           "<rdf:li rdf:parseType=\"Resource\"><Container:Item Item:Mime=\"image/jpeg\""
-           " Item:Length=\"" +
-           std::to_string(depthBytes) +
-           "\" Item:Semantic=\"Depth\""
-           " Item:DataURI=\"android/depthmap\"/></rdf:li>"
-           "</rdf:Seq></Container:Directory>"
-           "<Device:Profiles><rdf:Seq><rdf:li rdf:parseType=\"Resource\">"
-           "<rdf:value rdf:parseType=\"Resource\"><Profile:Type>DepthPhoto</Profile:Type>"
-           "<Profile:CameraIndices><rdf:Seq><rdf:li>0</rdf:li></rdf:Seq></Profile:CameraIndices>"
-           "</rdf:value><rdf:type>" +
-           photos +
-           "dd/1.0/device/:Profile</rdf:type>"
-           "</rdf:li></rdf:Seq></Device:Profiles>"
-           "<Device:Cameras><rdf:Seq><rdf:li rdf:parseType=\"Resource\">"
-           "<rdf:value rdf:parseType=\"Resource\"><Camera:DepthMap rdf:parseType=\"Resource\">"
-           "<DepthMap:ItemSemantic>Depth</DepthMap:ItemSemantic>"
-           "<DepthMap:Format>RangeInverse</DepthMap:Format>"
-           "<DepthMap:Units>None</DepthMap:Units>"
-           "<DepthMap:Near>1</DepthMap:Near><DepthMap:Far>1000</DepthMap:Far>"
-           "<DepthMap:DepthURI>android/depthmap</DepthMap:DepthURI>"
-           "</Camera:DepthMap></rdf:value>"
-           "<rdf:type>" +
-           photos +
-           "dd/1.0/device/:Camera</rdf:type>"
-           "</rdf:li></rdf:Seq></Device:Cameras>"
-           "</rdf:Description></rdf:RDF></x:xmpmeta>";
+    constexpr const char* kText =
+        R"(<x:xmpmeta xmlns:x="adobe:ns:meta/" x:xmptk="altiro3D">)"
+        R"(<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">)"
+        R"(<rdf:Description rdf:about="" xmlns:Container="@1.0/container/")"
+        R"( xmlns:Item="@1.0/container/item/" xmlns:Device="@dd/1.0/device/")"
+        R"( xmlns:Profile="@dd/1.0/profile/" xmlns:Camera="@dd/1.0/camera/")"
+        R"( xmlns:DepthMap="@dd/1.0/depthmap/"><Container:Directory><rdf:Seq>)"
+        R"(<rdf:li rdf:parseType="Resource"><Container:Item Item:Mime="image/jpeg")"
+        R"( Item:Length="0" Item:Semantic="Primary"/></rdf:li>)"
+        R"(<rdf:li rdf:parseType="Resource"><Container:Item Item:Mime="image/jpeg")"
+        R"( Item:Length="$" Item:Semantic="Depth" Item:DataURI="android/depthmap"/></rdf:li>)"
+        R"(</rdf:Seq></Container:Directory><Device:Profiles><rdf:Seq>)"
+        R"(<rdf:li rdf:parseType="Resource"><rdf:value rdf:parseType="Resource">)"
+        R"(<Profile:Type>DepthPhoto</Profile:Type><Profile:CameraIndices><rdf:Seq>)"
+        R"(<rdf:li>0</rdf:li></rdf:Seq></Profile:CameraIndices></rdf:value>)"
+        R"(<rdf:type>@dd/1.0/device/:Profile</rdf:type></rdf:li></rdf:Seq></Device:Profiles>)"
+        R"(<Device:Cameras><rdf:Seq><rdf:li rdf:parseType="Resource">)"
+        R"(<rdf:value rdf:parseType="Resource"><Camera:DepthMap rdf:parseType="Resource">)"
+        R"(<DepthMap:ItemSemantic>Depth</DepthMap:ItemSemantic>)"
+        R"(<DepthMap:Format>RangeInverse</DepthMap:Format><DepthMap:Units>None</DepthMap:Units>)"
+        R"(<DepthMap:Near>1</DepthMap:Near><DepthMap:Far>1000</DepthMap:Far>)"
+        R"(<DepthMap:DepthURI>android/depthmap</DepthMap:DepthURI></Camera:DepthMap></rdf:value>)"
+        R"(<rdf:type>@dd/1.0/device/:Camera</rdf:type></rdf:li></rdf:Seq></Device:Cameras>)"
+        R"(</rdf:Description></rdf:RDF></x:xmpmeta>)";
+    std::string xmp;
+    for (const char* c = kText; *c != '\0'; ++c)
+        xmp += *c == '@'   ? "http://ns.google.com/photos/"
+               : *c == '$' ? std::to_string(depthBytes)
+                           : std::string(1, *c);
+    return xmp;
 }
 
 // Position after the start of the image and the JFIF segment, which comes first.

@@ -108,34 +108,23 @@ std::optional<ExifFacts> readExifInPngText(string_view chunk, bool compressed) {
     return readExif(rawProfile(inflated(chunk.substr(end + 2), 2 * kMaxExifBytes + 1024)));
 }
 
+// The sides on which row 0 and column 0 of the file appear: 2 top, right; 3 bottom, right; 4
+// bottom, left; 5 left, top; 6 right, top; 7 right, bottom; 8 left, bottom.
 cv::Mat upright(const cv::Mat& picture, int orientation) {
+    if (orientation < 2 || orientation > 8) return picture;
     cv::Mat result;
-    switch (orientation) { // EXIF: the sides on which row 0 and column 0 of the file appear
-    case 2:
-        cv::flip(picture, result, 1);
-        return result; // top, right
-    case 3:
-        cv::flip(picture, result, -1);
-        return result; // bottom, right
-    case 4:
-        cv::flip(picture, result, 0);
-        return result; // bottom, left
-    case 5:
-        cv::transpose(picture, result);
-        return result; // left, top
-    case 6:
-        turn(picture, true, result);
-        return result; // right, top
-    case 7:            // right, bottom
-        cv::transpose(picture, result);
-        cv::flip(result, result, -1);
+    if (orientation == 6 || orientation == 8) {
+        turn(picture, orientation == 6, result);
         return result;
-    case 8:
-        turn(picture, false, result);
-        return result;
-    default:
-        return picture;
     }
+    constexpr int kFlips[] = {1, -1, 0}; // 2, 3, 4
+    if (orientation <= 4) {
+        cv::flip(picture, result, kFlips[orientation - 2]);
+    } else {
+        cv::transpose(picture, result);
+    }
+    if (orientation == 7) cv::flip(result, result, -1);
+    return result;
 }
 
 } // namespace altiro3D

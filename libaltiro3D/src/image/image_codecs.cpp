@@ -105,20 +105,11 @@ cv::Mat decodePng(std::string_view bytes) {
     if (!readPngHeader(reader)) return {};
     const int bits = png_get_bit_depth(reader.png, reader.info);
     const bool isTransparent = png_get_valid(reader.png, reader.info, PNG_INFO_tRNS) != 0;
-    int channels = 0;
-    switch (png_get_color_type(reader.png, reader.info)) {
-    case PNG_COLOR_TYPE_GRAY:
-        channels = 1;
-        break;
-    case PNG_COLOR_TYPE_RGB:
-        channels = 3;
-        break;
-    case PNG_COLOR_TYPE_RGB_ALPHA:
-        channels = 4;
-        break;
-    default:
-        break;
-    }
+    const int colours = png_get_color_type(reader.png, reader.info);
+    const int channels = colours == PNG_COLOR_TYPE_GRAY        ? 1
+                         : colours == PNG_COLOR_TYPE_RGB       ? 3
+                         : colours == PNG_COLOR_TYPE_RGB_ALPHA ? 4
+                                                               : 0;
     if (channels == 0 || bits < 8 || isTransparent) return {};
     const auto columns = static_cast<int>(png_get_image_width(reader.png, reader.info));
     const auto height = static_cast<int>(png_get_image_height(reader.png, reader.info));
@@ -183,15 +174,6 @@ float scaled(float color, float alpha) {
 }
 
 template <typename T>
-void compositeRow(const T* from, T* to, int columns, int colors, bool premultiplied) {
-    for (int x = 0; x < columns; ++x, from += colors + 1, to += colors) {
-        const T alpha = from[colors];
-        for (int c = 0; c < colors; ++c)
-            to[c] = premultiplied ? from[c] : scaled(from[c], alpha);
-    }
-}
-
-template <typename T>
 bool hasColorAboveAlpha(const cv::Mat& picture) {
     const int colors = picture.channels() - 1;
     for (int y = 0; y < picture.rows; ++y) {
@@ -212,7 +194,12 @@ cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
     const int colors = picture.channels() - 1;
     cv::Mat result(picture.size(), CV_MAKETYPE(picture.depth(), colors));
     for (int y = 0; y < picture.rows; ++y) {
-        compositeRow(picture.ptr<T>(y), result.ptr<T>(y), picture.cols, colors, premultiplied);
+        const T* from = picture.ptr<T>(y);
+        T* to = result.ptr<T>(y);
+        for (int x = 0; x < picture.cols; ++x, from += colors + 1, to += colors) {
+            for (int c = 0; c < colors; ++c)
+                to[c] = premultiplied ? from[c] : scaled(from[c], from[colors]);
+        }
     }
     return result;
 }
@@ -313,14 +300,8 @@ cv::Mat withoutAlpha(const cv::Mat& picture, const ImageHeader& header) {
     if (header.format == ImageFormat::Bmp && kind == AlphaKind::Unstated) {
         kind = AlphaKind::Premultiplied; // the fourth byte is padding and ignored
     }
-    switch (picture.depth()) {
-    case CV_8U:
-        return compositeOver<std::uint8_t>(picture, kind);
-    case CV_16U:
-        return compositeOver<std::uint16_t>(picture, kind);
-    default:
-        break;
-    }
+    if (picture.depth() == CV_8U) return compositeOver<std::uint8_t>(picture, kind);
+    if (picture.depth() == CV_16U) return compositeOver<std::uint16_t>(picture, kind);
     if (picture.depth() == CV_32F) return compositeOver<float>(picture, kind);
     return picture;
 }

@@ -125,9 +125,7 @@ void readJpeg(string_view bytes, ImageHeader& header) {
 
 // --------------------------------------------------------------------------------------- TIFF
 
-void readTiff(string_view bytes, const std::string& extension, ImageHeader& header) {
-    constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
-                                                 ".srw", ".erf", ".3fr", ".iiq"};
+void readTiff(string_view bytes, ImageHeader& header) {
     try {
         const TiffFacts facts = TiffFile(bytes).facts();
         header.columns = facts.columns;
@@ -144,6 +142,12 @@ void readTiff(string_view bytes, const std::string& extension, ImageHeader& head
     } catch (const TiffFailure& failure) {
         header.decoderMessage = failure.what();
     }
+}
+
+// Raw pictures of cameras are TIFF files with other extensions.
+void nameRaw(const std::string& extension, ImageHeader& header) {
+    constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
+                                                 ".srw", ".erf", ".3fr", ".iiq"};
     if (std::find(kRaw.begin(), kRaw.end(), extension) != kRaw.end()) {
         header.otherFormat = "camera raw (" + extension.substr(1) + ")";
     }
@@ -340,50 +344,25 @@ void readHeif(string_view bytes, ImageHeader& header) {
     }
 }
 
+void readUnknown(string_view bytes, ImageHeader& header) {
+    header.isText = containsOnlyText(bytes);
+    header.otherFormat = startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes);
+}
+
 } // namespace
 
 ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
+    using Reader = void (*)(string_view, ImageHeader&);
+    constexpr Reader kReaders[] = {readUnknown,  readPng,    readJpeg,   readTiff, readWebP,
+                                   readBmp,      readNetpbm, readNetpbm, readExr,  readHdr,
+                                   readJpeg2000, readHeif,   readHeif};
     ImageHeader header;
     header.format = imageFormat(bytes);
-    switch (header.format) {
-    case ImageFormat::Png:
-        readPng(bytes, header);
-        break;
-    case ImageFormat::Jpeg:
-        readJpeg(bytes, header);
-        if (extension == ".mpo") header.pictures = 2; // at least; the first one is used
-        break;
-    case ImageFormat::Tiff:
-        readTiff(bytes, extension, header);
-        break;
-    case ImageFormat::WebP:
-        readWebP(bytes, header);
-        break;
-    case ImageFormat::Bmp:
-        readBmp(bytes, header);
-        break;
-    case ImageFormat::Pnm:
-    case ImageFormat::Pfm:
-        readNetpbm(bytes, header);
-        break;
-    case ImageFormat::Exr:
-        readExr(bytes, header);
-        break;
-    case ImageFormat::Hdr:
-        readHdr(bytes, header);
-        break;
-    case ImageFormat::Jpeg2000:
-        readJpeg2000(bytes, header);
-        break;
-    case ImageFormat::Heic:
-    case ImageFormat::Avif:
-        readHeif(bytes, header);
-        break;
-    case ImageFormat::Unknown:
-        header.isText = containsOnlyText(bytes);
-        header.otherFormat = startsWith(bytes, "II*") ? "camera raw (cr2)" : otherFormatName(bytes);
-        break;
-    }
+    const ImageFormat format = header.format;
+    kReaders[static_cast<int>(format)](bytes, header);
+    if (format == ImageFormat::Jpeg && extension == ".mpo")
+        header.pictures = 2; // at least; the first one is used
+    if (format == ImageFormat::Tiff) nameRaw(extension, header);
     return header;
 }
 

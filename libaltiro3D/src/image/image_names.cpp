@@ -43,40 +43,22 @@ bool endsWithWord(std::string_view text, std::string_view smallWord) {
     return kSeparators.find(text[text.size() - smallWord.size() - 1]) != std::string_view::npos;
 }
 
-struct EyesTag {
-    const char* word;
+// Words that say how both eyes are arranged.
+struct EyesTags {
+    std::array<const char*, 6> words; // some, then null
     StereoLayout layout;
     StereoHalves halves;
 };
 
-constexpr EyesTag kEyesTags[] = {
-    {"lr", StereoLayout::LeftRight, StereoHalves::Automatic},
-    {"sbs", StereoLayout::LeftRight, StereoHalves::Automatic},
-    {"2x1", StereoLayout::LeftRight, StereoHalves::Automatic},
-    {"3dh", StereoLayout::LeftRight, StereoHalves::Automatic},
-    {"3dph", StereoLayout::LeftRight, StereoHalves::Automatic},
-    {"hsbs", StereoLayout::LeftRight, StereoHalves::Squeezed},
-    {"lrf", StereoLayout::LeftRight, StereoHalves::Full},
-    {"fsbs", StereoLayout::LeftRight, StereoHalves::Full},
-    {"fullsbs", StereoLayout::LeftRight, StereoHalves::Full},
-    {"3dhf", StereoLayout::LeftRight, StereoHalves::Full},
-    {"3dphf", StereoLayout::LeftRight, StereoHalves::Full},
-    {"rl", StereoLayout::RightLeft, StereoHalves::Automatic},
-    {"cross", StereoLayout::RightLeft, StereoHalves::Automatic},
-    {"rlf", StereoLayout::RightLeft, StereoHalves::Full},
-    {"tb", StereoLayout::TopBottom, StereoHalves::Automatic},
-    {"tab", StereoLayout::TopBottom, StereoHalves::Automatic},
-    {"ou", StereoLayout::TopBottom, StereoHalves::Automatic},
-    {"1x2", StereoLayout::TopBottom, StereoHalves::Automatic},
-    {"3dv", StereoLayout::TopBottom, StereoHalves::Automatic},
-    {"3dpv", StereoLayout::TopBottom, StereoHalves::Automatic},
-    {"htb", StereoLayout::TopBottom, StereoHalves::Squeezed},
-    {"htab", StereoLayout::TopBottom, StereoHalves::Squeezed},
-    {"hou", StereoLayout::TopBottom, StereoHalves::Squeezed},
-    {"tbf", StereoLayout::TopBottom, StereoHalves::Full},
-    {"fulltb", StereoLayout::TopBottom, StereoHalves::Full},
-    {"3dvf", StereoLayout::TopBottom, StereoHalves::Full},
-    {"3dpvf", StereoLayout::TopBottom, StereoHalves::Full},
+constexpr EyesTags kEyesTags[] = {
+    {{"lr", "sbs", "2x1", "3dh", "3dph"}, StereoLayout::LeftRight, StereoHalves::Automatic},
+    {{"hsbs"}, StereoLayout::LeftRight, StereoHalves::Squeezed},
+    {{"lrf", "fsbs", "fullsbs", "3dhf", "3dphf"}, StereoLayout::LeftRight, StereoHalves::Full},
+    {{"rl", "cross"}, StereoLayout::RightLeft, StereoHalves::Automatic},
+    {{"rlf"}, StereoLayout::RightLeft, StereoHalves::Full},
+    {{"tb", "tab", "ou", "1x2", "3dv", "3dpv"}, StereoLayout::TopBottom, StereoHalves::Automatic},
+    {{"htb", "htab", "hou"}, StereoLayout::TopBottom, StereoHalves::Squeezed},
+    {{"tbf", "fulltb", "3dvf", "3dpvf"}, StereoLayout::TopBottom, StereoHalves::Full},
 };
 
 struct Word {
@@ -167,8 +149,11 @@ std::optional<SceneName> parseSceneName(const fs::path& file) {
             rgbd = SceneName{SceneName::Contents::Rgbd, word.text, {}, false, halves};
         }
         isStacked = isStacked || word.lower == "topbottom";
-        for (const EyesTag& tag : kEyesTags) {
-            if (word.lower != tag.word) continue;
+        for (const EyesTags& tag : kEyesTags) {
+            const auto isTag = [&](const char* each) {
+                return each != nullptr && word.lower == each;
+            };
+            if (std::none_of(tag.words.begin(), tag.words.end(), isTag)) continue;
             eyes = SceneName{SceneName::Contents::Eyes, word.text, tag.layout, false, tag.halves};
             if (words[i - 1].lower == "full") eyes->halves = StereoHalves::Full;
             if (words[i - 1].lower == "half") eyes->halves = StereoHalves::Squeezed;

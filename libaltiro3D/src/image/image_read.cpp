@@ -390,16 +390,9 @@ cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) {
         if (picture.channels() == 3) {
             cv::Mat levels = undoColourMap(picture, file.path().string(), notes);
             if (!levels.empty()) return levels;
-            switch (picture.depth()) {
-            case CV_8U:
-                return greyOf<std::uint8_t>(picture, notes);
-            case CV_16U:
-                return greyOf<std::uint16_t>(picture, notes);
-            case CV_32F:
-                return greyOf<float>(picture, notes);
-            default:
-                break;
-            }
+            if (picture.depth() == CV_8U) return greyOf<std::uint8_t>(picture, notes);
+            if (picture.depth() == CV_16U) return greyOf<std::uint16_t>(picture, notes);
+            if (picture.depth() == CV_32F) return greyOf<float>(picture, notes);
             cv::Mat numbers;
             picture.convertTo(numbers, CV_64F);
             return greyOf<double>(numbers, notes);

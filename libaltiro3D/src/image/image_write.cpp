@@ -81,15 +81,16 @@ void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
     }
     if (std::max(picture.cols, picture.rows) > writer->longestSide) {
         throw Error(ErrorCode::Unsupported, path.string(),
-                    std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
-                        " px are too many for " + writer->format + ", expected sides of at most " +
-                        std::to_string(writer->longestSide) + " px; write a .png");
+                    sizeText(picture.size()) + " px are too many for " + writer->format +
+                        ", expected sides of at most " + std::to_string(writer->longestSide) +
+                        " px; write a .png");
     }
     if (writer->channels == 1 && picture.channels() == 3) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     std::string(writer->format) +
                         " holds no colours, expected .ppm or .png for a colour picture");
     }
+    const std::string cannot = std::string("cannot be encoded as ") + writer->format;
     std::vector<unsigned char> file;
     try {
         file = orOutOfMemory(path.string(),
@@ -98,12 +99,10 @@ void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
                              [&] { return encode(picture, *writer, mark); });
     } catch (const cv::Exception& exception) {
         throw Error(ErrorCode::WriteFailed, path.string(),
-                    std::string("cannot be encoded as ") + writer->format + ": " + exception.err +
-                        "; write a .png");
+                    cannot + ": " + exception.err + "; write a .png");
     }
     if (file.empty()) {
-        throw Error(ErrorCode::WriteFailed, path.string(),
-                    std::string("cannot be encoded as ") + writer->format + "; write a .png");
+        throw Error(ErrorCode::WriteFailed, path.string(), cannot + "; write a .png");
     }
     writeFile(path, {Bytes{file.data(), file.size()}});
 }

@@ -2,10 +2,9 @@
 
 #include "altiro3D/native_lut.hpp"
 
-#include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "base/checks.hpp"
 #include "base/posix_file.hpp"
-#include "base/text.hpp"
 #include "display/lens_phase.hpp"
 #include "native/native_lut_tables.hpp"
 
@@ -298,16 +297,16 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     const FileHandle opened = openFile(file, O_RDONLY | O_NOCTTY);
     if (!opened.isOpen()) failRead({errno, std::generic_category()});
     Header h{};
-    if (readAt(opened, &h, 0, sizeof h) < sizeof kMagic) {
-        throw Error(ErrorCode::BadFormat, name, "is not a look-up table, expected a .map file");
-    }
+    const auto requireFormat = [&](bool holds, const std::string& problem) {
+        if (!holds) throw Error(ErrorCode::BadFormat, name, problem);
+    };
+    requireFormat(readAt(opened, &h, 0, sizeof h) >= sizeof kMagic,
+                  "is not a look-up table, expected a .map file");
     checkHeader(h, name);
     const std::uintmax_t expected = sizeof h + std::uintmax_t{12} * h.panelWidth * h.panelHeight;
-    if (fileSize != expected) {
-        throw Error(ErrorCode::BadFormat, name,
-                    (fileSize < expected ? "is cut off: it has " : "is too long: it has ") +
-                        std::to_string(fileSize) + " bytes, expected " + std::to_string(expected));
-    }
+    requireFormat(fileSize == expected,
+                  (fileSize < expected ? "is cut off: it has " : "is too long: it has ") +
+                      std::to_string(fileSize) + " bytes, expected " + std::to_string(expected));
 
     auto tables = std::make_shared<NativeLutTables>();
     tables->panelSize = {static_cast<int>(h.panelWidth), static_cast<int>(h.panelHeight)};
@@ -344,15 +343,10 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
         throw Error(ErrorCode::ReadFailed, name,
                     "cannot be read to its end, expected " + std::to_string(expected) + " bytes");
     }
-    if (!sound) {
-        throw Error(ErrorCode::BadFormat, name,
-                    "is corrupt: its checksum does not match, expected a table that is built anew");
-    }
-    if (!inside) {
-        throw Error(ErrorCode::BadFormat, name,
-                    "is corrupt: it names px outside of its quilt, expected px of " +
-                        sizeText(quilt));
-    }
+    requireFormat(sound, "is corrupt: its checksum does not match, expected a table that is built "
+                         "anew");
+    requireFormat(inside, "is corrupt: it names px outside of its quilt, expected px of " +
+                              sizeText(quilt));
     return NativeLut(std::move(tables));
 }
 

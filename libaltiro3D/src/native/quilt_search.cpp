@@ -1,6 +1,7 @@
 #include "altiro3D/quilt2native.hpp"
 
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "image/downscale.hpp"
 #include "image/pixel_values.hpp"
 #include "native/quilt_tiles.hpp"
@@ -46,6 +47,14 @@ constexpr double kMinConfidence = 0.6;
 constexpr double kMinLikeness = 0.35; // below, nothing is alike
 constexpr double kMinGap = 0.1;       // to another layout
 constexpr double kMinDetail = 0.05;   // share of a view that is not a pattern of rows and columns
+
+// Whether there is nothing to compare.
+bool isEven(const cv::Mat_<uchar>& grey) {
+    double darkest = 0;
+    double lightest = 0;
+    cv::minMaxLoc(grey, &darkest, &lightest);
+    return lightest - darkest < kNoise;
+}
 
 // One count of columns or of rows.
 struct Count {
@@ -94,15 +103,13 @@ std::vector<Count> columnCounts(const cv::Mat_<uchar>& grey, double weakest) {
     const int most = std::min(kMaxTiles, grey.cols / kMinTile);
     if (most < 2) return {};
     std::vector<Count> counts(static_cast<std::size_t>(most) - 1);
-    cv::parallel_for_(cv::Range(2, most + 1), [&](const cv::Range& range) {
-        for (int count = range.start; count < range.end; ++count) {
-            const Tiles columns(scaleRows(flat, count * kTile, 1), {kTile, kStrip}, kRadius);
-            std::vector<std::pair<int, int>> pairs;
-            for (int i = 0; i + 1 < count; ++i)
-                pairs.emplace_back(i, i + 1);
-            counts[static_cast<std::size_t>(count) - 2] = {count,
-                                                           columns.likeness(pairs, kMaxShift), 0};
-        }
+    overRows(most - 1, [&](int index) {
+        const int count = index + 2;
+        const Tiles columns(scaleRows(flat, count * kTile, 1), {kTile, kStrip}, kRadius);
+        std::vector<std::pair<int, int>> pairs;
+        for (int i = 0; i + 1 < count; ++i)
+            pairs.emplace_back(i, i + 1);
+        counts[static_cast<std::size_t>(index)] = {count, columns.likeness(pairs, kMaxShift), 0};
     });
     std::stable_sort(counts.begin(), counts.end(),
                      [](const Count& a, const Count& b) { return a.likeness > b.likeness; });
@@ -224,14 +231,10 @@ std::vector<Candidate> candidatesOf(const cv::Mat_<uchar>& grey,
                                     const std::vector<Count>& columns) {
     const std::vector<Count> rows = columnCounts(turned(grey), kMinRows);
     std::vector<Candidate> candidates(columns.size() * rows.size());
-    cv::parallel_for_(
-        cv::Range(0, static_cast<int>(candidates.size())), [&](const cv::Range& range) {
-            for (int i = range.start; i < range.end; ++i) {
-                const auto index = static_cast<std::size_t>(i);
-                candidates[index] =
-                    examine(grey, columns[index / rows.size()], rows[index % rows.size()]);
-            }
-        });
+    overRows(static_cast<int>(candidates.size()), [&](int i) {
+        const auto index = static_cast<std::size_t>(i);
+        candidates[index] = examine(grey, columns[index / rows.size()], rows[index % rows.size()]);
+    });
     sortBestFirst(candidates);
     return candidates;
 }
@@ -260,10 +263,7 @@ bool mayBeQuilt(const cv::Mat& picture) {
     const cv::Mat some(picture.rows / step, picture.cols, picture.type(), picture.data,
                        picture.step[0] * static_cast<std::size_t>(step));
     const cv::Mat_<uchar> grey = brightnessOf(downscale(some, kSide));
-    double darkest = 0;
-    double lightest = 0;
-    cv::minMaxLoc(grey, &darkest, &lightest);
-    if (lightest - darkest < kNoise) return true; // nothing to tell it by
+    if (isEven(grey)) return true; // nothing to tell it by
     const Grey flat = turned(scaleRows(turned(grey), kHeight, kUnit));
     return std::any_of(std::begin(kSizes), std::end(kSizes), [&](const auto& counts) {
         const int width = counts.second * kColumn;
@@ -288,10 +288,7 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
     }
     if (!mayBeQuilt(picture)) return found;
     const cv::Mat_<uchar> grey = brightnessOf(downscale(picture, kWorkSide));
-    double darkest = 0;
-    double lightest = 0;
-    cv::minMaxLoc(grey, &darkest, &lightest);
-    if (lightest - darkest < kNoise) {
+    if (isEven(grey)) {
         found.verdict = QuiltVerdict::Unsure; // nothing to compare
         return found;
     }

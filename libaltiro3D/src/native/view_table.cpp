@@ -1,8 +1,7 @@
 #include "native/view_table.hpp"
 
-#include "altiro3D/error.hpp"
+#include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
-#include "base/text.hpp"
 #include "display/lens_phase.hpp"
 #include "native/native_lut_tables.hpp"
 
@@ -99,15 +98,11 @@ ViewTable emptyTable(cv::Size panelSize, const QuiltLayout& quilt) {
     t.panelSize = panelSize;
     t.quilt = quilt;
     const int type = tileCount(quilt) <= 256 ? CV_8U : CV_16U;
-    try {
-        t.views.create(3 * panelSize.height, panelSize.width, type);
-    } catch (const cv::Exception&) {
-        throw Error(ErrorCode::OutOfMemory, "look-up table",
-                    "no memory for a panel of " + sizeText(panelSize) + " px, expected " +
-                        std::to_string(3LL * CV_ELEM_SIZE(type) * panelSize.width *
-                                       panelSize.height / 1000000) +
-                        " MB to be free");
-    }
+    const auto bytes = 3LL * CV_ELEM_SIZE(type) * panelSize.width * panelSize.height;
+    orOutOfMemory("look-up table",
+                  "no memory for a panel of " + sizeText(panelSize) + " px, expected " +
+                      std::to_string(bytes / 1000000) + " MB to be free",
+                  [&] { t.views.create(3 * panelSize.height, panelSize.width, type); });
     t.columns.resize(static_cast<std::size_t>(panelSize.width));
     t.rows.resize(static_cast<std::size_t>(panelSize.height));
     return t;

@@ -53,10 +53,6 @@ std::vector<double> ranksOf(const std::vector<float>& values) {
     return ranks;
 }
 
-void checkDepth(const cv::Mat& depth, const char* name) {
-    checkType(depth, {CV_32FC1}, name, "CV_32FC1");
-}
-
 } // namespace
 
 double psnr(const cv::Mat& picture, const cv::Mat& truth) {
@@ -96,8 +92,8 @@ double ssim(const cv::Mat& picture, const cv::Mat& truth) {
 }
 
 double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
-    checkDepth(a, "a");
-    checkDepth(b, "b");
+    checkType(a, {CV_32FC1}, "a", "CV_32FC1");
+    checkType(b, {CV_32FC1}, "b", "CV_32FC1");
     checkSize(b.size(), a.size(), "b");
     if (!mask.empty()) {
         checkType(mask, {CV_8UC1}, "mask", "CV_8UC1");
@@ -131,8 +127,8 @@ double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) 
 }
 
 void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned) {
-    checkDepth(estimate, "estimate");
-    checkDepth(truth, "truth");
+    checkType(estimate, {CV_32FC1}, "estimate", "CV_32FC1");
+    checkType(truth, {CV_32FC1}, "truth", "CV_32FC1");
     cv::Mat sized;
     cv::resize(estimate, sized, truth.size(), 0, 0, cv::INTER_LINEAR);
     const double meanEstimate = cv::mean(sized)[0];

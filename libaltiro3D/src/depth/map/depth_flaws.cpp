@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <mutex>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -335,10 +336,8 @@ Samples samplesOf(const cv::Mat& depth) {
 }
 
 double meanOf(const Samples& samples) {
-    double sum = 0;
-    for (const double sample : samples)
-        sum += sample;
-    return sum / static_cast<double>(samples.size());
+    return std::accumulate(samples.begin(), samples.end(), 0.0) /
+           static_cast<double>(samples.size());
 }
 
 // The mean product of the deviations from the means.

@@ -254,20 +254,10 @@ void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization
     checkNumber(isWithin(options.flatDepth, 0, 1), "flatDepth", options.flatDepth, "0..1");
     // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): keeps raw alive if it is depth
     const cv::Mat source = raw;
-    switch (source.depth()) {
-    case CV_8U:
-        normalize<std::uint8_t>(source, depth, options);
-        break;
-    case CV_16U:
-        normalize<std::uint16_t>(source, depth, options);
-        break;
-    case CV_32F:
-        normalize<float>(source, depth, options);
-        break;
-    default:
-        normalize<double>(source, depth, options);
-        break;
-    }
+    if (source.depth() == CV_8U) return normalize<std::uint8_t>(source, depth, options);
+    if (source.depth() == CV_16U) return normalize<std::uint16_t>(source, depth, options);
+    if (source.depth() == CV_32F) return normalize<float>(source, depth, options);
+    normalize<double>(source, depth, options);
 }
 
 cv::Mat depthTo16Bit(const cv::Mat& depth) {

@@ -110,17 +110,9 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
 }
 
 int interpolation(ResizeKernel kernel) {
-    switch (kernel) {
-    case ResizeKernel::Nearest:
-        return cv::INTER_NEAREST;
-    case ResizeKernel::Linear:
-        return cv::INTER_LINEAR;
-    case ResizeKernel::Cubic:
-        return cv::INTER_CUBIC;
-    case ResizeKernel::Area:
-        return cv::INTER_AREA;
-    }
-    return cv::INTER_CUBIC;
+    constexpr int kKernels[] = {cv::INTER_NEAREST, cv::INTER_LINEAR, cv::INTER_CUBIC,
+                                cv::INTER_AREA};
+    return kKernels[static_cast<int>(kernel)];
 }
 
 } // namespace

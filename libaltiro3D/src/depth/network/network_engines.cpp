@@ -28,6 +28,19 @@ std::string wordsOf(const cv::Exception& exception) {
     return oneLine(exception.err.empty() ? exception.msg : exception.err);
 }
 
+[[noreturn]] void failRun(const std::string& file, const std::string& engine,
+                          const std::string& words) {
+    throw Error(ErrorCode::NetworkFailed, file,
+                engine + " cannot run this graph (" + words +
+                    "), expected one that it can run; try the input size of its profile, or "
+                    "another network");
+}
+
+void requireOutput(const std::string& file, const std::string& name) {
+    if (name.empty())
+        throw Error(ErrorCode::BadFormat, file, "has no output, expected a depth map");
+}
+
 // Disables the layers at the end of the graph that only change the shape of the output. Files made
 // for one size have a fixed shape there. The layers cannot be removed, because OpenCV computes the
 // shapes of all layers. OpenCV's importer turns Squeeze and similar layers into Reshape layers.
@@ -50,59 +63,48 @@ void freeShapeAtEnd(cv::dnn::Net& net, const std::string& outputLayer) {
 
 class OpenCvGraph : public NetworkGraph {
   public:
-    OpenCvGraph(std::string file, const std::string& contents, bool cuda, bool anySize);
-    cv::Mat run(const cv::Mat& blob) override;
+    OpenCvGraph(std::string file, const std::string& contents, bool cuda, bool anySize)
+        : file_(std::move(file)) {
+        const auto fail = [&](const std::string& words) {
+            throw Error(ErrorCode::BadFormat, file_,
+                        "OpenCV " CV_VERSION " cannot load this graph (" + words +
+                            "), expected a loadable graph; export it for ONNX opset 11");
+        };
+        try {
+            net_ = cv::dnn::readNetFromONNX(contents.data(), contents.size());
+            net_.setPreferableBackend(cuda ? cv::dnn::DNN_BACKEND_CUDA
+                                           : cv::dnn::DNN_BACKEND_OPENCV);
+            net_.setPreferableTarget(cuda ? cv::dnn::DNN_TARGET_CUDA : cv::dnn::DNN_TARGET_CPU);
+            // Of several outputs the last one, because decoders put their finest output last.
+            const std::vector<cv::String> outputs = net_.getUnconnectedOutLayersNames();
+            if (!outputs.empty()) outputLayer_ = outputs.back();
+            if (anySize) freeShapeAtEnd(net_, outputLayer_);
+        } catch (const std::bad_alloc&) {
+            throw;
+        } catch (const cv::Exception& exception) {
+            if (exception.code == cv::Error::StsNoMem) throw;
+            fail(wordsOf(exception));
+        } catch (const std::exception& exception) {
+            fail(oneLine(exception.what()));
+        }
+        requireOutput(file_, outputLayer_);
+    }
+
+    cv::Mat run(const cv::Mat& blob) override {
+        try {
+            net_.setInput(blob);
+            return net_.forward(outputLayer_);
+        } catch (const cv::Exception& exception) {
+            if (exception.code == cv::Error::StsNoMem) throw;
+            failRun(file_, "OpenCV " CV_VERSION, wordsOf(exception));
+        }
+    }
 
   private:
     std::string file_;
     cv::dnn::Net net_;
     std::string outputLayer_;
 };
-
-OpenCvGraph::OpenCvGraph(std::string file, const std::string& contents, bool cuda, bool anySize)
-    : file_(std::move(file)) {
-    const auto fail = [&](const std::string& words) {
-        throw Error(ErrorCode::BadFormat, file_,
-                    "OpenCV " CV_VERSION " cannot load this graph (" + words +
-                        "), expected a loadable graph; export it for ONNX opset 11");
-    };
-    try {
-        net_ = cv::dnn::readNetFromONNX(contents.data(), contents.size());
-        if (cuda) {
-            net_.setPreferableBackend(cv::dnn::DNN_BACKEND_CUDA);
-            net_.setPreferableTarget(cv::dnn::DNN_TARGET_CUDA);
-        } else {
-            net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-            net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-        }
-        // Of several outputs the last one, because decoders put their finest output last.
-        const std::vector<cv::String> outputs = net_.getUnconnectedOutLayersNames();
-        if (!outputs.empty()) outputLayer_ = outputs.back();
-        if (anySize) freeShapeAtEnd(net_, outputLayer_);
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) throw;
-        fail(wordsOf(exception));
-    } catch (const std::exception& exception) {
-        fail(oneLine(exception.what()));
-    }
-    if (outputLayer_.empty())
-        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
-}
-
-cv::Mat OpenCvGraph::run(const cv::Mat& blob) {
-    try {
-        net_.setInput(blob);
-        return net_.forward(outputLayer_);
-    } catch (const cv::Exception& exception) {
-        if (exception.code == cv::Error::StsNoMem) throw;
-        throw Error(ErrorCode::NetworkFailed, file_,
-                    "OpenCV " CV_VERSION " cannot run this graph (" + wordsOf(exception) +
-                        "), expected one that it can run; try the input size of its profile, or "
-                        "another network");
-    }
-}
 
 } // namespace
 
@@ -138,8 +140,66 @@ void passOnLackOfMemory(const Ort::Exception& exception) {
 
 class OnnxRuntimeGraph : public NetworkGraph {
   public:
-    OnnxRuntimeGraph(std::string file, const std::string& contents);
-    cv::Mat run(const cv::Mat& blob) override;
+    OnnxRuntimeGraph(std::string file, const std::string& contents) : file_(std::move(file)) {
+        try {
+            Ort::SessionOptions options;
+            options.SetIntraOpNumThreads(cv::getNumThreads());
+            options.SetInterOpNumThreads(1);
+            options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
+            options.DisableMemPattern(); // photos differ in shape
+            // Threads that spin while they wait take time from those that decode, render and
+            // encode.
+            options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+            session_ = Ort::Session(environment(), contents.data(), contents.size(), options);
+            Ort::AllocatorWithDefaultOptions memory;
+            if (session_.GetInputCount() == 1)
+                input_ = session_.GetInputNameAllocated(0, memory).get();
+            const std::size_t outputs = session_.GetOutputCount();
+            // Of several outputs the last one, because decoders put their finest output last.
+            if (outputs > 0) output_ = session_.GetOutputNameAllocated(outputs - 1, memory).get();
+        } catch (const Ort::Exception& exception) {
+            passOnLackOfMemory(exception);
+            throw Error(ErrorCode::BadFormat, file_,
+                        engineName() + " cannot load this graph (" + oneLine(exception.what()) +
+                            "), expected a loadable graph");
+        }
+        requireOutput(file_, output_);
+    }
+
+    cv::Mat run(const cv::Mat& blob) override {
+        try {
+            const Ort::MemoryInfo place =
+                Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
+            std::vector<std::int64_t> shape(blob.size.p, blob.size.p + blob.dims);
+            // ONNX Runtime does not write to its inputs.
+            const Ort::Value input =
+                Ort::Value::CreateTensor<float>(place, reinterpret_cast<float*>(blob.data),
+                                                blob.total(), shape.data(), shape.size());
+            const char* const inputs[] = {input_.c_str()};
+            const char* const outputs[] = {output_.c_str()};
+            std::vector<Ort::Value> results =
+                session_.Run(Ort::RunOptions(nullptr), inputs, &input, 1, outputs, 1);
+            result_ = std::move(results.front());
+            const auto facts = result_.GetTensorTypeAndShapeInfo();
+            const std::vector<std::int64_t> shapeOut = facts.GetShape();
+            const auto isSide = [](std::int64_t side) {
+                return side >= 1 && side <= std::numeric_limits<int>::max();
+            };
+            if (facts.GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT || shapeOut.empty() ||
+                shapeOut.size() > CV_MAX_DIM ||
+                !std::all_of(shapeOut.begin(), shapeOut.end(), isSide)) {
+                throw Error(
+                    ErrorCode::NetworkFailed, file_,
+                    "has an output that is not 32-bit floats, expected [1, height, width] or "
+                    "[1, 1, height, width] of 32-bit floats");
+            }
+            const std::vector<int> sides(shapeOut.begin(), shapeOut.end());
+            return cv::Mat(sides, CV_32F, result_.GetTensorMutableData<float>());
+        } catch (const Ort::Exception& exception) {
+            passOnLackOfMemory(exception);
+            failRun(file_, engineName(), oneLine(exception.what()));
+        }
+    }
 
   private:
     std::string file_;
@@ -148,68 +208,6 @@ class OnnxRuntimeGraph : public NetworkGraph {
     std::string output_;
     Ort::Value result_{nullptr};
 };
-
-OnnxRuntimeGraph::OnnxRuntimeGraph(std::string file, const std::string& contents)
-    : file_(std::move(file)) {
-    try {
-        Ort::SessionOptions options;
-        options.SetIntraOpNumThreads(cv::getNumThreads());
-        options.SetInterOpNumThreads(1);
-        options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
-        options.DisableMemPattern(); // photos differ in shape
-        // Threads that spin while they wait take time from those that decode, render and encode.
-        options.AddConfigEntry("session.intra_op.allow_spinning", "0");
-        session_ = Ort::Session(environment(), contents.data(), contents.size(), options);
-        Ort::AllocatorWithDefaultOptions memory;
-        if (session_.GetInputCount() == 1) input_ = session_.GetInputNameAllocated(0, memory).get();
-        const std::size_t outputs = session_.GetOutputCount();
-        // Of several outputs the last one, because decoders put their finest output last.
-        if (outputs > 0) output_ = session_.GetOutputNameAllocated(outputs - 1, memory).get();
-    } catch (const Ort::Exception& exception) {
-        passOnLackOfMemory(exception);
-        throw Error(ErrorCode::BadFormat, file_,
-                    engineName() + " cannot load this graph (" + oneLine(exception.what()) +
-                        "), expected a loadable graph");
-    }
-    if (output_.empty())
-        throw Error(ErrorCode::BadFormat, file_, "has no output, expected a depth map");
-}
-
-cv::Mat OnnxRuntimeGraph::run(const cv::Mat& blob) {
-    try {
-        const Ort::MemoryInfo place =
-            Ort::MemoryInfo::CreateCpu(OrtArenaAllocator, OrtMemTypeDefault);
-        std::vector<std::int64_t> shape(blob.size.p, blob.size.p + blob.dims);
-        // ONNX Runtime does not write to its inputs.
-        const Ort::Value input = Ort::Value::CreateTensor<float>(
-            place, reinterpret_cast<float*>(blob.data), blob.total(), shape.data(), shape.size());
-        const char* const inputs[] = {input_.c_str()};
-        const char* const outputs[] = {output_.c_str()};
-        std::vector<Ort::Value> results =
-            session_.Run(Ort::RunOptions(nullptr), inputs, &input, 1, outputs, 1);
-        result_ = std::move(results.front());
-        const auto facts = result_.GetTensorTypeAndShapeInfo();
-        const std::vector<std::int64_t> shapeOut = facts.GetShape();
-        const auto isSide = [](std::int64_t side) {
-            return side >= 1 && side <= std::numeric_limits<int>::max();
-        };
-        if (facts.GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT || shapeOut.empty() ||
-            shapeOut.size() > CV_MAX_DIM ||
-            !std::all_of(shapeOut.begin(), shapeOut.end(), isSide)) {
-            throw Error(ErrorCode::NetworkFailed, file_,
-                        "has an output that is not 32-bit floats, expected [1, height, width] or "
-                        "[1, 1, height, width] of 32-bit floats");
-        }
-        const std::vector<int> sides(shapeOut.begin(), shapeOut.end());
-        return cv::Mat(sides, CV_32F, result_.GetTensorMutableData<float>());
-    } catch (const Ort::Exception& exception) {
-        passOnLackOfMemory(exception);
-        throw Error(ErrorCode::NetworkFailed, file_,
-                    engineName() + " cannot run this graph (" + oneLine(exception.what()) +
-                        "), expected one that it can run; try the input size of its profile, or "
-                        "another network");
-    }
-}
 
 } // namespace
 

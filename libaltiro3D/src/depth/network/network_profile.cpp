@@ -236,7 +236,7 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
 Json readJsonObject(const fs::path& path, const std::string& expected) {
     const std::string file = path.string();
     const std::string text = readFile(path, kMaxJsonBytes);
-    const Json document = parseJson(text, file, expected, kLimits);
+    Json document = parseJson(text, file, expected, kLimits);
     if (!document.is_object()) {
         throw Error(ErrorCode::BadFormat, file,
                     "is " + shownJson(document) + ", expected " + expected);
@@ -266,44 +266,39 @@ NetworkProfile readNetworkProfile(const fs::path& file) {
 }
 
 std::vector<NetworkProfile> readModelCatalog(const fs::path& file) {
-    const std::string name = file.string();
     const std::string expected = R"({"networks": [...]})";
     const Json document = readJsonObject(file, expected);
+    const auto fail = [&](const std::string& place, const std::string& problem) {
+        throw Error(ErrorCode::BadFormat, file.string() + place, problem);
+    };
     const auto networks = document.find("networks");
-    if (networks == document.end()) {
-        throw Error(ErrorCode::BadFormat, name, "has no \"networks\", expected " + expected);
-    }
-    if (!networks->is_array()) {
-        throw Error(ErrorCode::BadFormat, name + ": networks",
-                    "is " + shownJson(*networks) + ", expected a list");
-    }
+    if (networks == document.end()) fail("", "has no \"networks\", expected " + expected);
+    if (!networks->is_array())
+        fail(": networks", "is " + shownJson(*networks) + ", expected a list");
     if (networks->size() > kMaxNetworks) {
-        throw Error(ErrorCode::BadFormat, name + ": networks",
-                    "has " + std::to_string(networks->size()) + " entries, expected at most " +
-                        std::to_string(kMaxNetworks));
+        fail(": networks", "has " + std::to_string(networks->size()) +
+                               " entries, expected at most " + std::to_string(kMaxNetworks));
     }
     std::vector<NetworkProfile> catalog;
     std::set<std::string> names;
     std::set<std::string> files;
     for (const Json& entry : *networks) {
         const std::string place = "networks[" + std::to_string(catalog.size()) + ']';
-        if (!entry.is_object()) {
-            throw Error(ErrorCode::BadFormat, name + ": " + place,
-                        "is " + shownJson(entry) + ", expected an object");
-        }
-        NetworkProfile profile = readProfile(name, place + '.', entry);
+        if (!entry.is_object())
+            fail(": " + place, "is " + shownJson(entry) + ", expected an object");
+        NetworkProfile profile = readProfile(file.string(), place + '.', entry);
         const auto refuse = [&](const std::string& field, const std::string& problem) {
-            throw Error(ErrorCode::BadFormat, name + ": " + place + '.' + field, problem);
+            fail(": " + place + '.' + field, problem);
         };
         if (profile.file.empty()) refuse("file", "is empty, expected the ONNX file's name");
-        if (!names.insert(profile.name).second) {
-            refuse("name",
-                   "is " + inQuotes(profile.name) + " for the second time, expected a new name");
-        }
-        if (!files.insert(profile.file).second) {
-            refuse("file",
-                   "is " + inQuotes(profile.file) + " for the second time, expected a new file");
-        }
+        const auto checkNew = [&](std::set<std::string>& known, const std::string& field,
+                                  const std::string& value) {
+            if (known.insert(value).second) return;
+            refuse(field,
+                   "is " + inQuotes(value) + " for the second time, expected a new " + field);
+        };
+        checkNew(names, "name", profile.name);
+        checkNew(files, "file", profile.file);
         catalog.push_back(std::move(profile));
     }
     return catalog;

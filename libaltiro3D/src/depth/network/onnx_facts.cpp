@@ -35,20 +35,13 @@ class FieldWalk {
         const auto tag = static_cast<std::uint32_t>(varint()); // parsers drop higher bits
         field.number = tag >> 3U;
         field.type = static_cast<WireType>(tag & 7U);
-        switch (field.type) {
-        case WireType::Varint:
+        if (field.type == WireType::Varint) {
             field.value = varint();
-            break;
-        case WireType::Fixed64:
-            field.bytes = take(8);
-            break;
-        case WireType::Bytes:
+        } else if (field.type == WireType::Bytes) {
             field.bytes = take(varint());
-            break;
-        case WireType::Fixed32:
-            field.bytes = take(4);
-            break;
-        default: // groups, which ONNX does not use
+        } else if (field.type == WireType::Fixed64 || field.type == WireType::Fixed32) {
+            field.bytes = take(field.type == WireType::Fixed64 ? 8 : 4);
+        } else { // groups, which ONNX does not use
             broken_ = true;
         }
         if (field.number == 0) broken_ = true;
@@ -122,9 +115,8 @@ GraphInput readGraphInput(std::string_view message, bool& broken) {
         if (!shape.isBytes(1)) return;
         input.shape.push_back(0);
         forEachField(shape.bytes, broken, [&](const Field& dimension) {
-            if (dimension.isNumber(1)) {
+            if (dimension.isNumber(1))
                 input.shape.back() = static_cast<std::int64_t>(dimension.value);
-            }
         });
     };
     forEachField(message, broken, [&](const Field& info) {
@@ -161,23 +153,12 @@ std::string readSparseTensor(std::string_view message, OnnxFacts& facts) {
 void readAttribute(std::string_view message, int depth, OnnxFacts& facts) {
     std::set<std::string> inner;
     forEachField(message, facts.broken, [&](const Field& attribute) {
-        if (attribute.type != WireType::Bytes) return;
-        switch (attribute.number) {
-        case 5:
-        case 10:
-            readTensor(attribute.bytes, facts);
-            break;
-        case 6:
-        case 11:
-            readGraph(attribute.bytes, depth + 1, facts, inner);
-            break;
-        case 22:
-        case 23:
-            readSparseTensor(attribute.bytes, facts);
-            break;
-        default:
-            break;
-        }
+        const auto isOneOf = [&](std::uint32_t one, std::uint32_t list) {
+            return attribute.isBytes(one) || attribute.isBytes(list);
+        };
+        if (isOneOf(5, 10)) readTensor(attribute.bytes, facts);
+        if (isOneOf(6, 11)) readGraph(attribute.bytes, depth + 1, facts, inner);
+        if (isOneOf(22, 23)) readSparseTensor(attribute.bytes, facts);
     });
 }
 
@@ -218,9 +199,8 @@ OnnxFacts readOnnxFacts(std::string_view model) {
         facts.hasGraph = true;
         readGraph(field.bytes, 0, facts, weights);
         forEachField(field.bytes, facts.broken, [&](const Field& graph) {
-            if (graph.isBytes(11)) {
+            if (graph.isBytes(11))
                 facts.inputs.push_back(readGraphInput(graph.bytes, facts.broken));
-            }
         });
     });
     // Older exporters list every weight also as an input.

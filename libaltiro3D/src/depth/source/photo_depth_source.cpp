@@ -88,7 +88,9 @@ Found matchPair(const StereoPair& pair, const PhotoFile& photo) {
 class FoundDepthSource : public DepthSource {
   public:
     explicit FoundDepthSource(std::shared_ptr<DepthSource> fallback)
-        : fallback_(std::move(fallback)) {}
+        : fallback_(std::move(fallback)) {
+        check(fallback_ != nullptr, "fallback", "is null, expected a source");
+    }
 
     std::string description() const override { return fallback_->description(); }
     DepthEdges edges() const override { return fallback_->edges(); }
@@ -266,17 +268,11 @@ std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
 
 std::unique_ptr<DepthSource> storedDepthOr(std::shared_ptr<DepthSource> fallback,
                                            const PhotoDepthOptions& options) {
-    if (!fallback) {
-        throw Error(ErrorCode::InvalidArgument, "fallback", "is null, expected a source");
-    }
     return std::make_unique<PhotoDepthSource>(std::move(fallback), options);
 }
 
 std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
                                              std::shared_ptr<DepthSource> fallback) {
-    if (!fallback) {
-        throw Error(ErrorCode::InvalidArgument, "fallback", "is null, expected a source");
-    }
     return std::make_unique<StereoSource>(std::move(input), std::move(fallback));
 }
 

@@ -99,18 +99,25 @@ double likenessOf(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disp
            std::sqrt(static_cast<double>(sumAA) * static_cast<double>(sumBB));
 }
 
-// Gives a picture the mean and the deviation of another one.
-cv::Mat withLightOf(const cv::Mat& picture, const cv::Mat& like) {
+struct Light {
+    double mean = 0;
+    double deviation = 0;
+};
+Light lightOf(const cv::Mat& grey) {
     cv::Scalar mean;
     cv::Scalar deviation;
-    cv::Scalar wantedMean;
-    cv::Scalar wantedDeviation;
-    cv::meanStdDev(picture, mean, deviation);
-    cv::meanStdDev(like, wantedMean, wantedDeviation);
-    if (deviation[0] < 1 || wantedDeviation[0] < 1) return picture;
-    const double gain = std::clamp(wantedDeviation[0] / deviation[0], 0.5, 2.0);
+    cv::meanStdDev(grey, mean, deviation);
+    return {mean[0], deviation[0]};
+}
+
+// Gives a picture the mean and the deviation of another one.
+cv::Mat withLightOf(const cv::Mat& picture, const cv::Mat& like) {
+    const Light now = lightOf(picture);
+    const Light wanted = lightOf(like);
+    if (now.deviation < 1 || wanted.deviation < 1) return picture;
+    const double gain = std::clamp(wanted.deviation / now.deviation, 0.5, 2.0);
     cv::Mat result;
-    picture.convertTo(result, CV_8U, gain, wantedMean[0] - gain * mean[0]);
+    picture.convertTo(result, CV_8U, gain, wanted.mean - gain * now.mean);
     return result;
 }
 
@@ -232,23 +239,14 @@ double matchedShareOf(const cv::Mat& disparity) {
     return cv::countNonZero(disparity != kUnknown) / static_cast<double>(disparity.total());
 }
 
-bool isPlain(const cv::Mat& grey) {
-    cv::Scalar mean;
-    cv::Scalar deviation;
-    cv::meanStdDev(grey, mean, deviation);
-    return deviation[0] < 1;
-}
-
 // The range of disparities at full size, from a small copy.
 Range findRange(const cv::Mat& left, const cv::Mat& right) {
     const double scale =
         std::min(1.0, static_cast<double>(kCoarseSide) / std::max(left.cols, left.rows));
     const cv::Size size(std::max(1, cvRound(left.cols * scale)),
                         std::max(1, cvRound(left.rows * scale)));
-    cv::Mat smallLeft;
-    cv::Mat smallRight;
-    cv::resize(left, smallLeft, size, 0, 0, cv::INTER_AREA);
-    cv::resize(right, smallRight, size, 0, 0, cv::INTER_AREA);
+    const cv::Mat smallLeft = sized(left, size);
+    const cv::Mat smallRight = sized(right, size);
     const double most = kSearch * size.width;
     const std::vector<double> certain =
         certainOf(matchBothWays(smallLeft, smallRight, rangeAround(-most, most)).left, smallLeft);
@@ -381,6 +379,7 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
         match.isFlat = true;
         return match;
     };
+    const auto isPlain = [](const cv::Mat& grey) { return lightOf(grey).deviation < 1; };
     if (std::min(size.width, size.height) < kMinSide || isPlain(greyLeft) || isPlain(greyRight))
         return flat();
     greyRight = withLightOf(greyRight, greyLeft);

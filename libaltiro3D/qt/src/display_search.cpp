@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 namespace altiro3D::qt {
 
@@ -22,19 +24,8 @@ std::string upper(std::string text) {
 
 // The words that could be a display's name or serial number, in upper case.
 std::vector<std::string> wordsOf(const ScreenFacts& screen) {
-    std::vector<std::string> words;
-    for (const std::string& text : {screen.model, screen.serialNumber, screen.name}) {
-        std::string word;
-        for (const char c : upper(text) + ' ') {
-            if (c != ' ') {
-                word += c;
-            } else if (!word.empty()) {
-                words.push_back(word);
-                word.clear();
-            }
-        }
-    }
-    return words;
+    std::istringstream text(upper(screen.model + ' ' + screen.serialNumber + ' ' + screen.name));
+    return {std::istream_iterator<std::string>(text), {}};
 }
 
 // The first word that begins with LKG; empty if there is none.
@@ -69,11 +60,6 @@ std::string text(cv::Size size) {
     return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
-std::string text(double scale) {
-    std::string digits = std::to_string(std::lround(scale * 100));
-    return digits + " %";
-}
-
 cv::Size panelOf(const Calibration& calibration) {
     return {calibration.screenW, calibration.screenH};
 }
@@ -89,11 +75,6 @@ FoundDisplay displayOfVolume(const MountedCalibration& volume) {
         display.problems.emplace_back(error.what());
     }
     return display;
-}
-
-void join(FoundDisplay& display, std::size_t screen, PairedBy by) {
-    display.screen = screen;
-    display.pairedBy = by;
 }
 
 // Pairs the remaining screens and volumes of equal size if the pair is unambiguous.
@@ -116,8 +97,9 @@ void pairBySize(std::vector<FoundDisplay>& displays, const std::vector<ScreenFac
         const auto sharesOne = [d = d, s = s](const auto& pair) {
             return pair.first == d || pair.second == s;
         };
-        if (std::count_if(pairs.begin(), pairs.end(), sharesOne) == 1)
-            join(displays[d], s, PairedBy::Size);
+        if (std::count_if(pairs.begin(), pairs.end(), sharesOne) > 1) continue;
+        displays[d].screen = s;
+        displays[d].pairedBy = PairedBy::Size;
     }
 }
 
@@ -140,8 +122,9 @@ ScreenFacts factsOf(const QScreen& screen) {
 std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel) {
     std::vector<std::string> problems;
     if (isScaled(screen)) {
-        problems.push_back("the desktop scales this screen to " + text(screen.scale) +
-                           ": set its scale to 100 %");
+        problems.push_back("the desktop scales this screen to " +
+                           std::to_string(std::lround(screen.scale * 100)) +
+                           " %: set its scale to 100 %");
     }
     if (hasSize(screen, panel)) return problems;
     if (hasSize(screen, {panel.height, panel.width})) {
@@ -167,7 +150,8 @@ std::vector<FoundDisplay> findDisplays(const std::vector<ScreenFacts>& screens,
         other[s] = !named[s];
         for (FoundDisplay& display : displays) {
             if (display.screen || !namesIt(screens[s], display)) continue;
-            join(display, s, PairedBy::Serial);
+            display.screen = s;
+            display.pairedBy = PairedBy::Serial;
             named[s] = other[s] = false; // paired
             break;
         }

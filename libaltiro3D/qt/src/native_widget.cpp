@@ -1,13 +1,46 @@
 #include "altiro3D/qt/native_widget.hpp"
 
+#include "altiro3D/error.hpp"
 #include "altiro3D/qt/image.hpp"
 
 #include <QKeyEvent>
 #include <QPainter>
 #include <QScreen>
 #include <QWindow>
+#include <memory>
+#include <opencv2/core.hpp>
 
 namespace altiro3D::qt {
+
+QImage toImage(const cv::Mat& picture) {
+    if (picture.empty()) return {};
+    if (picture.dims != 2 || (picture.type() != CV_8UC3 && picture.type() != CV_8UC1)) {
+        throw Error(ErrorCode::InvalidArgument, "picture",
+                    "is of " + cv::typeToString(picture.type()) + ", expected 8-bit BGR or grey");
+    }
+    auto owner = std::make_unique<cv::Mat>(picture); // shares the memory and keeps it alive
+    const uchar* data = owner->data;
+    const auto step = static_cast<int>(owner->step[0]);
+    const QImage::Format format =
+        picture.type() == CV_8UC3 ? QImage::Format_BGR888 : QImage::Format_Grayscale8;
+    return {data,           picture.cols, picture.rows,
+            step,           format,       [](void* mat) { delete static_cast<cv::Mat*>(mat); },
+            owner.release()};
+}
+
+cv::Mat toPicture(const QImage& image) {
+    if (image.isNull()) return {};
+    cv::Mat picture(image.height(), image.width(), CV_8UC3, cv::Scalar::all(0));
+    QImage target(picture.data, picture.cols, picture.rows, static_cast<int>(picture.step[0]),
+                  QImage::Format_BGR888);
+    QPainter painter(&target);
+    if (!image.hasAlphaChannel()) painter.setCompositionMode(QPainter::CompositionMode_Source);
+    QImage source = image; // the pixels only; its size on a screen does not matter
+    source.setDevicePixelRatio(1);
+    painter.drawImage(0, 0, source);
+    painter.end();
+    return picture;
+}
 
 NativeWidget::NativeWidget(QWidget* parent) : QWidget(parent) {
     setAttribute(Qt::WA_OpaquePaintEvent);

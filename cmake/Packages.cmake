@@ -64,7 +64,7 @@ set(CPACK_COMPONENT_LIBRARY_DESCRIPTION
 libaltiro3D turns photos, depth, quilts and video into pictures for
 lenticular light-field displays (Looking Glass and kin).")
 string(REGEX MATCH "^[0-9]+" avdevice_major "${AVDEVICE_VERSION}") # see ffmpeg.cpp
-string(REGEX MATCH "^[0-9]+" avfilter_major "${AVFILTER_VERSION}") # see deinterlacer.cpp
+string(REGEX MATCH "^[0-9]+" avfilter_major "${AVFILTER_VERSION}") # see frame_decoder.cpp
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS
     "libavdevice${avdevice_major}, libavfilter${avfilter_major}")
 if(LIBHEIF_VERSION VERSION_GREATER_EQUAL 1.17) # its decoders are packages of their own

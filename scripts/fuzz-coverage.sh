@@ -36,18 +36,16 @@ camera          view_options     parseCamera|5check                    -
 network_catalog network_profile  .                                     modelSearchPath|findModelFile
 onnx_facts      onnx_facts       .                                     -
 view_names      image_names      listImages|naturalLess|isDigit|isName -
-video_run       resumable_video  readRun                               -
-video_run       run_settings     differ                                -
+video_run       resumable_video  readRun|segmentOf|wholeNumber|bitsOf|differ -
 video_run       video_segments   SegmentReader|Shown|4join             -
 depth_state     video_depth      8setState                             -
-depth_state     picture_tracker  4load                                 -
+depth_state     motion           4load                                 -
 depth_state     state_bytes      4take|checksum                        -
-video           video_input      .                                     describeOthers
+video           video_input      .                                     -
 video           video_reader     .                                     otherStreams|pass|8validate
-other_streams   video_input      describeOthers                        -
-other_streams   video_reader     keepOther|drainOthers|4pass           -
+other_streams   video_packets    describeOthers|4keep|drainOthers      -
+other_streams   video_reader     4pass                                 -
 other_streams   other_streams    .                                     -
-other_streams   stream_copier    .                                     -
 other_streams   video_container  .                                     canWriteVideo
 "
 suffix=$(clang++ --version | sed -n 's/.*version \([0-9]*\).*/-\1/p;q')

@@ -34,7 +34,7 @@ struct StageReport {
 struct PipelineReport {
     std::vector<StageReport> stages; ///< In order.
     double seconds = 0;              ///< Wall time of the run, s.
-    std::int64_t dropped = 0;        ///< Frames dropped by PipelineOptions::dropLate.
+    std::int64_t dropped = 0;        ///< Frames of a live input or of `show` that were too late.
 };
 
 /// Kind of video that a conversion makes.
@@ -131,7 +131,6 @@ struct VideoConversion {
     /// Further settings of the caller, such as command-line options. A run can be resumed only if
     /// they are equal, and the error names the one that differs.
     RunSettings settings;
-    bool threads = true; ///< See PipelineOptions::threads. Ignored if `show` is set.
 };
 
 /// What was chosen for a scene.

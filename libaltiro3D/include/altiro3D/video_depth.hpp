@@ -76,9 +76,6 @@ class ALTIRO3D_EXPORT VideoDepth {
     VideoDepth(VideoDepth&&) noexcept;            ///< Moves.
     VideoDepth& operator=(VideoDepth&&) noexcept; ///< Moves. @return *this
 
-    /// The options in use. @return as given to the constructor
-    [[nodiscard]] const VideoDepthOptions& options() const;
-
     /// Makes the depth of the next picture. Strong exception guarantee, also when the estimator
     /// throws.
     ///

@@ -103,7 +103,6 @@ struct VideoStreamFacts {
     std::string title;                   ///< Its title, or empty.
     int channels = 0;                    ///< Audio channels.
     int sampleRate = 0;                  ///< Audio samples per second.
-    bool isCover = false;                ///< A cover picture, not a video.
 };
 
 /// A chapter of a video.
@@ -123,7 +122,6 @@ struct VideoFacts {
     /// Frames are delivered as they arrive and set the pace: a capture device, or pictures on the
     /// standard input (ppm_pipe, ...), which have no times. Their durations may be unknown, 0.
     bool isLive = false;
-    int streamIndex = 0;     ///< Index of the video stream that is delivered.
     cv::Size size;           ///< Size in px of the first frame as delivered, upright.
     int rotationDegrees = 0; ///< Clockwise rotation that is applied to the stored pictures, 0..270.
     bool mirrored = false;   ///< The stored pictures are mirrored left-right after the rotation.

@@ -1,11 +1,13 @@
 #include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/checks.hpp"
 #include "base/text.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/video_input.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -27,35 +29,15 @@ constexpr double kStepsBackSeconds[] = {0.5, 3, 20}; // decoders need a run-up
 constexpr double kJump = 0.02; // s; smaller differences are the rounding of a container's times
 constexpr double kLatestSeconds = 1e9;
 
-struct FreeResampler {
-    void operator()(SwrContext* resampler) const { swr_free(&resampler); }
-};
-using ResamplerPtr = std::unique_ptr<SwrContext, FreeResampler>;
+using ResamplerPtr = std::unique_ptr<SwrContext, Free<swr_free>>;
 
-void checkTime(const std::string& name, double seconds) {
-    if (seconds >= 0 && seconds < kLatestSeconds) return;
-    throw Error(ErrorCode::InvalidArgument, name,
-                "is " + numberText(seconds) + " s, expected 0 or more, less than 1e9 s");
+void checkTime(const char* name, double seconds) {
+    check(seconds >= 0 && seconds < kLatestSeconds, name,
+          "is " + numberText(seconds) + " s, expected 0 or more, less than 1e9 s");
 }
 
-void checkOptions(const AudioReaderOptions& options) {
-    checkTime("from", options.from);
-    if (options.sampleRate < 4000 || options.sampleRate > 384000) {
-        throw Error(ErrorCode::InvalidArgument, "sampleRate",
-                    "is " + std::to_string(options.sampleRate) + ", expected 4000..384000");
-    }
-}
-
-// What a resampler was made for.
-struct Format {
-    int rate = 0;
-    int sampleFormat = -1;
-    int channels = 0;
-    bool operator==(const Format& other) const {
-        return rate == other.rate && sampleFormat == other.sampleFormat &&
-               channels == other.channels;
-    }
-};
+// What a resampler was made for: rate, format of samples, channels.
+using Format = std::array<int, 3>;
 
 } // namespace
 
@@ -96,8 +78,9 @@ struct AudioReader::Impl {
 
 AudioReader::Impl::Impl(const fs::path& path, const AudioReaderOptions& options)
     : rate_(options.sampleRate) {
-    checkOptions(options);
-    quietFfmpeg();
+    checkTime("from", options.from);
+    check(rate_ >= 4000 && rate_ <= 384000, "sampleRate",
+          "is " + std::to_string(rate_) + ", expected 4000..384000");
     openContainer(input_, path, {});
     open(options.stream);
     if (options.from > 0) seek(options.from);
@@ -107,9 +90,8 @@ void AudioReader::Impl::open(int wanted) {
     AVFormatContext& file = *input_.format;
     const int index =
         wanted >= 0 ? wanted : av_find_best_stream(&file, AVMEDIA_TYPE_AUDIO, -1, -1, nullptr, 0);
-    if (wanted < 0 && index < 0) {
+    if (wanted < 0 && index < 0)
         throw Error(ErrorCode::BadFormat, input_.subject, "holds no sound that can be decoded");
-    }
     if (index >= static_cast<int>(file.nb_streams) ||
         file.streams[index]->codecpar->codec_type != AVMEDIA_TYPE_AUDIO) {
         throw Error(ErrorCode::BadFormat, input_.subject,
@@ -123,10 +105,7 @@ void AudioReader::Impl::open(int wanted) {
         throw Error(ErrorCode::Unsupported, input_.subject,
                     "has sound of the codec " + name + ", which this FFmpeg cannot decode");
     }
-    decoder_.reset(avcodec_alloc_context3(codec));
-    checkMemory(decoder_.get());
-    if (avcodec_parameters_to_context(decoder_.get(), &parameters) < 0) checkMemory(nullptr);
-    decoder_->pkt_timebase = stream_->time_base;
+    decoder_ = newDecoder(codec, parameters, stream_->time_base);
     decoder_->thread_count = 1;
     if (const int result = avcodec_open2(decoder_.get(), codec, nullptr); result < 0) {
         throw Error(ErrorCode::Unsupported, input_.subject,
@@ -228,10 +207,8 @@ void AudioReader::Impl::place(const AVFrame& given) {
     const std::int64_t pts = given.best_effort_timestamp;
     readyStart_ = isPlaced_ ? follows : next_;
     if (isNear(pts)) {
-        const std::int64_t first = input_.format->start_time;
-        const double start =
-            first != AV_NOPTS_VALUE ? static_cast<double>(first) / AV_TIME_BASE : 0;
-        const double time = static_cast<double>(pts) * av_q2d(stream_->time_base) - start -
+        const double time = static_cast<double>(pts) * av_q2d(stream_->time_base) -
+                            startSeconds(*input_.format) -
                             static_cast<double>(swr_get_delay(resampler_.get(), rate_)) / rate_;
         const bool jumps = std::abs(time - static_cast<double>(follows) / rate_) > kJump;
         if (std::abs(time) < kLatestSeconds && (!isPlaced_ || jumps))
@@ -253,7 +230,7 @@ void AudioReader::Impl::makeResampler(const AVFrame& given) {
     av_channel_layout_default(&stereo, 2);
     if (av_channel_layout_check(&given.ch_layout) == 1 &&
         given.ch_layout.order != AV_CHANNEL_ORDER_UNSPEC) {
-        if (av_channel_layout_copy(&own, &given.ch_layout) < 0) checkMemory(nullptr);
+        checkRoom(av_channel_layout_copy(&own, &given.ch_layout));
     } else {
         av_channel_layout_default(&own, given.ch_layout.nb_channels);
     }
@@ -266,7 +243,7 @@ void AudioReader::Impl::makeResampler(const AVFrame& given) {
     if (set < 0 || swr_init(made) < 0) {
         resampler_.reset();
         throw Error(ErrorCode::Unsupported, input_.subject,
-                    "has sound of " + std::to_string(wanted.channels) +
+                    "has sound of " + std::to_string(wanted[2]) +
                         " channels, which cannot be mixed to stereo");
     }
     format_ = wanted;

@@ -1,4 +1,4 @@
-#include "media/colour_table.hpp"
+#include "media/video_picture.hpp"
 
 #include "image/colour.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "altiro3D/error.hpp"
 
-#include <cstring>
 #include <dlfcn.h>
 #include <mutex>
 
@@ -82,9 +81,50 @@ FramePtr newFrame() {
     return frame;
 }
 
+FramePtr newFrame(int format, int width, int height) {
+    FramePtr frame = newFrame();
+    frame->format = format;
+    frame->width = width;
+    frame->height = height;
+    checkRoom(av_frame_get_buffer(frame.get(), 0));
+    return frame;
+}
+
+CodecPtr newDecoder(const AVCodec* codec, const AVCodecParameters& parameters, AVRational unit) {
+    CodecPtr decoder(avcodec_alloc_context3(codec));
+    checkMemory(decoder.get());
+    checkRoom(avcodec_parameters_to_context(decoder.get(), &parameters));
+    decoder->pkt_timebase = unit;
+    return decoder;
+}
+
+ParametersPtr copyOf(const AVCodecParameters& parameters) {
+    ParametersPtr copy(avcodec_parameters_alloc());
+    checkMemory(copy.get());
+    checkRoom(avcodec_parameters_copy(copy.get(), &parameters));
+    return copy;
+}
+
+OutputPtr newOutput(const AVOutputFormat* kind, const char* name) {
+    AVFormatContext* raw = nullptr;
+    checkRoom(avformat_alloc_output_context2(&raw, kind, name, nullptr));
+    return OutputPtr(raw);
+}
+
+AVStream& newStream(AVFormatContext& output) {
+    AVStream* const stream = avformat_new_stream(&output, nullptr);
+    checkMemory(stream);
+    return *stream;
+}
+
 Fraction fraction(AVRational ratio) {
     if (ratio.num <= 0 || ratio.den <= 0) return {};
     return {ratio.num, ratio.den};
+}
+
+double startSeconds(const AVFormatContext& format) {
+    const bool isStated = format.start_time != AV_NOPTS_VALUE;
+    return isStated ? static_cast<double>(format.start_time) / AV_TIME_BASE : 0;
 }
 
 std::string eyesText(const AVStereo3D* stereo) {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -18,35 +19,26 @@ extern "C" {
 /// Ownership and conversions for FFmpeg's C interfaces.
 namespace altiro3D {
 
-struct FreePacket {
-    void operator()(AVPacket* packet) const { av_packet_free(&packet); }
-};
-struct FreeFrame {
-    void operator()(AVFrame* frame) const { av_frame_free(&frame); }
-};
-struct FreeCodec {
-    void operator()(AVCodecContext* codec) const { avcodec_free_context(&codec); }
-};
-struct FreeParameters {
-    void operator()(AVCodecParameters* parameters) const { avcodec_parameters_free(&parameters); }
-};
-struct CloseInput {
-    void operator()(AVFormatContext* format) const { avformat_close_input(&format); }
-};
-struct FreeOutput {
-    void operator()(AVFormatContext* format) const { avformat_free_context(format); }
-};
-struct FreeScaler {
-    void operator()(SwsContext* scaler) const { sws_freeContext(scaler); }
+/// Frees by a function that takes the object, or the address of its pointer.
+template <auto kFree>
+struct Free {
+    template <class Object>
+    void operator()(Object* object) const {
+        if constexpr (std::is_invocable_v<decltype(kFree), Object*>) {
+            kFree(object);
+        } else {
+            kFree(&object);
+        }
+    }
 };
 
-using PacketPtr = std::unique_ptr<AVPacket, FreePacket>;
-using FramePtr = std::unique_ptr<AVFrame, FreeFrame>;
-using CodecPtr = std::unique_ptr<AVCodecContext, FreeCodec>;
-using ParametersPtr = std::unique_ptr<AVCodecParameters, FreeParameters>;
-using InputPtr = std::unique_ptr<AVFormatContext, CloseInput>;
-using OutputPtr = std::unique_ptr<AVFormatContext, FreeOutput>;
-using ScalerPtr = std::unique_ptr<SwsContext, FreeScaler>;
+using PacketPtr = std::unique_ptr<AVPacket, Free<av_packet_free>>;
+using FramePtr = std::unique_ptr<AVFrame, Free<av_frame_free>>;
+using CodecPtr = std::unique_ptr<AVCodecContext, Free<avcodec_free_context>>;
+using ParametersPtr = std::unique_ptr<AVCodecParameters, Free<avcodec_parameters_free>>;
+using InputPtr = std::unique_ptr<AVFormatContext, Free<avformat_close_input>>;
+using OutputPtr = std::unique_ptr<AVFormatContext, Free<avformat_free_context>>;
+using ScalerPtr = std::unique_ptr<SwsContext, Free<sws_freeContext>>;
 
 /// Reads an enumeration field as a number. FFmpeg stores values from files unchecked, and in C++
 /// reading a value outside the enumeration is undefined.
@@ -95,14 +87,31 @@ std::string ffmpegText(int number);
 /// Allocates a packet. @return never null @throws Error OutOfMemory
 PacketPtr newPacket();
 FramePtr newFrame();
+/// A frame with memory for its pixels.
+FramePtr newFrame(int format, int width, int height);
+/// A decoder of a stream that is not open yet.
+CodecPtr newDecoder(const AVCodec* codec, const AVCodecParameters& parameters, AVRational unit);
+ParametersPtr copyOf(const AVCodecParameters& parameters);
+/// A container to write, of a kind or of the name of one.
+OutputPtr newOutput(const AVOutputFormat* kind, const char* name);
+/// Adds a stream to a container.
+AVStream& newStream(AVFormatContext& output);
+
 /// @throws Error OutOfMemory
 void checkMemory(const void* memory);
+/// For the result of a call that fails only for lack of memory. @throws Error OutOfMemory
+inline void checkRoom(int result) {
+    if (result < 0) checkMemory(nullptr);
+}
 
 inline AVRational rational(const Fraction& fraction) {
     return {fraction.numerator, fraction.denominator};
 }
 /// Converts a ratio; 0/1 if it is unknown.
 Fraction fraction(AVRational ratio);
+
+/// Start of a file, s; 0 if it is not stated.
+double startSeconds(const AVFormatContext& format);
 
 /// How pictures hold those of both eyes ("side by side"); empty if they do not, or for null.
 std::string eyesText(const AVStereo3D* stereo);

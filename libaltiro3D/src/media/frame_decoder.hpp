@@ -1,27 +1,111 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
-#include "media/deinterlacer.hpp"
 #include "media/ffmpeg.hpp"
-#include "media/frame_times.hpp"
+#include "media/video_input.hpp"
 #include "media/video_packets.hpp"
 
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <optional>
 #include <set>
+#include <string>
+
+extern "C" {
+#include <libavfilter/avfilter.h>
+}
 
 namespace altiro3D {
+
+/// A decoded frame and its time, in the stream's unit.
+struct DecodedFrame {
+    FramePtr frame = newFrame();
+    std::int64_t pts = 0;
+};
+
+struct FreeGraph {
+    void operator()(AVFilterGraph* graph) const;
+};
+
+/// Interpolates the lines that interlaced frames lack, by FFmpeg's filter bwdif, and keeps other
+/// frames as they are. A frame depends on those before and after it. Up to the first interlaced
+/// frame nothing is filtered and nothing is held back.
+class Deinterlacer {
+  public:
+    /// @param unit of the frames' times @param subject name of the video, for errors
+    Deinterlacer(AVRational unit, int threads, std::string subject);
+
+    /// Takes a frame. @throws Error Unsupported, OutOfMemory
+    void give(DecodedFrame& decoded);
+    /// Says that no frame follows.
+    void end();
+    /// Delivers the next frame. @return false if another one must be given first
+    bool take(DecodedFrame& decoded);
+    /// Forgets all frames, for a seek.
+    void restart();
+
+  private:
+    void open(const AVFrame& frame);
+    void push(const DecodedFrame* decoded);
+
+    AVRational unit_;
+    int threads_;
+    std::string subject_;
+    std::unique_ptr<AVFilterGraph, FreeGraph> graph_;
+    AVFilterContext* source_ = nullptr; // `graph_` owns both
+    AVFilterContext* sink_ = nullptr;
+    DecodedFrame last_; // given last, while nothing is filtered
+    bool hasLast_ = false;
+    bool skips_ = false; // the next frame of the graph was delivered before
+    std::deque<DecodedFrame> ready_;
+};
+
+/// Assigns rising times to the frames of a video, in the stream's unit: the times of the file, or
+/// repaired ones.
+///
+/// A few frames in disorder are placed one tick apart until the next valid time. If times start
+/// again, as in concatenated files, all following times are shifted.
+class FrameTimes {
+  public:
+    /// @param start of the file in `unit`
+    /// @param counts receives the number of repaired times; must outlive this
+    FrameTimes(const VideoFacts& facts, AVRational unit, std::int64_t start,
+               VideoReadCounts& counts);
+
+    /// The time of the next frame.
+    std::int64_t next(const AVFrame& frame);
+    /// Resets the state; the next frame is treated as the first.
+    void restart();
+
+    /// Whether a frame has a time.
+    bool hasBegun() const { return hasLast_; }
+    /// Times of the file do.
+    bool beginsAgain() const { return beginsAgain_; }
+    /// Nominal duration of a frame; 0 = unknown.
+    std::int64_t frameDuration() const { return frameDuration_; }
+
+  private:
+    std::int64_t risingTime(const AVFrame& frame);
+
+    AVRational unit_;
+    std::int64_t start_;
+    std::int64_t frameDuration_;
+    bool countsFirst_; // that the time of the first frame is missing
+    VideoReadCounts& counts_;
+    std::int64_t last_ = 0;
+    bool hasLast_ = false;
+    std::int64_t shift_ = 0;
+    int inDisorder_ = 0; // frames in a row
+    bool beginsAgain_ = false;
+};
 
 /// Decodes the pictures of a video, drops damaged ones and deinterlaces.
 class FrameDecoder {
   public:
-    /// @param decoder open
-    /// @param packets packets of the pictures are decoded, others are kept; must outlive this
-    /// @param times assigns the times of frames
-    /// @param deinterlacer nothing: interlaced frames stay as they are
-    /// @param counts receives the numbers of damaged packets and frames; must outlive this
-    FrameDecoder(CodecPtr decoder, VideoPackets& packets, FrameTimes times,
-                 std::optional<Deinterlacer> deinterlacer, VideoReadCounts& counts);
+    /// @param input its decoder is moved here @param packets, counts must outlive this
+    FrameDecoder(VideoInput& input, const VideoReaderOptions& options, VideoPackets& packets,
+                 VideoReadCounts& counts);
 
     /// The next undamaged frame.
     /// @return false at the end; the frame's time is then unchanged

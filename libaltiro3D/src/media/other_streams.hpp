@@ -1,13 +1,16 @@
 #pragma once
 
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "media/ffmpeg.hpp"
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace altiro3D {
@@ -32,7 +35,6 @@ class OtherStreams {
     VideoTags tags;
     VideoColour colour;
     std::string subject; ///< name of the file, for errors
-    std::string format;  ///< FFmpeg's name of the container
 
     /// Called by the writer to request packets. @return false if the reader has already begun
     bool want();
@@ -55,9 +57,7 @@ class OtherStreams {
     bool hasEnded() const;
 
     /// The next packet of a stream that begins before a time, with times relative to the origin;
-    /// null if there is none yet.
-    ///
-    /// @param before time limit in `unit`, from the origin; none = no limit
+    /// null if there is none yet. @param before in `unit`, from the origin; none = no limit
     PacketPtr pop(std::size_t index, std::optional<std::int64_t> before, AVRational unit);
 
   private:
@@ -71,6 +71,47 @@ class OtherStreams {
     bool wanted_ = false;
     bool begun_ = false;
     bool ended_ = false;
+};
+
+/// Writes the streams other than the video to a container. Packets are copied; text subtitles are
+/// converted if the container requires another format.
+class StreamCopier {
+  public:
+    /// Adds the streams to the container, which already has its video stream.
+    /// @param path path of the output, for errors
+    /// @param wanted says which kinds of streams and data are kept
+    /// @param notes receives what is left out or converted
+    /// @throws Error Unsupported (names what the container does not support, with advice)
+    StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext& output,
+                 const std::string& path, const VideoWriterOptions& wanted, Notes& notes);
+
+    /// Writes the packets that begin before a time, or all available packets.
+    /// @return 0 or FFmpeg's error number
+    int copy(std::optional<std::int64_t> before, AVRational unit);
+
+    /// Whether the reader has delivered all packets.
+    bool sourceHasEnded() const { return source_->hasEnded(); }
+
+  private:
+    struct Route {
+        std::size_t from = 0; // index into the source's streams
+        AVStream* to = nullptr;
+        CodecPtr decoder; // for subtitles that are converted
+        CodecPtr encoder;
+        std::int64_t lastDts = AV_NOPTS_VALUE;
+    };
+
+    Route& addRoute(std::size_t index);
+    void addChapters();
+    void addCopy(std::size_t index);
+    bool addConversion(std::size_t index, AVCodecID to);
+    bool canHold(const AVCodecParameters& parameters) const;
+    PacketPtr convert(Route& route, AVPacket& packet);
+    int writePacket(Route& route, PacketPtr packet);
+
+    std::shared_ptr<OtherStreams> source_;
+    AVFormatContext& output_;
+    std::vector<Route> routes_;
 };
 
 } // namespace altiro3D

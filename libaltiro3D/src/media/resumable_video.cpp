@@ -1,16 +1,13 @@
 #include "media/resumable_video.hpp"
 
-#include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
-#include "media/run_settings.hpp"
 #include "media/video_picture.hpp"
 
-#include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
-#include <limits>
+#include <set>
 #include <system_error>
 #include <unistd.h>
 
@@ -20,11 +17,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// Settings whose values identify the state of a file.
+const std::set<std::string> kFiles = {"video", "depth video", "network"};
+
 constexpr const char* kFormat = "altiro3D video run";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr const char* kState = ".state"; // extension of saved states
 constexpr int kMaxSegmentFrames = 100000;
-constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
 constexpr std::uintmax_t kMaxStateBytes = std::uintmax_t{1} << 30;
 
 // Locks a directory against other processes while the handle is open.
@@ -50,6 +49,76 @@ void removeRun(const fs::path& directory) {
 }
 
 } // namespace
+
+std::int64_t wholeNumber(const Json& value, std::int64_t least, std::int64_t most) {
+    require(value.is_number_integer());
+    const auto number = value.get<std::int64_t>(); // those of 64 bits become negative
+    require(number >= least && number <= most);
+    return number;
+}
+
+std::uint64_t bitsOf(const Json& value) {
+    require(value.is_number_unsigned());
+    return value.get<std::uint64_t>();
+}
+
+std::string runFileText(const Json& value) {
+    return value.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json jsonOf(const VideoSegment& segment) {
+    return {{"file", segment.file.filename().string()},
+            {"frames", segment.frames},
+            {"pts", segment.pts},
+            {"end", segment.end},
+            {"times", segment.times},
+            {"bytes", segment.bytes},
+            {"reorderedPlaces", segment.reorderedPlaces}};
+}
+
+VideoSegment segmentOf(const Json& entry, const fs::path& folder, int mostFrames) {
+    VideoSegment segment;
+    segment.file = folder / entry.at("file").get<std::string>();
+    segment.frames = wholeNumber(entry.at("frames"), 1, mostFrames);
+    segment.pts = wholeNumber(entry.at("pts"), 0, kLatestPts);
+    segment.end = wholeNumber(entry.at("end"), 0, kLatestPts);
+    segment.times = bitsOf(entry.at("times"));
+    segment.bytes = static_cast<std::uintmax_t>(wholeNumber(entry.at("bytes"), 0, kLatestPts));
+    segment.reorderedPlaces =
+        static_cast<int>(wholeNumber(entry.at("reorderedPlaces"), 0, mostFrames));
+    return segment;
+}
+
+Json readRunFile(const fs::path& directory) {
+    const fs::path file = directory / "run.json";
+    return parseJson(readFile(file, kMaxRunBytes), file.string(), "an unfinished run", kRunLimits);
+}
+
+Json settingsJson(const RunSettings& settings) {
+    return Json::parse(Json(settings).dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+std::string differenceOf(const Json& before, const Json& now) {
+    const auto text = [](const Json& all, const std::string& name) {
+        if (!all.contains(name)) return std::string("not set");
+        if (!all[name].is_string()) return all[name].dump();
+        const auto given = all[name].get<std::string>();
+        return given.empty() ? std::string("set") : given;
+    };
+    for (const bool inBoth : {false, true}) {
+        for (const Json* all : {&before, &now}) {
+            for (const auto& item : all->items()) {
+                const std::string& name = item.key();
+                if ((before.contains(name) && now.contains(name)) != inBoth) continue;
+                if (text(before, name) == text(now, name)) continue;
+                if (inBoth && kFiles.count(name) > 0)
+                    return "the file of the " + name + " has changed";
+                return name + " was " + text(before, name) + " and is " + text(now, name);
+            }
+        }
+    }
+    return {};
+}
 
 ResumableVideoWriter::ResumableVideoWriter(const fs::path& path, const VideoWriterOptions& options,
                                            const ResumableVideoOptions& resumable,
@@ -106,14 +175,7 @@ void ResumableVideoWriter::readRun() {
         throw Error(ErrorCode::BadFormat, file.string(), problem + ", expected an unfinished run");
     };
     const Json run = readRunFile(directory_);
-    const auto whole = [&](const Json& value, std::int64_t least, std::int64_t most) {
-        if (!value.is_number_integer() || value.get<std::int64_t>() < least ||
-            value.get<std::int64_t>() > most) {
-            fail("is damaged");
-        }
-        return value.get<std::int64_t>();
-    };
-    try {
+    readingMembers(file, [&] {
         if (run.at("format") != kFormat || run.at("version") != kVersion) fail("is not a run");
         const std::string other = differenceOf(run.at("settings"), settings_);
         if (!other.empty()) {
@@ -125,18 +187,10 @@ void ResumableVideoWriter::readRun() {
                 Json({options_.timeBase.numerator, options_.timeBase.denominator})) {
             fail("was begun for another video");
         }
-        const auto reordered =
-            static_cast<int>(whole(run.at("reorderedPlaces"), 0, segmentFrames_));
         for (const Json& entry : run.at("segments")) {
             const std::string name = entry.at("file");
             const std::string state = entry.at("state");
-            VideoSegment segment;
-            segment.file = directory_ / name;
-            segment.frames = whole(entry.at("frames"), 1, segmentFrames_);
-            segment.pts = whole(entry.at("pts"), 0, kLatest);
-            segment.end = whole(entry.at("end"), 0, kLatest);
-            segment.bytes = static_cast<std::uintmax_t>(whole(entry.at("bytes"), 0, kLatest));
-            segment.reorderedPlaces = reordered;
+            VideoSegment segment = segmentOf(entry, directory_, segmentFrames_);
             // Each has a fixed name; any other name could lead out of the directory.
             const std::size_t number = segments_.size();
             const auto checkName = [&](const std::string& listed, const std::string& expected) {
@@ -145,47 +199,34 @@ void ResumableVideoWriter::readRun() {
             checkName(name, segmentName(number, options_.codec));
             if (!state.empty()) checkName(state, numberedName(number, kState));
             std::error_code error;
-            if (fs::file_size(segment.file, error) != segment.bytes || error) {
+            if (fs::file_size(segment.file, error) != segment.bytes || error)
                 fail("lists " + name + ", which is missing or damaged");
-            }
-            if (segment.pts < kept_.nextPts || segment.end <= segment.pts) {
+            if (segment.pts < kept_.nextPts || segment.end <= segment.pts)
                 fail("lists " + name + " with impossible times");
-            }
             kept_.frames += segment.frames;
             kept_.nextPts = segment.end;
             segments_.push_back(std::move(segment));
             states_.push_back(state);
         }
-        listed_ = segments_.size();
-        if (!states_.empty() && !states_.back().empty())
-            kept_.state.bytes = readFile(directory_ / states_.back(), kMaxStateBytes);
-    } catch (const Json::exception&) {
-        fail("is damaged");
-    }
+    });
+    listed_ = segments_.size();
+    if (!states_.empty() && !states_.back().empty())
+        kept_.state.bytes = readFile(directory_ / states_.back(), kMaxStateBytes);
 }
 
 void ResumableVideoWriter::writeRun() {
     Json list = Json::array();
-    int reordered = 0;
     for (std::size_t i = 0; i < segments_.size(); ++i) {
-        const VideoSegment& segment = segments_[i];
-        reordered = std::max(reordered, segment.reorderedPlaces);
-        list.push_back({{"file", segment.file.filename().string()},
-                        {"frames", segment.frames},
-                        {"pts", segment.pts},
-                        {"end", segment.end},
-                        {"bytes", segment.bytes},
-                        {"state", states_[i]}});
+        list.push_back(jsonOf(segments_[i]));
+        list.back()["state"] = states_[i];
     }
     const Json run = {{"format", kFormat},
                       {"version", kVersion},
                       {"settings", settings_},
                       {"timeBase", {options_.timeBase.numerator, options_.timeBase.denominator}},
                       {"segmentFrames", segmentFrames_},
-                      {"reorderedPlaces", reordered},
                       {"segments", list}};
-    writeFile(directory_ / "run.json",
-              run.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+    writeFile(directory_ / "run.json", runFileText(run));
     listed_ = segments_.size();
 }
 
@@ -232,9 +273,7 @@ void ResumableVideoWriter::finish(VideoReader* source, bool complete) {
 }
 
 fs::path unfinishedVideoDirectory(const fs::path& path) {
-    fs::path directory = path;
-    directory += ".parts";
-    return directory;
+    return fs::path(path) += ".parts";
 }
 
 bool isVideoUnfinished(const fs::path& path) {

@@ -3,6 +3,12 @@
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
 
+#include <cerrno>
+#include <cstdio>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 namespace altiro3D {
 
 namespace fs = std::filesystem;
@@ -20,6 +26,77 @@ const char* containerName(const fs::path& path) {
 
 } // namespace
 
+PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path)) {
+    if (!target_.has_filename()) failWrite(path, EISDIR);
+    struct stat state {};
+    const bool exists = ::stat(target_.c_str(), &state) == 0;
+    if (!exists && errno != ENOENT) failWrite(path, errno);
+    if (exists && S_ISDIR(state.st_mode))
+        throw Error(ErrorCode::WriteFailed, path.string(), "is a directory, expected a file name");
+    if (exists && !S_ISREG(state.st_mode)) {
+        throw Error(ErrorCode::WriteFailed, path.string(),
+                    "is a device or pipe, expected a file name: a video is written out of order");
+    }
+    // A writable directory would let the rename replace a write-protected file.
+    if (exists && ::access(target_.c_str(), W_OK) != 0) failWrite(path, errno);
+
+    part_ = target_;
+    part_ += ".part";
+    // A part left by a crash is overwritten; a part that is being written is locked.
+    for (struct stat named{}, opened{};;) {
+        file_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
+        if (!file_.isOpen()) failWrite(path, errno);
+        if (!lockFile(file_)) {
+            throw Error(ErrorCode::WriteFailed, path.string(),
+                        "is being written by another process (" + part_.filename().string() + ")");
+        }
+        // Another writer may have renamed it between the two steps.
+        if (::stat(part_.c_str(), &named) == 0 && ::fstat(file_.get(), &opened) == 0 &&
+            named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) {
+            break;
+        }
+    }
+    if (const int result = avio_open(&io_, ("file:" + part_.string()).c_str(), AVIO_FLAG_WRITE);
+        result < 0) { // else it is empty now
+        close();
+        fail(result);
+    }
+    if (exists) {
+        // If this is not allowed, the new file keeps the default permissions.
+        [[maybe_unused]] const int ignored = takeOwnerAndMode(file_.get(), state);
+    }
+}
+
+PartFile::~PartFile() {
+    close();
+}
+
+void PartFile::close() {
+    avio_closep(&io_);
+    if (!file_.isOpen()) return;
+    ::unlink(part_.c_str());
+    file_.close();
+}
+
+void PartFile::fail(int result) const {
+    throw Error(ErrorCode::WriteFailed, path_.string(), "cannot be written: " + ffmpegText(result));
+}
+
+void PartFile::check() const {
+    if (io_->error < 0) fail(io_->error);
+}
+
+void PartFile::finish() {
+    avio_flush(io_);
+    check();
+    if (const int error = flushFile(file_.get())) failWrite(path_, error);
+    // Closed only after the rename, because closing releases the lock against other writers.
+    if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
+    flushDirectoryOf(target_);
+    if (const int result = avio_closep(&io_); result < 0) fail(result);
+    if (const int error = file_.close()) failWrite(path_, error);
+}
+
 bool canWriteVideo(const fs::path& path) {
     return containerName(path) != nullptr;
 }
@@ -30,33 +107,19 @@ VideoContainer::VideoContainer(const fs::path& path) : path_(path) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     "has a name that no video container here has, expected .mkv, .mp4 or .mov");
     }
-    AVFormatContext* raw = nullptr;
-    if (avformat_alloc_output_context2(&raw, nullptr, container, nullptr) < 0) {
-        checkMemory(nullptr);
-    }
-    output_.reset(raw);
-}
-
-std::unique_ptr<StreamCopier> VideoContainer::copierOf(const VideoWriterOptions& options,
-                                                       const std::shared_ptr<OtherStreams>& source,
-                                                       Notes& notes) {
-    return std::make_unique<StreamCopier>(
-        source, *output_, path_.string(),
-        StreamCopier::Wanted{options.audio, options.subtitles, options.chapters, options.metadata},
-        notes);
+    output_ = newOutput(nullptr, container);
 }
 
 bool VideoContainer::canHold(const VideoWriterOptions& options,
                              const std::shared_ptr<OtherStreams>& source) {
-    AVStream* const pictures = avformat_new_stream(output_.get(), nullptr);
-    checkMemory(pictures);
-    pictures->codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
-    pictures->codecpar->codec_id = AV_CODEC_ID_H264; // the others are held by any of them
-    pictures->codecpar->width = pictures->codecpar->height = 16;
-    pictures->time_base = {1, 1000};
+    AVStream& pictures = newStream(*output_);
+    pictures.codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
+    pictures.codecpar->codec_id = AV_CODEC_ID_H264; // the others are held by any of them
+    pictures.codecpar->width = pictures.codecpar->height = 16;
+    pictures.time_base = {1, 1000};
     try {
         Notes notes;
-        copierOf(options, source, notes);
+        const StreamCopier trial(source, *output_, path_.string(), options, notes);
         return true;
     } catch (const Error& error) {
         if (error.code() != ErrorCode::Unsupported) throw;
@@ -71,15 +134,15 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
     // Sound may begin slightly before 0, for the start of its decoder. Times are not shifted for
     // this.
     output.avoid_negative_ts = AVFMT_AVOID_NEG_TS_DISABLED;
-    stream_ = avformat_new_stream(&output, nullptr);
-    checkMemory(stream_);
-    if (avcodec_parameters_copy(stream_->codecpar, &pictures) < 0) checkMemory(nullptr);
+    stream_ = &newStream(output);
+    checkRoom(avcodec_parameters_copy(stream_->codecpar, &pictures));
     timeBase_ = rational(options.timeBase);
     stream_->time_base = timeBase_;
     stream_->sample_aspect_ratio = rational(options.sampleAspect);
     stream_->disposition = AV_DISPOSITION_DEFAULT;
     if (options.constantRate) stream_->avg_frame_rate = rational(options.frameRate);
-    if (source) copier_ = copierOf(options, source, notes);
+    if (source)
+        copier_ = std::make_unique<StreamCopier>(source, output, path_.string(), options, notes);
     for (const auto& [name, value] : options.tags)
         av_dict_set(&output.metadata, name.c_str(), value.c_str(), 0);
 

@@ -2,10 +2,9 @@
 
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "base/posix_file.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/other_streams.hpp"
-#include "media/part_file.hpp"
-#include "media/stream_copier.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -13,8 +12,38 @@
 
 namespace altiro3D {
 
+/// A file that FFmpeg writes as `<name>.part` beside its target and that is renamed to it at the
+/// end.
+class PartFile {
+  public:
+    /// @throws Error WriteFailed (a directory, not a regular file, no permission, another writer)
+    explicit PartFile(const std::filesystem::path& path);
+    /// Removes the part unless it was finished.
+    ~PartFile();
+    PartFile(const PartFile&) = delete;
+    PartFile& operator=(const PartFile&) = delete;
+
+    AVIOContext* io() { return io_; }
+    const std::filesystem::path& partPath() const { return part_; }
+
+    /// Throws the error of the first failed write, if any. @throws Error WriteFailed
+    void check() const;
+    /// Flushes to the disk and renames. @throws Error WriteFailed
+    void finish();
+
+  private:
+    [[noreturn]] void fail(int result) const;
+    void close();
+
+    std::filesystem::path path_;   // as given, for errors
+    std::filesystem::path target_; // without links
+    std::filesystem::path part_;
+    FileHandle file_; // holds the lock
+    AVIOContext* io_ = nullptr;
+};
+
 /// A video file being written: encoded pictures, and the other streams of the source video.
-/// Pictures come from an encoder or from other files.
+/// Pictures come from an encoder or from other files. All functions throw Error WriteFailed.
 class VideoContainer {
   public:
     /// @throws Error Unsupported (the extension)
@@ -28,8 +57,6 @@ class VideoContainer {
     bool canHold(const VideoWriterOptions& options, const std::shared_ptr<OtherStreams>& source);
 
     /// Begins the file.
-    ///
-    /// @param pictures codec parameters of the pictures
     /// @param options times, tags and which of the other streams are wanted
     /// @param source the other streams; may be null
     /// @param notes receives what is left out
@@ -38,30 +65,23 @@ class VideoContainer {
               const std::shared_ptr<OtherStreams>& source, Notes& notes);
 
     /// Writes an encoded picture, times in the options' time base. Takes the packet's reference.
-    /// @throws Error WriteFailed
     void write(AVPacket& packet);
     /// Writes the packets of the source's other streams before a time, in the options' time base.
-    /// @throws Error WriteFailed
     void copyOthers(std::optional<std::int64_t> before);
     /// Whether the source has been read to its end.
     bool sourceHasEnded() const { return copier_ && copier_->sourceHasEnded(); }
     /// Writes the remaining data and renames the file to its target.
-    ///
     /// @param end end of the last picture in the options' time base; other streams end there unless
     ///        the source has been read to its end
     /// @param notes receives the number of damaged packets left out
-    /// @throws Error WriteFailed
     void finish(std::int64_t end, Notes& notes);
 
-    /// Throws if a call of FFmpeg failed; the file is then lost. @throws Error WriteFailed
+    /// Throws if a call of FFmpeg failed; the file is then lost.
     void checkWritten(int result);
-    /// @throws Error WriteFailed if a write failed before
+    /// Throws if a write failed before.
     void checkUsable() const;
 
   private:
-    std::unique_ptr<StreamCopier> copierOf(const VideoWriterOptions& options,
-                                           const std::shared_ptr<OtherStreams>& source,
-                                           Notes& notes);
     void checkPacket(int result);
 
     std::filesystem::path path_;

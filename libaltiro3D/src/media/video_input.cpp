@@ -3,7 +3,6 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
-#include "media/other_streams.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -28,8 +27,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using Kind = VideoInput::Kind;
-
-constexpr double kLatestSeconds = 1e9; // later contents of a file are ignored
 
 // Whether an MP4 or QuickTime file has boxes but not the one with its index.
 bool lacksMovieIndex(const fs::path& path) {
@@ -60,21 +57,6 @@ bool lacksMovieIndex(const fs::path& path) {
     return known;
 }
 
-const char* kindName(AVMediaType type) {
-    switch (type) {
-    case AVMEDIA_TYPE_VIDEO:
-        return "video";
-    case AVMEDIA_TYPE_AUDIO:
-        return "audio";
-    case AVMEDIA_TYPE_SUBTITLE:
-        return "subtitles";
-    case AVMEDIA_TYPE_ATTACHMENT:
-        return "attachment";
-    default:
-        return "data";
-    }
-}
-
 StreamKind streamKind(AVMediaType type) {
     switch (type) {
     case AVMEDIA_TYPE_VIDEO:
@@ -90,13 +72,13 @@ StreamKind streamKind(AVMediaType type) {
     }
 }
 
-std::string codecName(AVCodecID id) {
-    return id == AV_CODEC_ID_NONE ? "unknown" : avcodec_get_name(id);
+const char* kindName(AVMediaType type) {
+    constexpr const char* kNames[] = {"video", "audio", "subtitles", "data", "attachment"};
+    return kNames[static_cast<std::size_t>(streamKind(type))];
 }
 
-bool isCover(const AVStream& stream) {
-    return (stream.disposition & (AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS)) !=
-           0;
+std::string codecName(AVCodecID id) {
+    return id == AV_CODEC_ID_NONE ? "unknown" : avcodec_get_name(id);
 }
 
 // Data that describes a stream; null if there are none.
@@ -150,19 +132,16 @@ void checkFile(const fs::path& path, const std::string& subject) {
     struct stat state {};
     const bool exists = ::stat(path.c_str(), &state) == 0;
     const int whyNot = errno;
-    if (!exists && (whyNot == ENOENT || whyNot == ENOTDIR)) {
+    if (!exists && (whyNot == ENOENT || whyNot == ENOTDIR))
         throw Error(ErrorCode::NotFound, subject, "does not exist, expected a video file");
-    }
     if (!exists) {
         throw Error(ErrorCode::ReadFailed, subject,
                     "cannot be read: " + std::generic_category().message(whyNot));
     }
-    if (S_ISDIR(state.st_mode)) {
+    if (S_ISDIR(state.st_mode))
         throw Error(ErrorCode::ReadFailed, subject, "is a directory, expected a video file");
-    }
-    if (S_ISREG(state.st_mode) && state.st_size == 0) {
+    if (S_ISREG(state.st_mode) && state.st_size == 0)
         throw Error(ErrorCode::BadFormat, subject, "is empty, expected a video file");
-    }
 }
 
 // Whether each packet holds one frame that is shown. Fields may have a packet each, and some codecs
@@ -182,79 +161,6 @@ bool hasFramePerPacket(const AVCodecParameters& parameters) {
         return codec != nullptr && (codec->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
     }
 }
-
-} // namespace
-
-void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOptions& options) {
-    input.subject = path == "-" ? "standard input" : path.string();
-    std::string url = "file:" + path.string();
-    const AVInputFormat* wantedFormat = nullptr;
-    std::string wanted = options.format;
-    std::error_code noFile;
-    const bool isCamera = wanted.empty() && path != "-" && fs::is_character_file(path, noFile);
-    if (isCamera) wanted = "v4l2";
-    if (!wanted.empty()) {
-        wantedFormat = inputFormat(wanted);
-        if ((wantedFormat->flags & AVFMT_NOFILE) != 0) {
-            input.kind = Kind::Device;
-            url = path.string();
-        }
-    }
-    if (input.kind == Kind::File && path == "-") {
-        input.kind = Kind::StandardInput;
-        url = "pipe:0";
-    }
-    if (input.kind == Kind::File) {
-        checkFile(path, input.subject);
-    }
-
-    Dictionary settings;
-    for (const auto& [name, value] : options.formatOptions)
-        settings.set(name, value);
-    // A file must not open other files over the network.
-    if (input.kind != Kind::Device) settings.set("protocol_whitelist", "file,pipe,crypto,data");
-    AVFormatContext* raw = nullptr;
-    int result = avformat_open_input(&raw, url.c_str(), wantedFormat, settings.address());
-    if (result < 0) {
-        // For a picture beyond its limits, FFmpeg's Y4M reader returns "busy": an error number plus
-        // six.
-        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF ||
-            (input.kind == Kind::File && result == AVERROR(EBUSY))) {
-            if (input.kind == Kind::File && lacksMovieIndex(path)) {
-                throw Error(
-                    ErrorCode::BadFormat, input.subject,
-                    "has no index (moov): it is cut off or was never finished, expected a whole "
-                    "file");
-            }
-            throw Error(ErrorCode::BadFormat, input.subject, "is not a video that FFmpeg can read");
-        }
-        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
-        // Error of drivers of devices that are not cameras when asked for their formats.
-        if (isCamera &&
-            (result == AVERROR(ENOTTY) || result == AVERROR(EINVAL) || result == AVERROR(ENODEV))) {
-            throw Error(ErrorCode::BadFormat, input.subject,
-                        "is a device but not a camera, expected a video file, a camera, or the "
-                        "name of the device's format");
-        }
-        throw Error(ErrorCode::ReadFailed, input.subject, "cannot be read: " + ffmpegText(result));
-    }
-    input.format.reset(raw);
-    if (const std::string unused = settings.firstName();
-        !unused.empty() && unused != "protocol_whitelist") {
-        throw Error(ErrorCode::InvalidArgument, "formatOptions",
-                    "have \"" + unused + "\", which the format " + input.format->iformat->name +
-                        " does not know");
-    }
-    if (std::strcmp(input.format->iformat->name, "tty") == 0) { // this format accepts any text
-        throw Error(ErrorCode::BadFormat, input.subject, "is a text, expected a video file");
-    }
-    result = avformat_find_stream_info(raw, nullptr);
-    if (result < 0 && raw->nb_streams == 0) {
-        throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
-    }
-}
-
-namespace {
 
 void chooseStream(VideoInput& input) {
     input.stream = chooseStream(*input.format);
@@ -314,13 +220,10 @@ void openDecoder(VideoInput& input, int threads) {
                         ", whose pictures have colours of their own, expected a profile with an "
                         "HDR10, HLG or SDR base layer, such as 8");
     }
-    input.decoder.reset(avcodec_alloc_context3(codec));
-    checkMemory(input.decoder.get());
-    if (avcodec_parameters_to_context(input.decoder.get(), &parameters) < 0) checkMemory(nullptr);
+    input.decoder = newDecoder(codec, parameters, input.stream->time_base);
     input.decoder->thread_count = threads;
     // Threads that decode one frame each hold a frame per thread back.
     if (isLive(input)) input.decoder->thread_type = FF_THREAD_SLICE;
-    input.decoder->pkt_timebase = input.stream->time_base;
     input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
     const int result = avcodec_open2(input.decoder.get(), codec, nullptr);
     if (result < 0) {
@@ -351,9 +254,7 @@ double endOfPictureAndSound(const AVFormatContext& format) {
         const double ticks = static_cast<double>(begin) + static_cast<double>(stream.duration);
         end = std::max(end, ticks * av_q2d(stream.time_base));
     }
-    if (format.start_time != AV_NOPTS_VALUE)
-        end -= static_cast<double>(format.start_time) / AV_TIME_BASE;
-    return end;
+    return end - startSeconds(format);
 }
 
 // Fills the facts about the pictures from the container and the delivered stream.
@@ -367,20 +268,16 @@ void fillFacts(VideoInput& input) {
     facts.pixelFormat = pixels != nullptr ? pixels : "unknown";
     facts.isDevice = input.kind == Kind::Device;
     facts.isLive = isLive(input);
-    facts.streamIndex = video.index;
-    const Orientation orientation = orientationOf(
-        sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
-    input.orientation = orientation;
+    setRotation(facts,
+                sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
+    const bool isAcross = facts.rotationDegrees % 180 != 0;
     input.eyes = eyesText(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D));
     const cv::Size stored(parameters.width, parameters.height);
-    facts.size = orientation.transpose ? cv::Size(stored.height, stored.width) : stored;
-    facts.rotationDegrees = orientation.clockwiseDegrees();
-    facts.mirrored = orientation.isMirrored();
+    facts.size = isAcross ? cv::Size(stored.height, stored.width) : stored;
     const Fraction aspect =
         fraction(av_guess_sample_aspect_ratio(input.format.get(), input.stream, nullptr));
     if (aspect.isKnown()) {
-        facts.sampleAspect =
-            orientation.transpose ? Fraction{aspect.denominator, aspect.numerator} : aspect;
+        facts.sampleAspect = isAcross ? Fraction{aspect.denominator, aspect.numerator} : aspect;
     }
     facts.averageRate = fraction(video.avg_frame_rate);
     facts.nominalRate = fraction(video.r_frame_rate);
@@ -426,11 +323,8 @@ void listContents(const AVFormatContext& format, VideoFacts& facts) {
         fact.title = tagOf(stream.metadata, "title");
         fact.channels = stream.codecpar->ch_layout.nb_channels;
         fact.sampleRate = stream.codecpar->sample_rate;
-        fact.isCover = isCover(stream);
     }
-    const double start = format.start_time != AV_NOPTS_VALUE
-                             ? static_cast<double>(format.start_time) / AV_TIME_BASE
-                             : 0;
+    const double start = startSeconds(format);
     for (unsigned i = 0; i < format.nb_chapters; ++i) {
         const AVChapter& chapter = *format.chapters[i];
         const double length = av_q2d(chapter.time_base);
@@ -442,6 +336,72 @@ void listContents(const AVFormatContext& format, VideoFacts& facts) {
 }
 
 } // namespace
+
+void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOptions& options) {
+    quietFfmpeg();
+    input.subject = path == "-" ? "standard input" : path.string();
+    std::string url = "file:" + path.string();
+    const AVInputFormat* wantedFormat = nullptr;
+    std::string wanted = options.format;
+    std::error_code noFile;
+    const bool isCamera = wanted.empty() && path != "-" && fs::is_character_file(path, noFile);
+    if (isCamera) wanted = "v4l2";
+    if (!wanted.empty()) {
+        wantedFormat = inputFormat(wanted);
+        if ((wantedFormat->flags & AVFMT_NOFILE) != 0) {
+            input.kind = Kind::Device;
+            url = path.string();
+        }
+    }
+    if (input.kind == Kind::File && path == "-") {
+        input.kind = Kind::StandardInput;
+        url = "pipe:0";
+    }
+    if (input.kind == Kind::File) checkFile(path, input.subject);
+
+    Dictionary settings;
+    for (const auto& [name, value] : options.formatOptions)
+        settings.set(name, value);
+    // A file must not open other files over the network.
+    if (input.kind != Kind::Device) settings.set("protocol_whitelist", "file,pipe,crypto,data");
+    AVFormatContext* raw = nullptr;
+    int result = avformat_open_input(&raw, url.c_str(), wantedFormat, settings.address());
+    if (result < 0) {
+        // FFmpeg's Y4M reader returns "busy" for a picture beyond its limits.
+        if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF ||
+            (input.kind == Kind::File && result == AVERROR(EBUSY))) {
+            if (input.kind == Kind::File && lacksMovieIndex(path)) {
+                throw Error(
+                    ErrorCode::BadFormat, input.subject,
+                    "has no index (moov): it is cut off or was never finished, expected a whole "
+                    "file");
+            }
+            throw Error(ErrorCode::BadFormat, input.subject, "is not a video that FFmpeg can read");
+        }
+        if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
+        // Error of drivers of devices that are not cameras when asked for their formats.
+        if (isCamera &&
+            (result == AVERROR(ENOTTY) || result == AVERROR(EINVAL) || result == AVERROR(ENODEV))) {
+            throw Error(ErrorCode::BadFormat, input.subject,
+                        "is a device but not a camera, expected a video file, a camera, or the "
+                        "name of the device's format");
+        }
+        throw Error(ErrorCode::ReadFailed, input.subject, "cannot be read: " + ffmpegText(result));
+    }
+    input.format.reset(raw);
+    if (const std::string unused = settings.firstName();
+        !unused.empty() && unused != "protocol_whitelist") {
+        throw Error(ErrorCode::InvalidArgument, "formatOptions",
+                    "have \"" + unused + "\", which the format " + input.format->iformat->name +
+                        " does not know");
+    }
+    if (std::strcmp(input.format->iformat->name, "tty") == 0) { // this format accepts any text
+        throw Error(ErrorCode::BadFormat, input.subject, "is a text, expected a video file");
+    }
+    result = avformat_find_stream_info(raw, nullptr);
+    if (result < 0 && raw->nb_streams == 0)
+        throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
+}
 
 VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
     VideoInput input;
@@ -490,40 +450,6 @@ std::optional<std::int64_t> countPackets(const fs::path& path, VideoReaderOption
     std::sort(times.begin(), times.end());
     if (std::adjacent_find(times.begin(), times.end()) != times.end()) return std::nullopt;
     return std::lower_bound(times.begin(), times.end(), until) - times.begin();
-}
-
-std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
-                                         OtherStreams& others) {
-    std::vector<std::int64_t> indices;
-    others.subject = input.subject;
-    others.format = input.facts.format;
-    others.tags = input.facts.tags;
-    others.colour = shownColour(input.facts.colour);
-    for (const VideoChapter& chapter : input.facts.chapters) {
-        const double start = std::max(chapter.start, options.from) - options.from;
-        const double end = std::min({chapter.end, options.to, kLatestSeconds}) - options.from;
-        if (end > start) others.chapters.push_back({start, end, chapter.title});
-    }
-    for (unsigned i = 0; i < input.format->nb_streams; ++i) {
-        const AVStream& stream = *input.format->streams[i];
-        if (&stream == input.stream) {
-            indices.push_back(-1);
-            continue;
-        }
-        indices.push_back(static_cast<std::int64_t>(others.streams.size()));
-        OtherStream& other = others.streams.emplace_back();
-        other.index = static_cast<int>(i);
-        other.parameters.reset(avcodec_parameters_alloc());
-        checkMemory(other.parameters.get());
-        if (avcodec_parameters_copy(other.parameters.get(), stream.codecpar) < 0) {
-            checkMemory(nullptr);
-        }
-        other.timeBase = stream.time_base;
-        other.tags = tagsOf(stream.metadata);
-        other.disposition = stream.disposition;
-        other.isCover = isCover(stream);
-    }
-    return indices;
 }
 
 } // namespace altiro3D

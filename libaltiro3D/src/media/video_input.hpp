@@ -8,11 +8,14 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 namespace altiro3D {
 
-class OtherStreams;
+/// Whether a stream is a picture of the file, not a video.
+inline bool isCover(const AVStream& stream) {
+    constexpr int kCovers = AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS;
+    return (stream.disposition & kCovers) != 0;
+}
 
 /// An open video from which nothing has been read: its container, the stream to deliver and its
 /// decoder.
@@ -27,7 +30,6 @@ struct VideoInput {
     VideoFacts facts;
     Notes notes;               ///< remarks on what cannot be read
     std::string eyes;          ///< see eyesText(), as the container states it
-    Orientation orientation;   ///< of the stored pictures
     std::int64_t startPts = 0; ///< start of the file, in the stream's unit
     double end = 0;            ///< stated end of the file, s from its start; 0 = not stated
 
@@ -37,31 +39,19 @@ struct VideoInput {
 };
 
 /// Opens a container and reads what its streams are. Sets `subject`, `kind` and `format` alone.
-///
 /// @throws Error as VideoReader::VideoReader()
 void openContainer(VideoInput& input, const std::filesystem::path& path,
                    const VideoReaderOptions& options);
 
-/// Opens a video and reads its properties.
-///
-/// @param options options with `threads` > 0
+/// Opens a video and reads its properties. @param options with `threads` > 0
 /// @throws Error as VideoReader::VideoReader()
 VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOptions& options);
 
 /// Counts the frames of a file that come before a time, from its packets alone.
-///
-/// @param path of a regular file
-/// @param from s from the start of the file
+/// @param path of a regular file @param from s from the start of the file
 /// @return nothing where a packet may hold no frame or several, and where a time is missing
 /// @throws Error as openVideoInput()
 std::optional<std::int64_t> countPackets(const std::filesystem::path& path,
                                          VideoReaderOptions options, double from);
-
-/// Describes the contents of a video other than its pictures for a writer, clipped to the part that
-/// is read.
-///
-/// @return for each stream of the file, its index in `others.streams`; -1 = the delivered stream
-std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
-                                         OtherStreams& others);
 
 } // namespace altiro3D

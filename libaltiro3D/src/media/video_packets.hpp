@@ -3,7 +3,6 @@
 #include "altiro3D/video_io.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/other_streams.hpp"
-#include "media/packet_times.hpp"
 #include "media/video_input.hpp"
 
 #include <cstdint>
@@ -15,20 +14,57 @@
 
 namespace altiro3D {
 
+/// Describes the contents of a video other than its pictures for a writer, clipped to the part that
+/// is read.
+/// @return for each stream of the file, its index in `others.streams`; -1 = the pictures
+std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
+                                         OtherStreams& others);
+
+/// Joins the pieces of a file whose times jump or begin again, as of broadcasts and of recordings
+/// that were appended to each other. Each piece begins where the one before ends. All streams keep
+/// in step, although they pass the joint one after the other.
+///
+/// As in FFmpeg's tools, this holds for containers whose times may be discontinuous (MPEG transport
+/// streams and others). A jump is a step back, to 0.1 s or more before the expected time, or
+/// forward by more than 10 s.
+class PacketTimes {
+  public:
+    explicit PacketTimes(const AVFormatContext& format);
+
+    /// Shifts the times of a packet to those of the joined pieces.
+    /// @return whether it is the first one of its stream after a joint
+    bool join(AVPacket& packet);
+    /// Resets the state after a seek.
+    void restart();
+
+  private:
+    struct Stream {
+        AVRational unit{0, 1};
+        bool lasts = false; ///< Of pictures or sound.
+        bool begun = false;
+        std::size_t piece = 0;
+        std::int64_t last = 0; ///< Decoding time of its last packet, as stored, in µs.
+        std::int64_t end = 0;  ///< Its end.
+    };
+    struct Piece {
+        std::int64_t shift = 0; ///< In µs.
+        std::int64_t last = 0;  ///< The last time in it, as stored.
+    };
+
+    bool beginsPiece(const Stream& stream, std::int64_t time) const;
+
+    bool mayJump_;
+    std::vector<Stream> streams_;
+    std::vector<Piece> pieces_;
+};
+
 /// The packets of an open video: those of the pictures, and the others for a writer.
 class VideoPackets {
   public:
-    /// @param input its container is moved here; the decoder stays
-    /// @param options the part that is read
-    /// @param counts receives at the end whether the file is cut off; must outlive this
+    /// @param counts receives at the end whether the file is cut off; it and `input` must outlive
+    ///        this
     VideoPackets(VideoInput& input, const VideoReaderOptions& options, VideoReadCounts& counts);
 
-    /// The stream of the pictures.
-    const AVStream& stream() const { return *stream_; }
-    /// Whether the file states its start time; a bare stream does not.
-    bool hasStart() const { return format_->start_time != AV_NOPTS_VALUE; }
-    /// See VideoInput::hasFixedTimes().
-    bool hasFixedTimes() const { return hasFixedTimes_; }
     /// The other streams, for a writer.
     const std::shared_ptr<OtherStreams>& others() const { return others_; }
 
@@ -38,9 +74,8 @@ class VideoPackets {
     /// @return false at the end
     /// @throws Error ReadFailed
     bool read();
-    /// The packet that was read.
     const AVPacket& packet() const { return *packet_; }
-    bool isOfPictures() const { return packet_->stream_index == stream_->index; }
+    bool isOfPictures() const { return packet_->stream_index == input_.stream->index; }
     /// Its decoding time, else its display time, in its stream's unit; may be any number.
     std::int64_t time() const {
         return packet_->dts != AV_NOPTS_VALUE ? packet_->dts : packet_->pts;
@@ -69,14 +104,8 @@ class VideoPackets {
     void restart();
     void noteEnd(int result);
 
-    std::string subject_;
-    VideoInput::Kind kind_;
-    bool hasFixedTimes_;
-    InputPtr format_;
-    AVStream* stream_;      // `format_` owns it
-    std::int64_t startPts_; // of the file
-    double fileEnd_;        // s: stated end of the file; 0 = not stated
-    double lastEnd_ = 0;    // s: end of the last packet of any stream, from the start of the file
+    VideoInput& input_;
+    double lastEnd_ = 0; // s: end of the last packet of any stream, from the start of the file
     VideoReadCounts& counts_;
     PacketPtr packet_ = newPacket();
     PacketTimes times_;

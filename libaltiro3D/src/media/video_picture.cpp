@@ -1,6 +1,7 @@
 #include "media/video_picture.hpp"
 
 #include "altiro3D/error.hpp"
+#include "image/orientation.hpp"
 
 #include <cstring>
 #include <opencv2/imgproc.hpp>
@@ -95,27 +96,37 @@ FramePtr frameOver(cv::Mat& picture) {
     return frame;
 }
 
-} // namespace
-
-int Orientation::clockwiseDegrees() const {
-    // Without the left-right mirroring of isMirrored().
-    const bool columns = mirrorColumns != isMirrored();
-    if (transpose) return columns ? 90 : 270;
-    return columns ? 180 : 0;
+bool isHdr(const VideoColour& stored) {
+    return stored.transfer == AVCOL_TRC_SMPTE2084 || stored.transfer == AVCOL_TRC_ARIB_STD_B67;
 }
 
-Orientation orientationOf(const std::int32_t* displayMatrix) {
-    Orientation orientation;
-    if (displayMatrix == nullptr) return orientation;
-    // x' = a x + c y, y' = b x + d y
+// Whether pictures are converted to sRGB: of wide gamut, HDR or linear light.
+bool isConverted(const VideoColour& stored) {
+    return isHdr(stored) || stored.transfer == AVCOL_TRC_LINEAR ||
+           stored.primaries == AVCOL_PRI_BT2020 || stored.primaries == AVCOL_PRI_SMPTE431 ||
+           stored.primaries == AVCOL_PRI_SMPTE432;
+}
+
+} // namespace
+
+void setRotation(VideoFacts& facts, const std::int32_t* displayMatrix) {
+    if (displayMatrix == nullptr) return;
+    // x' = a x + c y, y' = b x + d y: transposed first, then mirrored
     const std::int64_t a = displayMatrix[0];
     const std::int64_t b = displayMatrix[1];
     const std::int64_t c = displayMatrix[3];
     const std::int64_t d = displayMatrix[4];
-    orientation.transpose = std::llabs(b) + std::llabs(c) > std::llabs(a) + std::llabs(d);
-    orientation.mirrorColumns = (orientation.transpose ? c : a) < 0;
-    orientation.mirrorRows = (orientation.transpose ? b : d) < 0;
-    return orientation;
+    const bool transposes = std::llabs(b) + std::llabs(c) > std::llabs(a) + std::llabs(d);
+    const bool mirrorsColumns = (transposes ? c : a) < 0;
+    const bool mirrorsRows = (transposes ? b : d) < 0;
+    facts.mirrored = transposes != (mirrorsColumns != mirrorsRows);
+    const bool turnsColumns = mirrorsColumns != facts.mirrored; // by the rotation alone
+    facts.rotationDegrees = transposes ? (turnsColumns ? 90 : 270) : (turnsColumns ? 180 : 0);
+}
+
+int orientationOf(const VideoFacts& facts) {
+    constexpr int kExif[4][2] = {{1, 2}, {6, 5}, {3, 4}, {8, 7}};
+    return kExif[facts.rotationDegrees / 90][facts.mirrored ? 1 : 0];
 }
 
 VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primaries, int transfer,
@@ -163,16 +174,6 @@ VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primari
     return colour;
 }
 
-bool isHdr(const VideoColour& stored) {
-    return stored.transfer == AVCOL_TRC_SMPTE2084 || stored.transfer == AVCOL_TRC_ARIB_STD_B67;
-}
-
-bool isConverted(const VideoColour& stored) {
-    return isHdr(stored) || stored.transfer == AVCOL_TRC_LINEAR ||
-           stored.primaries == AVCOL_PRI_BT2020 || stored.primaries == AVCOL_PRI_SMPTE431 ||
-           stored.primaries == AVCOL_PRI_SMPTE432;
-}
-
 VideoColour shownColour(const VideoColour& stored) {
     if (!isConverted(stored)) return stored;
     VideoColour shown;
@@ -183,25 +184,16 @@ VideoColour shownColour(const VideoColour& stored) {
 }
 
 AVColorSpace colourSpace(ColourMatrix matrix) {
-    switch (matrix) {
-    case ColourMatrix::Rgb:
-        return AVCOL_SPC_RGB;
-    case ColourMatrix::Bt601:
-        return AVCOL_SPC_SMPTE170M;
-    case ColourMatrix::Bt709:
-        return AVCOL_SPC_BT709;
-    case ColourMatrix::Bt2020:
-        return AVCOL_SPC_BT2020_NCL;
-    }
-    return AVCOL_SPC_UNSPECIFIED;
+    constexpr AVColorSpace kSpaces[] = {AVCOL_SPC_RGB, AVCOL_SPC_SMPTE170M, AVCOL_SPC_BT709,
+                                        AVCOL_SPC_BT2020_NCL};
+    return kSpaces[static_cast<std::size_t>(matrix)];
 }
 
 AVColorRange colourRange(ColourRange range) {
     return range == ColourRange::Full ? AVCOL_RANGE_JPEG : AVCOL_RANGE_MPEG;
 }
 
-PictureMaker::PictureMaker(const Orientation& orientation, bool isDepth, int threads,
-                           std::string subject)
+PictureMaker::PictureMaker(int orientation, bool isDepth, int threads, std::string subject)
     : orientation_(orientation), isDepth_(isDepth), threads_(threads),
       subject_(std::move(subject)) {}
 
@@ -256,11 +248,7 @@ void PictureMaker::prepare(const AVFrame& frame) {
     setColours(scaler_.get(), colour.matrix, full, colour.matrix, full || way_ != Way::Planes);
     if (way_ == Way::Planes) {
         weights_ = bgrWeights(colour.matrix, colour.range);
-        planes_ = newFrame();
-        planes_->format = target;
-        planes_->width = size.width;
-        planes_->height = size.height;
-        if (av_frame_get_buffer(planes_.get(), 0) < 0) checkMemory(nullptr);
+        planes_ = newFrame(target, size.width, size.height);
     }
     chromaLocation_ = frame.chroma_location;
     size_ = size;
@@ -311,21 +299,8 @@ void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
 
 void PictureMaker::make(const AVFrame& frame, cv::Mat& picture) {
     prepare(frame);
-    convert(frame, orientation_.isIdentity() ? picture : unturned_);
-    if (orientation_.isIdentity()) return;
-    if (!orientation_.transpose) {
-        const int how = orientation_.mirrorColumns && orientation_.mirrorRows ? -1
-                        : orientation_.mirrorColumns                          ? 1
-                                                                              : 0;
-        cv::flip(unturned_, picture, how);
-    } else if (orientation_.mirrorColumns != orientation_.mirrorRows) {
-        cv::rotate(unturned_, picture,
-                   orientation_.mirrorColumns ? cv::ROTATE_90_CLOCKWISE
-                                              : cv::ROTATE_90_COUNTERCLOCKWISE);
-    } else {
-        cv::transpose(unturned_, picture);
-        if (orientation_.mirrorColumns) cv::flip(picture, picture, -1);
-    }
+    convert(frame, orientation_ == 1 ? picture : unturned_);
+    if (orientation_ != 1) picture = upright(unturned_, orientation_);
 }
 
 FrameMaker::FrameMaker(AVPixelFormat format, cv::Size size, ColourMatrix matrix, ColourRange range,
@@ -345,13 +320,7 @@ AVFrame& FrameMaker::freeFrame() {
     for (const FramePtr& frame : frames_) {
         if (av_frame_is_writable(frame.get()) > 0) return *frame;
     }
-    FramePtr frame = newFrame();
-    frame->format = format_;
-    frame->width = size_.width;
-    frame->height = size_.height;
-    if (av_frame_get_buffer(frame.get(), 0) < 0) checkMemory(nullptr);
-    frames_.push_back(std::move(frame));
-    return *frames_.back();
+    return *frames_.emplace_back(newFrame(format_, size_.width, size_.height));
 }
 
 AVFrame& FrameMaker::make(const cv::Mat& picture) {

@@ -1,10 +1,11 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
-#include "media/colour_table.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/yuv_kernels.hpp"
 
+#include <array>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -12,31 +13,47 @@
 /// Conversion between FFmpeg's frames and cv::Mat.
 namespace altiro3D {
 
-/// Transformation of stored pictures to upright ones: transposed first, then mirrored.
-struct Orientation {
-    bool transpose = false;
-    bool mirrorColumns = false; ///< left to right
-    bool mirrorRows = false;    ///< top to bottom
+/// The curve that makes HDR video as bright as other video. Light up to 0.97 of white (203 cd/m²)
+/// stays, white becomes 0.985 of itself, and brighter light shares the rest up to 1000 cd/m².
+/// @param light in units of white, from 0 @return 0..1
+double videoToneMapped(double light);
 
-    bool isIdentity() const { return !transpose && !mirrorColumns && !mirrorRows; }
-    /// The equivalent clockwise rotation by 0, 90, 180 or 270 degrees; isMirrored() follows it.
-    int clockwiseDegrees() const;
-    /// Whether a left-right mirroring follows the rotation.
-    bool isMirrored() const { return transpose != (mirrorColumns != mirrorRows); }
+/// A table from the colours of a video to the primaries of sRGB. PQ and HLG are tone-mapped by
+/// videoToneMapped(), applied to the largest of red, green and blue. The system gamma of HLG counts
+/// for each of them, as in FFmpeg's zscale. The result has the curve of sRGB. Other video has the
+/// gamma 2.4 (BT.1886) and keeps it, so that greys stay as they are.
+class ColourTable {
+  public:
+    /// Keeps colours as they are.
+    ColourTable() = default;
+    /// @param primaries, transfer codes of H.273
+    ColourTable(int primaries, int transfer);
+
+    /// Converts a row. Reads 6 or 8 bytes per px and four entries of the table, which bound the
+    /// speed; writes 3.
+    ///
+    /// @param from blue, green, red and perhaps alpha, which composes the px over black
+    /// @param channels 3 or 4
+    /// @param to blue, green, red
+    void row(const std::uint16_t* from, int channels, int columns, std::uint8_t* to) const;
+
+  private:
+    /// Linear light of blue, green and red, which may leave 0..1; by blue, green and red. Empty:
+    /// colours stay.
+    std::vector<std::array<float, 3>> nodes_;
+    std::vector<float> encoded_; ///< By the root of light, 0..255.
 };
 
-/// The orientation nearest to a display matrix (nine numbers); upright if it is null.
-Orientation orientationOf(const std::int32_t* displayMatrix);
+/// Sets the rotation and mirroring nearest to a display matrix (nine numbers); none if it is null.
+void setRotation(VideoFacts& facts, const std::int32_t* displayMatrix);
+/// The orientation of the stored pictures for upright().
+int orientationOf(const VideoFacts& facts);
 
 /// The colour encoding of a frame or stream. Values that are not stated or unknown to FFmpeg are
 /// assumed from the number of rows. The numbers are those of FFmpeg's enumerations.
 VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primaries, int transfer,
                         int rows);
 
-/// Whether pictures are converted to sRGB: of wide gamut, HDR or linear light.
-bool isConverted(const VideoColour& stored);
-/// Whether the transfer curve is PQ or HLG.
-bool isHdr(const VideoColour& stored);
 /// The colour encoding of what PictureMaker makes, as if it were stored.
 VideoColour shownColour(const VideoColour& stored);
 
@@ -46,9 +63,9 @@ AVColorRange colourRange(ColourRange range);
 /// Converts decoded frames to upright pictures: sRGB, with transparent parts over black.
 class PictureMaker {
   public:
-    /// @param isDepth see VideoReaderOptions::isDepth
+    /// @param orientation see orientationOf() @param isDepth see VideoReaderOptions::isDepth
     /// @param subject name of the video, for errors
-    PictureMaker(const Orientation& orientation, bool isDepth, int threads, std::string subject);
+    PictureMaker(int orientation, bool isDepth, int threads, std::string subject);
 
     /// @param frame any software format
     /// @param picture [size of the frame, turned; CV_8UC3, BGR; of depth also CV_16UC1]
@@ -72,7 +89,7 @@ class PictureMaker {
     void convert(const AVFrame& frame, cv::Mat& picture);
     void scale(const AVFrame& frame, AVFrame& to);
 
-    Orientation orientation_;
+    int orientation_;
     bool isDepth_;
     int threads_;
     std::string subject_;

@@ -1,17 +1,19 @@
-#include "altiro3D/video_io.hpp"
-
 #include "altiro3D/error.hpp"
+#include "altiro3D/video_io.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/frame_decoder.hpp"
-#include "media/part_frames.hpp"
 #include "media/video_input.hpp"
 #include "media/video_packets.hpp"
 #include "media/video_picture.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
 #include <thread>
 
 namespace altiro3D {
@@ -20,11 +22,20 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using Kind = VideoInput::Kind;
+
+constexpr double kStepsBackSeconds[] = {0, 2, 10};
+constexpr double kFarSeconds = 2; // nearer frames are decoded, further ones sought
+constexpr std::int64_t kToTheEnd = std::numeric_limits<std::int64_t>::max();
 constexpr int kMaxThreads = 64;
 constexpr int kMaxThreadsByItself = 16; // default limit; more threads only need memory
 
-[[noreturn]] void fail(ErrorCode code, const std::string& subject, const std::string& problem) {
-    throw Error(code, subject, problem);
+std::int64_t durationOf(const AVFrame& frame) {
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(57, 30, 100)
+    return frame.duration;
+#else
+    return frame.pkt_duration;
+#endif
 }
 
 VideoReaderOptions complete(VideoReaderOptions options) {
@@ -34,114 +45,269 @@ VideoReaderOptions complete(VideoReaderOptions options) {
     return options;
 }
 
-VideoInput openQuietly(const fs::path& path, const VideoReaderOptions& options) {
-    quietFfmpeg();
-    return openVideoInput(path, options);
-}
-
-std::optional<Deinterlacer> deinterlacerOf(const VideoInput& input,
-                                           const VideoReaderOptions& options) {
-    if (!options.deinterlace) return std::nullopt;
-    return Deinterlacer(input.stream->time_base, options.threads, input.subject);
-}
-
 } // namespace
 
 void validate(const VideoReaderOptions& options) {
-    if (!(options.from >= 0) || !(options.from < 1e9)) {
-        fail(ErrorCode::InvalidArgument, "from",
-             "is " + numberText(options.from) + " s, expected 0 or more, less than 1e9 s");
-    }
-    if (!(options.to > options.from)) {
-        fail(ErrorCode::InvalidArgument, "to",
-             "is " + numberText(options.to) + " s, expected more than from, " +
-                 numberText(options.from) + " s");
-    }
-    if (options.threads < 0 || options.threads > kMaxThreads) {
-        fail(ErrorCode::InvalidArgument, "threads",
-             "is " + std::to_string(options.threads) + ", expected 0.." +
-                 std::to_string(kMaxThreads));
-    }
+    check(options.from >= 0 && options.from < 1e9, "from",
+          "is " + numberText(options.from) + " s, expected 0 or more, less than 1e9 s");
+    check(options.to > options.from, "to",
+          "is " + numberText(options.to) + " s, expected more than from, " +
+              numberText(options.from) + " s");
+    check(options.threads >= 0 && options.threads <= kMaxThreads, "threads",
+          "is " + std::to_string(options.threads) + ", expected 0.." + std::to_string(kMaxThreads));
 }
 
-// Packets are decoded to frames; the frames of the part are converted to pictures.
+// Packets are decoded to frames; those of the part are converted to pictures. Finds the beginning
+// of the part, skips, and stops at its end.
 struct VideoReader::Impl {
-    Impl(const fs::path& givenPath, const VideoReaderOptions& complete)
-        : Impl(givenPath, complete, openQuietly(givenPath, complete)) {}
-    Impl(const fs::path& givenPath, const VideoReaderOptions& complete, VideoInput input);
+    Impl(const fs::path& givenPath, const VideoReaderOptions& complete);
 
     std::int64_t framesBefore();
     bool read(VideoFrame& frame);
-    Fraction aspectOf(const AVFrame& picture) const;
+    void skipTo(std::int64_t pts);
+    bool pass(std::int64_t until);
 
     fs::path path;
     VideoReaderOptions options;
-    std::string subject; // its name, for errors
-    VideoInput::Kind kind;
-    VideoFacts facts;
-    Notes remarks;    // of opening it
-    std::string eyes; // see eyesText()
+    VideoInput input;
     VideoReadCounts counts;
     VideoPackets packets;
     FrameDecoder decoder;
-    PartFrames part;
     PictureMaker pictures;
     bool isReshaped = false; // a frame has another size or shape of px than the first
 
   private:
+    bool next(VideoFrame& frame);
+    void begin(bool maySeek);
+    bool seekToPart();
+    bool decodeUpToPart();
+    void goTo(std::int64_t goal);
+    bool seek(std::optional<std::int64_t> target);
+    void end();
+    Fraction aspectOf(const AVFrame& picture) const;
+
+    // in the unit of the stream, s; the position of the part in the time of the file
+    double unit_;
+    std::int64_t fromPts_;
+    std::int64_t toPts_;
+    std::int64_t originPts_; // the time that counts as 0
+
+    DecodedFrame current_; // the next one to return
+    DecodedFrame ahead_;   // after next(): the one that it returned
+    bool hasCurrent_ = false;
+    bool begun_ = false;
+    bool ended_ = false;
+    bool pastEnd_ = false;          // at the end of the part
+    std::int64_t passedFrames_ = 0; // decoded before the part
     std::optional<std::int64_t> framesBefore_;
 };
 
-VideoReader::Impl::Impl(const fs::path& givenPath, const VideoReaderOptions& complete,
-                        VideoInput input)
-    : path(givenPath), options(complete), subject(input.subject), kind(input.kind),
-      facts(input.facts), remarks(input.notes), eyes(input.eyes), packets(input, options, counts),
-      decoder(std::move(input.decoder), packets,
-              FrameTimes(facts, input.stream->time_base, input.startPts, counts),
-              deinterlacerOf(input, options), counts),
-      part(input, options, packets, decoder, counts),
-      pictures(input.orientation, options.isDepth, options.threads, subject) {}
+VideoReader::Impl::Impl(const fs::path& givenPath, const VideoReaderOptions& complete)
+    : path(givenPath), options(complete), input(openVideoInput(path, options)),
+      packets(input, options, counts), decoder(input, options, packets, counts),
+      pictures(orientationOf(input.facts), options.isDepth, options.threads, input.subject),
+      unit_(av_q2d(input.stream->time_base)),
+      fromPts_(input.startPts + std::llround(options.from / unit_)),
+      toPts_(options.to < 1e9 ? input.startPts + std::llround(options.to / unit_) : kToTheEnd),
+      originPts_(options.from > 0 ? fromPts_ : input.startPts) {}
+
+// Seeks to the last key frame before a time, or to the beginning.
+bool VideoReader::Impl::seek(std::optional<std::int64_t> target) {
+    if (!(target ? packets.seek(*target) : packets.seekToStart())) return false;
+    decoder.restart();
+    counts = {};
+    return true;
+}
+
+void VideoReader::Impl::begin(bool maySeek) {
+    begun_ = true;
+    packets.begin();
+    // A bare stream has no times, so seeking in it is not possible.
+    const bool seeks =
+        maySeek && input.kind == Kind::File && input.format->start_time != AV_NOPTS_VALUE;
+    bool found = fromPts_ > input.startPts && seeks && seekToPart();
+    while (found && ahead_.pts < fromPts_)
+        found = decoder.decode(ahead_);
+    if (!found) found = decodeUpToPart();
+    if (found && ahead_.pts >= toPts_) {
+        pastEnd_ = true;
+        found = false;
+    }
+    if (found) originPts_ = std::min(originPts_, ahead_.pts);
+    packets.others()->setRange(
+        originPts_, toPts_ == kToTheEnd ? std::nullopt : std::optional<std::int64_t>(toPts_),
+        input.stream->time_base, options.from > 0);
+    hasCurrent_ = found;
+    if (found) std::swap(current_, ahead_);
+}
+
+// Decodes a frame (ahead_) at the beginning of the part or before it. False: decode everything from
+// the current position.
+bool VideoReader::Impl::seekToPart() {
+    bool found = false;
+    // A container may seek past the requested frame; then the search starts further back.
+    for (const double back : kStepsBackSeconds) {
+        const auto ticks = static_cast<std::int64_t>(std::ceil(back / unit_));
+        if (!seek(std::max(input.startPts, fromPts_ - ticks))) break;
+        found = decoder.decode(ahead_);
+        if (found && ahead_.pts <= fromPts_) return true;
+        if (static_cast<double>(fromPts_ - input.startPts) * unit_ <= back) break; // from the start
+    }
+    // The last resort: decode everything from the start.
+    if (seek(std::nullopt)) return false;
+    if (found) {
+        throw Error(ErrorCode::ReadFailed, input.subject,
+                    "cannot seek to " + numberText(options.from) +
+                        " s, expected a file with an index");
+    }
+    return false;
+}
+
+// Decodes from the current position up to the first frame of the part (ahead_).
+bool VideoReader::Impl::decodeUpToPart() {
+    for (;; ++passedFrames_) {
+        if (!decoder.decode(ahead_)) return false;
+        if (options.from <= 0 || ahead_.pts >= fromPts_) return true;
+    }
+}
 
 // Counts packets if each holds one frame, which is fast; else decodes from the start.
 std::int64_t VideoReader::Impl::framesBefore() {
     if (framesBefore_) return *framesBefore_;
-    check(!part.hasBegun(), "framesBefore", "comes after the first frame");
+    check(!begun_, "framesBefore", "comes after the first frame");
     std::error_code error;
     if (options.from <= 0) {
         framesBefore_ = 0;
-    } else if (kind == VideoInput::Kind::File && fs::is_regular_file(path, error)) {
+    } else if (input.kind == Kind::File && fs::is_regular_file(path, error)) {
         framesBefore_ = countPackets(path, options, options.from);
     }
-    if (!framesBefore_) framesBefore_ = part.countBefore();
+    if (!framesBefore_) {
+        begin(false);
+        framesBefore_ = passedFrames_;
+    }
     return *framesBefore_;
+}
+
+// The next frame of the part without its picture, which is in `ahead_`. False at the end.
+bool VideoReader::Impl::next(VideoFrame& frame) {
+    if (!begun_) {
+        begin(true);
+    } else if (input.facts.isLive && !ended_ &&
+               !hasCurrent_) { // waits for the next picture only now
+        hasCurrent_ = decoder.decode(current_) && current_.pts < toPts_;
+    }
+    if (!hasCurrent_) {
+        if (ended_) return false;
+        if (!decoder.times().hasBegun() && counts.corrupt > 0 && !pastEnd_) {
+            ended_ = true;
+            throw Error(ErrorCode::BadFormat, input.subject,
+                        "holds " + input.facts.codec +
+                            " video of which not one frame can be decoded");
+        }
+        end();
+        return false;
+    }
+    frame.pts = current_.pts - originPts_;
+    const std::int64_t stated = durationOf(*current_.frame);
+    frame.duration = isNear(stated) ? stated : 0;
+    bool hasNext = false;
+    if (!input.facts.isLive) { // the time of the next frame is the end of this one
+        hasNext = decoder.decode(ahead_);
+        if (hasNext) {
+            frame.duration = ahead_.pts - current_.pts;
+        } else if (frame.duration <= 0) {
+            frame.duration = decoder.times().frameDuration();
+        }
+        if (hasNext && ahead_.pts >= toPts_) {
+            pastEnd_ = true;
+            hasNext = false;
+        }
+    }
+    std::swap(current_, ahead_);
+    hasCurrent_ = hasNext;
+    return true;
+}
+
+void VideoReader::Impl::end() {
+    ended_ = true;
+    if (pastEnd_) packets.drainOthers(toPts_);
+    packets.others()->end();
+}
+
+void VideoReader::Impl::skipTo(std::int64_t pts) {
+    if (!begun_) begin(true);
+    const std::int64_t goal = originPts_ + std::clamp(pts, -kFarthestTime, kFarthestTime);
+    if (hasCurrent_) goTo(goal);
+    if (hasCurrent_ && current_.pts >= toPts_) {
+        pastEnd_ = true;
+        hasCurrent_ = false;
+    }
+}
+
+// Decodes up to the first frame at or after that time, in the part or after it. Distant frames are
+// reached by seeking.
+void VideoReader::Impl::goTo(std::int64_t goal) {
+    const auto far = static_cast<std::int64_t>(kFarSeconds / unit_);
+    const bool needsBefore = decoder.deinterlaces(); // the frame depends on the one before
+    if (input.hasFixedTimes() && goal - current_.pts > far &&
+        seek(needsBefore ? goal - far : goal)) {
+        // Repaired times are not the same after a seek, so everything is read.
+        bool before = false;
+        while ((hasCurrent_ = decoder.decode(current_)) && current_.pts < goal)
+            before = true;
+        if (hasCurrent_ && current_.pts == goal && (before || !needsBefore)) return;
+        if (!hasCurrent_ && before && counts.repairedTimes == 0) return; // the video ends earlier
+        hasCurrent_ = seek(std::nullopt) && decoder.decode(current_);
+    }
+    while (hasCurrent_ && current_.pts < goal)
+        hasCurrent_ = decoder.decode(current_);
+}
+
+bool VideoReader::Impl::pass(std::int64_t until) {
+    if (!begun_) begin(true);
+    if (ended_) return false;
+    bool more = !pastEnd_;
+    while (more && packets.read()) {
+        if (!packets.isOfPictures()) {
+            packets.keep();
+            continue;
+        }
+        const std::int64_t time = packets.time();
+        if (!isNear(time)) continue;
+        if (time >= toPts_) {
+            pastEnd_ = true;
+            more = false;
+        } else if (time - originPts_ > until) {
+            return true;
+        }
+    }
+    end();
+    return false;
 }
 
 Fraction VideoReader::Impl::aspectOf(const AVFrame& picture) const {
     // A container's statement goes first, as in FFmpeg's tools.
-    const AVRational stated = packets.stream().sample_aspect_ratio;
+    const AVRational stated = input.stream->sample_aspect_ratio;
     const Fraction aspect = fraction(stated.num > 0 ? stated : picture.sample_aspect_ratio);
     constexpr double kMost = 16; // other values are damage
     if (!aspect.isKnown() || aspect.value() > kMost || aspect.value() * kMost < 1)
-        return facts.sampleAspect;
-    return facts.rotationDegrees % 180 != 0 ? Fraction{aspect.denominator, aspect.numerator}
-                                            : aspect;
+        return input.facts.sampleAspect;
+    return input.facts.rotationDegrees % 180 != 0 ? Fraction{aspect.denominator, aspect.numerator}
+                                                  : aspect;
 }
 
 bool VideoReader::Impl::read(VideoFrame& frame) {
-    PartFrames::Frame next;
-    if (!part.next(next)) return false;
+    if (!next(frame)) return false;
+    AVFrame& decoded = *ahead_.frame;
     frame.picture.release();
-    const AVFrameSideData* const stereo =
-        av_frame_get_side_data(next.picture, AV_FRAME_DATA_STEREO3D);
-    if (eyes.empty() && stereo != nullptr)
-        eyes = eyesText(reinterpret_cast<const AVStereo3D*>(stereo->data));
-    pictures.make(*next.picture, frame.picture);
-    frame.sampleAspect = aspectOf(*next.picture);
-    isReshaped = isReshaped || frame.picture.size() != facts.size ||
-                 std::abs(frame.sampleAspect.value() / facts.sampleAspect.value() - 1) > 1e-3;
-    part.release();
-    frame.pts = next.pts;
-    frame.duration = next.duration;
+    const AVFrameSideData* const stereo = av_frame_get_side_data(&decoded, AV_FRAME_DATA_STEREO3D);
+    if (input.eyes.empty() && stereo != nullptr)
+        input.eyes = eyesText(reinterpret_cast<const AVStereo3D*>(stereo->data));
+    pictures.make(decoded, frame.picture);
+    frame.sampleAspect = aspectOf(decoded);
+    isReshaped = isReshaped || frame.picture.size() != input.facts.size ||
+                 std::abs(frame.sampleAspect.value() / input.facts.sampleAspect.value() - 1) > 1e-3;
+    av_frame_unref(&decoded);
     ++counts.frames;
     return true;
 }
@@ -153,7 +319,7 @@ VideoReader::VideoReader(VideoReader&&) noexcept = default;
 VideoReader& VideoReader::operator=(VideoReader&&) noexcept = default;
 
 const VideoFacts& VideoReader::facts() const {
-    return impl_->facts;
+    return impl_->input.facts;
 }
 
 const VideoReadCounts& VideoReader::counts() const {
@@ -175,18 +341,18 @@ std::int64_t VideoReader::framesBefore() {
 }
 
 void VideoReader::skipTo(std::int64_t pts) {
-    impl_->part.skipTo(pts);
+    impl_->skipTo(pts);
 }
 
 bool VideoReader::pass(std::int64_t until) {
-    return impl_->part.pass(until);
+    return impl_->pass(until);
 }
 
 Notes VideoReader::notes() const {
     const Impl& impl = *impl_;
     Notes notes;
     const auto note = [&](NoteCode code, const std::string& text) {
-        notes.push_back({code, impl.subject + ": " + text});
+        notes.push_back({code, impl.input.subject + ": " + text});
     };
     if (const auto truncation = impl.packets.truncation()) note(NoteCode::CutOff, *truncation);
     if (impl.counts.corrupt > 0) {
@@ -208,11 +374,11 @@ Notes VideoReader::notes() const {
     if (impl.isReshaped)
         note(NoteCode::Converted,
              "the shape of its frames changes; each is fitted in its own shape");
-    if (!impl.eyes.empty()) {
-        note(NoteCode::Doubtful, "holds the pictures of both eyes (" + impl.eyes +
+    if (!impl.input.eyes.empty()) {
+        note(NoteCode::Doubtful, "holds the pictures of both eyes (" + impl.input.eyes +
                                      "), which become one flat scene; expected those of one eye");
     }
-    notes.insert(notes.end(), impl.remarks.begin(), impl.remarks.end());
+    notes.insert(notes.end(), impl.input.notes.begin(), impl.input.notes.end());
     if (const int transfer = impl.pictures.hdrTransfer(); transfer != 0) {
         note(NoteCode::Converted, std::string("is HDR (") +
                                       (transfer == AVCOL_TRC_SMPTE2084 ? "PQ" : "HLG") +

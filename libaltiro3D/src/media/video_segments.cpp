@@ -23,24 +23,7 @@ constexpr std::int64_t kToTheEnd = std::numeric_limits<std::int64_t>::max(); // 
 
 // A container that holds the codec and keeps times exactly, but for Matroska, which keeps ms.
 const char* segmentExtension(VideoCodec codec) {
-    switch (codec) {
-    case VideoCodec::Ffv1:
-        return ".mkv";
-    case VideoCodec::ProRes:
-        return ".mov";
-    default:
-        return ".mp4";
-    }
-}
-
-std::uintmax_t sizeOf(const fs::path& file) {
-    std::error_code error;
-    const std::uintmax_t bytes = fs::file_size(file, error);
-    if (error) {
-        throw Error(ErrorCode::WriteFailed, file.string(),
-                    "cannot be examined: " + error.message() + ", expected a whole segment");
-    }
-    return bytes;
+    return codec == VideoCodec::Ffv1 ? ".mkv" : codec == VideoCodec::ProRes ? ".mov" : ".mp4";
 }
 
 // The packets of one segment, in the order in which they are decoded.
@@ -145,7 +128,12 @@ bool SegmentWriter::write(const VideoFrame& frame) {
 VideoSegment SegmentWriter::end() {
     writer_->finish();
     writer_.reset();
-    current_.bytes = sizeOf(current_.file);
+    std::error_code error;
+    current_.bytes = fs::file_size(current_.file, error);
+    if (error) {
+        throw Error(ErrorCode::WriteFailed, current_.file.string(),
+                    "cannot be examined: " + error.message() + ", expected a whole segment");
+    }
     current_.reorderedPlaces = reorderedPlaces(timesShown(current_.file));
     earliest_ = current_.end;
     ++number_;
@@ -206,11 +194,7 @@ bool SegmentJoiner::join(const fs::path& path, const VideoWriterOptions& options
         std::sort(shown.begin(), shown.end());
         if (!begun) {
             begun = true;
-            const ParametersPtr parameters(avcodec_parameters_alloc());
-            checkMemory(parameters.get());
-            if (avcodec_parameters_copy(parameters.get(), reader.stream().codecpar) < 0) {
-                checkMemory(nullptr);
-            }
+            const ParametersPtr parameters = copyOf(*reader.stream().codecpar);
             if (container.isMatroska()) parameters->codec_tag = 0;
             Notes known; // from the beginning
             container.open(*parameters, options, others, known);

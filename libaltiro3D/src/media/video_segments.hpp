@@ -36,9 +36,7 @@ std::string numberedName(std::size_t number, const std::string& ending);
 class SegmentWriter {
   public:
     /// @param directory exists; receives the files
-    /// @param options of the encoder
-    /// @param segmentFrames frames of a segment
-    /// @param number number of the first segment, from 0
+    /// @param number of the first segment, from 0
     /// @param earliest lowest time that the first frame may have
     SegmentWriter(std::filesystem::path directory, VideoWriterOptions options, int segmentFrames,
                   std::size_t number = 0, std::int64_t earliest = 0);
@@ -70,8 +68,6 @@ class SegmentWriter {
 class SegmentJoiner {
   public:
     /// Joins without encoding again.
-    ///
-    /// @param path the file to make
     /// @param options of the encoder and the file; `timeBase` is that of the segments' times
     /// @param segments in order, at least one
     /// @param source a new reader of the source video, which supplies sound and the other streams;

@@ -32,35 +32,19 @@ constexpr int kMaxThreads = 64;
 constexpr int kLinesOfHighDefinition = 720;
 constexpr int kSlicesOfFfv1 = 16; // fixed, so the bytes do not depend on the threads
 
-const char* encoderName(VideoCodec codec) {
-    switch (codec) {
-    case VideoCodec::H264:
-        return "libx264";
-    case VideoCodec::H264Rgb:
-        return "libx264rgb";
-    case VideoCodec::Hevc:
-        return "libx265";
-    case VideoCodec::Ffv1:
-        return "ffv1";
-    case VideoCodec::ProRes:
-        return "prores_ks";
-    }
-    return "";
-}
+// In the order of VideoCodec.
+constexpr struct {
+    const char* encoder;
+    AVPixelFormat format;
+} kCodecs[] = {{"libx264", AV_PIX_FMT_YUV444P},
+               {"libx264rgb", AV_PIX_FMT_BGR24},
+               {"libx265", AV_PIX_FMT_YUV444P},
+               {"ffv1", AV_PIX_FMT_BGR0},
+               {"prores_ks", AV_PIX_FMT_YUV444P10}};
 
 AVPixelFormat pixelFormat(const VideoWriterOptions& options) {
-    switch (options.codec) {
-    case VideoCodec::H264:
-    case VideoCodec::Hevc:
-        return options.compatible ? AV_PIX_FMT_YUV420P : AV_PIX_FMT_YUV444P;
-    case VideoCodec::H264Rgb:
-        return AV_PIX_FMT_BGR24;
-    case VideoCodec::Ffv1:
-        return AV_PIX_FMT_BGR0;
-    case VideoCodec::ProRes:
-        return AV_PIX_FMT_YUV444P10;
-    }
-    return AV_PIX_FMT_NONE;
+    return options.compatible ? AV_PIX_FMT_YUV420P
+                              : kCodecs[static_cast<std::size_t>(options.codec)].format;
 }
 
 bool isRgb(AVPixelFormat format) {
@@ -148,13 +132,10 @@ std::string x265Params(const VideoWriterOptions& options, int threads) {
     return isExact(options) ? params + ":psy-rd=0:psy-rdoq=0" : params;
 }
 
-std::string fractionText(const Fraction& ratio) {
-    return std::to_string(ratio.numerator) + "/" + std::to_string(ratio.denominator);
-}
-
 void checkPositive(const Fraction& ratio, const char* field, bool mayBeUnknown) {
     check(ratio.isKnown() || (mayBeUnknown && ratio.numerator == 0 && ratio.denominator > 0), field,
-          "is " + fractionText(ratio) + ", expected more than 0");
+          "is " + std::to_string(ratio.numerator) + "/" + std::to_string(ratio.denominator) +
+              ", expected more than 0");
 }
 
 } // namespace
@@ -244,9 +225,7 @@ VideoWriter::Impl::Impl(const fs::path& path, const VideoWriterOptions& given,
     openEncoder();
     const ParametersPtr parameters(avcodec_parameters_alloc());
     checkMemory(parameters.get());
-    if (avcodec_parameters_from_context(parameters.get(), encoder_.get()) < 0) {
-        checkMemory(nullptr);
-    }
+    checkRoom(avcodec_parameters_from_context(parameters.get(), encoder_.get()));
     container_.open(*parameters, options_, source, notes);
 }
 
@@ -282,7 +261,7 @@ std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
 }
 
 void VideoWriter::Impl::openEncoder() {
-    const char* const name = encoderName(options_.codec);
+    const char* const name = kCodecs[static_cast<std::size_t>(options_.codec)].encoder;
     const AVCodec* const codec = avcodec_find_encoder_by_name(name);
     if (codec == nullptr) {
         throw Error(ErrorCode::Unsupported, "codec",
@@ -310,9 +289,8 @@ void VideoWriter::Impl::openEncoder() {
         options_.threads > 0 ? options_.threads : std::clamp(processors, 1, kMaxThreads);
     encoder.thread_count = threads;
     encoder.flags |= AV_CODEC_FLAG_BITEXACT;
-    if ((container_.kind().flags & AVFMT_GLOBALHEADER) != 0) {
+    if ((container_.kind().flags & AVFMT_GLOBALHEADER) != 0)
         encoder.flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
-    }
 
     const auto [matrix, range] = setColours();
     Dictionary settings;

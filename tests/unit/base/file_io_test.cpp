@@ -1,7 +1,7 @@
 #include "altiro3D/file_io.hpp"
 
 #include "altiro3D/error.hpp"
-#include "media/part_file.hpp"
+#include "media/video_container.hpp"
 #include "support/child.hpp"
 #include "support/files.hpp"
 

@@ -1,8 +1,7 @@
-#include "media/colour_table.hpp"
+#include "media/video_picture.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_io.hpp"
-#include "media/video_picture.hpp"
 #include "support/files.hpp"
 #include "support/reference.hpp"
 #include "support/video.hpp"

@@ -246,8 +246,9 @@ TEST(Orientation, EachDisplayMatrixTurnsAsItSays) {
                              {0, one, one, 0},  {0, -one, -one, 0}};
     for (const auto& [a, b, c, d] : cases) {
         const std::int32_t matrix[9] = {a, b, 0, c, d, 0, 0, 0, 1 << 30};
-        const Orientation orientation = orientationOf(matrix);
-        PictureMaker maker(orientation, false, 1, "picture");
+        VideoFacts facts;
+        setRotation(facts, matrix);
+        PictureMaker maker(orientationOf(facts), false, 1, "picture");
         const FramePtr frame = newFrame();
         frame->format = AV_PIX_FMT_BGR24;
         frame->width = picture.cols;

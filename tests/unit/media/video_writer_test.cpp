@@ -5,6 +5,7 @@
 #include "media/other_streams.hpp"
 #include "media/video_container.hpp"
 #include "media/video_input.hpp"
+#include "media/video_packets.hpp"
 #include "support/child.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"

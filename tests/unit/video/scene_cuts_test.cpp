@@ -3,11 +3,7 @@
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
-#include "video/motion/motion_field.hpp"
-#include "video/motion/motion_metrics.hpp"
-#include "video/motion/motion_search.hpp"
-#include "video/motion/picture_tracker.hpp"
-#include "video/motion/small_image.hpp"
+#include "video/motion/motion.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -545,15 +545,15 @@ TEST_F(VideoConverterTest, ADamagedStateIsRefused) {
     constexpr std::size_t kWord = sizeof(double);
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     constexpr double kLarge[] = {1e300, -1e300, kNaN, 10001};
-    for (std::size_t fromEnd = 1; fromEnd <= 11; ++fromEnd) {
-        if (fromEnd == 5) continue; // a flag
+    for (std::size_t word = 3; word < 15; ++word) { // the first two are a size, the third a flag
+        if (word == 10) continue;                   // a flag
         for (const double value : kLarge) {
             std::string bad = good;
-            std::memcpy(&bad[bad.size() - fromEnd * kWord], &value, kWord);
+            std::memcpy(&bad[word * kWord], &value, kWord);
             spill(file, bad);
             EXPECT_EQ(errorOf([&] { VideoConverter(of(UnfinishedRun::Resume)).run(); }),
                       "state: is damaged, expected the state of an earlier run")
-                << fromEnd << " " << value;
+                << word << " " << value;
         }
     }
     for (const std::size_t size : {std::size_t{1}, 5 * kWord, 12 * kWord, 13 * kWord}) {

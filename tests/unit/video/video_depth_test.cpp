@@ -97,11 +97,6 @@ TEST(VideoDepth, OptionsNameFieldValueAndRange) {
               "steadiness: is 1, expected 0..0.99");
     EXPECT_EQ(errorOf([] { VideoDepth(nullptr, DepthKind::Metric); }),
               "estimator: is empty, expected a function");
-    const VideoDepth video([](const cv::Mat&, cv::Mat&) {}, DepthKind::Metric, {7, 40, 0.25, 0.5});
-    EXPECT_EQ(video.options().every, 7);
-    EXPECT_EQ(video.options().longestGap, 40);
-    EXPECT_EQ(video.options().maxChangedShare, 0.25);
-    EXPECT_EQ(video.options().steadiness, 0.5);
 }
 
 TEST(VideoDepth, AScenesFirstDepthIsThatOfItsPictureAlone) {

@@ -5,11 +5,9 @@
 #include "base/posix_file.hpp"
 
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <fcntl.h>
-#include <string>
-#include <string_view>
+#include <regex>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <system_error>
@@ -22,46 +20,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view kAside = "-old";
+constexpr const char* kAside = "-old";
 constexpr auto kBetweenSigns = std::chrono::minutes(1);
 constexpr auto kLongest = std::chrono::hours(1);
-
-// The number after the last '-', which is cut off with it. -1: there is none.
-long long takeNumber(std::string_view& text) {
-    const std::size_t dash = text.rfind('-');
-    if (dash == std::string_view::npos) return -1;
-    const std::string_view digits = text.substr(dash + 1);
-    long long number = -1;
-    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (read.ec != std::errc() || read.ptr != digits.data() + digits.size() || number < 0)
-        return -1;
-    text = text.substr(0, dash);
-    return number;
-}
-
-// What the name of a work folder states.
-struct WorkName {
-    bool isWork = false;
-    std::string_view target;
-    std::string_view host;
-    long long process = 0;
-};
-
-WorkName nameOf(std::string_view text) {
-    WorkName name;
-    if (text.size() > kAside.size() && text.substr(text.size() - kAside.size()) == kAside)
-        text.remove_suffix(kAside.size());
-    const std::size_t dot = text.find('.');
-    if (dot == std::string_view::npos) return name;
-    name.target = text.substr(0, dot);
-    name.host = text.substr(dot + 1);
-    const long long time = takeNumber(name.host);
-    name.process = takeNumber(name.host);
-    const bool isNumber = name.target.find_first_not_of("0123456789") == std::string_view::npos;
-    const bool isOurs = (isNumber && !name.target.empty()) || name.target == "join";
-    name.isWork = isOurs && time >= 0 && name.process > 0 && !name.host.empty();
-    return name;
-}
 
 bool isRunning(long long process) {
     const auto number = static_cast<pid_t>(process);
@@ -119,14 +80,17 @@ void WorkFolder::removeStale(const std::string& target) const {
     const auto now = fs::last_write_time(path_, error);
     if (error) return;
     const std::string host = hostName();
+    static const std::regex kName("([0-9]+|join)\\.(.+)-([1-9][0-9]{0,17})-[0-9]{1,19}(-old)?");
     std::vector<fs::path> stale;
     for (fs::directory_iterator entry(target_.parent_path(), error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string text = entry->path().filename().string();
-        const WorkName name = nameOf(text);
-        if (!name.isWork || (!target.empty() && name.target != target)) continue;
+        std::smatch name;
+        if (!std::regex_match(text, name, kName) || (!target.empty() && name[1] != target))
+            continue;
         std::error_code failure;
-        const bool isKilled = name.host == host && host != "unknown" && !isRunning(name.process);
+        const bool isKilled =
+            name[2] == host && host != "unknown" && !isRunning(std::stoll(name[3]));
         const auto shown = fs::last_write_time(entry->path(), failure);
         if (isKilled || (!failure && now - shown > kLongest)) stale.push_back(entry->path());
     }

@@ -2,21 +2,23 @@
 
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
-#include "media/run_settings.hpp"
 #include "media/video_picture.hpp"
-#include "video/conversion/conversion_stamp.hpp"
-#include "video/conversion/given_depth.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <filesystem>
+#include <cstdio>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 namespace altiro3D {
 
 namespace {
+
+constexpr double kSegmentSeconds = 6; // what an interrupted run loses; encoders start slowly
+constexpr int kMinSegmentFrames = 12;
+constexpr int kMaxSegmentFrames = 600;
+constexpr int kUsualSegmentFrames = 180;
 
 std::string nameOf(const std::filesystem::path& input) {
     return input == "-" ? "standard input" : input.string();
@@ -62,6 +64,16 @@ void checkFields(const VideoConversion& conversion) {
                 "viewAspect", conversion.viewAspect, "0.01..100, or 0");
 }
 
+// A range is made by several runs, which read the input again.
+void requireFileInput(const VideoConversion& conversion) {
+    check(!conversion.show, "show", "is set, expected an output");
+    std::error_code error;
+    if (std::filesystem::exists(conversion.input, error) && !canReadAgain(conversion.input)) {
+        throw Error(ErrorCode::InvalidArgument, conversion.input.string(),
+                    "can be read only once, expected a file");
+    }
+}
+
 // Empty if no picture is made for a display.
 VideoTarget targetOf(const VideoConversion& conversion) {
     VideoTarget target;
@@ -104,8 +116,20 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
 
 } // namespace
 
+int segmentFramesFor(const Fraction& rate) {
+    if (!rate.isKnown()) return kUsualSegmentFrames;
+    return static_cast<int>(std::clamp<double>(std::round(rate.value() * kSegmentSeconds),
+                                               kMinSegmentFrames, kMaxSegmentFrames));
+}
+
+bool canReadAgain(const std::filesystem::path& input) {
+    std::error_code error;
+    return std::filesystem::is_regular_file(input, error);
+}
+
 ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> range)
     : conversion(std::move(given)), range_(std::move(range)) {
+    if (range_) requireFileInput(conversion);
     checkFields(conversion);
     const VideoTarget target = targetOf(conversion);
     reader = conversion.reader ? std::move(conversion.reader)
@@ -130,12 +154,11 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
     encoding = encodingOf(conversion, facts, renderer->size());
     if (range_) {
         encoding.colour = encoding.colour ? encoding.colour : shownColour(facts.colour);
-        sink.emplace(*range_, encoding);
         progress.framesInAll = range_->frames;
+        openOutput();
         return;
     }
-    if (!conversion.show) sink.emplace(conversion, encoding, stamp, *reader);
-
+    openOutput();
     if (facts.duration)
         progress.length = std::min(*facts.duration, conversion.part.to) - conversion.part.from;
     const bool whole = conversion.part.from <= 0 && !std::isfinite(conversion.part.to);
@@ -144,10 +167,33 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
     } else if (progress.length.value_or(0) > 0 && facts.averageRate.isKnown()) {
         progress.framesInAll = std::llround(*progress.length * facts.averageRate.value());
     }
-    if (!sink) return;
-    const KeptVideo kept = sink->kept();
-    progress.frames = progress.keptFrames = kept.frames;
-    if (kept.frames > 0) progress.end = seconds(kept.nextPts);
+    progress.frames = progress.keptFrames = kept_.frames;
+    if (kept_.frames > 0) progress.end = seconds(kept_.nextPts);
+}
+
+void ConversionRun::openOutput() {
+    if (range_) {
+        chunk_.emplace(range_->directory, encoding, range_->segmentFrames,
+                       static_cast<std::size_t>(range_->first / range_->segmentFrames));
+        kept_ = {range_->begin, range_->beginPts, range_->state};
+    } else if (!conversion.show && !canReadAgain(conversion.input)) {
+        plain_.emplace(conversion.output, encoding, reader.get());
+    } else if (!conversion.show) {
+        if (conversion.unfinished == UnfinishedRun::Discard)
+            discardUnfinishedVideo(conversion.output);
+        VideoReader probe(conversion.input, conversion.part);
+        segments_.emplace(conversion.output, encoding,
+                          ResumableVideoOptions{segmentFramesFor(encoding.frameRate),
+                                                conversion.unfinished == UnfinishedRun::Resume,
+                                                stamp},
+                          &probe);
+        kept_ = segments_->kept();
+    }
+}
+
+const Notes& ConversionRun::notes() const {
+    static const Notes kNone;
+    return segments_ ? segments_->notes() : plain_ ? plain_->notes() : kNone;
 }
 
 // The caller holds the mutex.
@@ -165,7 +211,7 @@ bool ConversionRun::read(PipelineFrame& frame) {
     if (range_ && number >= range_->end()) return false;
     if (!reader->read(frame.source)) return false;
     frame.number = number;
-    if (!sink && !reader->facts().isLive) waitUntilDue(frame.source);
+    if (conversion.show && !reader->facts().isLive) waitUntilDue(frame.source);
     return true;
 }
 
@@ -174,6 +220,23 @@ void ConversionRun::waitUntilDue(const VideoFrame& frame) {
     if (!start_) start_ = now;
     const std::chrono::duration<double> time(seconds(frame.pts));
     std::this_thread::sleep_until(*start_ + std::chrono::duration_cast<Clock::duration>(time));
+}
+
+// Whether PipelineFrame::state must hold the state after that frame.
+bool ConversionRun::wantsState(std::int64_t frame) const {
+    if (segments_) return segments_->endsSegment(frame);
+    return range_ && range_->borders.count(frame + 1) > 0;
+}
+
+void ConversionRun::write(const PipelineFrame& frame) {
+    if (isBefore(frame)) return;
+    if (chunk_) {
+        if (chunk_->write(frame.result)) chunkSegments_.push_back(chunk_->end());
+    } else if (segments_) {
+        segments_->write(frame.result, frame.state);
+    } else {
+        plain_->write(frame.result);
+    }
 }
 
 void ConversionRun::count(const PipelineFrame& frame) {
@@ -192,8 +255,7 @@ std::vector<PipelineStage> ConversionRun::stages() {
     if (depth_) {
         all.push_back({"depth", [this](PipelineFrame& frame) {
                            depth_->work(frame);
-                           if (sink && sink->wantsState(frame.number))
-                               frame.state = depth_->state();
+                           if (wantsState(frame.number)) frame.state = depth_->state();
                            return true;
                        }});
     }
@@ -208,11 +270,11 @@ std::vector<PipelineStage> ConversionRun::stages() {
                        frame.result.duration = frame.source.duration;
                        return true;
                    }});
-    if (sink) {
+    if (!conversion.show) {
         all.push_back({"encode", [this](PipelineFrame& frame) {
                            if (range_ && !frame.state.bytes.empty())
                                range_->keep(frame.number + 1, frame.state);
-                           if (!isBefore(frame)) sink->write(frame);
+                           write(frame);
                            count(frame);
                            return true;
                        }});
@@ -238,12 +300,22 @@ void ConversionRun::failEmpty() const {
 // Ends the segments of a chunk.
 void ConversionRun::finishRange(const VideoConversionResult& result) {
     if (result.cancelled) return;
-    sink->finish(true);
+    if (chunk_->hasBegun()) chunkSegments_.push_back(chunk_->end());
     if (result.frames == range_->frames) return;
     throw Error(ErrorCode::Mismatch, nameOf(conversion.input),
                 "has " + std::to_string(range_->first + result.frames) +
                     " frames up to the end of this chunk, expected " +
                     std::to_string(range_->end()) + " as when the plan was made");
+}
+
+// @param complete false: the user has stopped and may continue later
+void ConversionRun::finishFile(bool complete) {
+    if (plain_) {
+        plain_->finish();
+        return;
+    }
+    VideoReader again(conversion.input, conversion.part);
+    segments_->finish(&again, complete);
 }
 
 // Ends the file and the report.
@@ -254,15 +326,15 @@ void ConversionRun::finish(VideoConversionResult& result) {
     result.end = progress.end;
     if (range_) {
         finishRange(result);
-    } else if (result.frames == 0 && sink && !result.cancelled) {
+    } else if (result.frames == 0 && !conversion.show && !result.cancelled) {
         failEmpty();
-    } else if (result.frames > 0 && sink) {
+    } else if (result.frames > 0 && !conversion.show) {
         progress.finishing = true;
         if (goOn_) goOn_(progress);
         const Clock::time_point start = Clock::now();
-        sink->finish(!result.cancelled);
+        finishFile(!result.cancelled);
         result.finishSeconds = std::chrono::duration<double>(Clock::now() - start).count();
-        result.keepsWork = sink->keepsWork();
+        result.keepsWork = keepsWork();
     }
     result.choices = renderer->choices();
     for (SceneChoice& choice : result.choices)
@@ -280,18 +352,15 @@ VideoConversionResult ConversionRun::run(const VideoProgressFunction& goOn) {
     goOn_ = goOn;
     if (depth_) depth_->begin(*reader);
     if (progress.keptFrames > 0 || (range_ && range_->begin > 0)) {
-        KeptVideo kept = sink->kept();
-        if (depth_ && !kept.state.bytes.empty()) {
-            renderer->takeState(kept.state);
-            depth_->setState(kept.state);
+        if (depth_ && !kept_.state.bytes.empty()) {
+            renderer->takeState(kept_.state);
+            depth_->setState(kept_.state);
         }
-        reader->skipTo(kept.nextPts);
+        reader->skipTo(kept_.nextPts);
     }
     PipelineOptions options;
-    options.threads = conversion.threads;
     options.dropLate = reader->facts().isDevice;
-    if (!sink) {
-        options.threads = true;
+    if (conversion.show) {
         options.dropLate = true;
         options.queueFrames = 1;
     }
@@ -299,6 +368,54 @@ VideoConversionResult ConversionRun::run(const VideoProgressFunction& goOn) {
     VideoConversionResult result = std::move(result_);
     finish(result);
     return result;
+}
+
+struct VideoConverter::Impl : ConversionRun {
+    using ConversionRun::ConversionRun;
+};
+
+VideoConverter::VideoConverter(VideoConversion conversion)
+    : impl_(std::make_unique<Impl>(std::move(conversion))) {}
+VideoConverter::~VideoConverter() = default;
+VideoConverter::VideoConverter(VideoConverter&&) noexcept = default;
+VideoConverter& VideoConverter::operator=(VideoConverter&&) noexcept = default;
+
+const VideoFacts& VideoConverter::facts() const {
+    return impl_->reader->facts();
+}
+
+cv::Size VideoConverter::size() const {
+    return impl_->renderer->size();
+}
+
+const VideoProgress& VideoConverter::progress() const {
+    return impl_->progress;
+}
+
+const Notes& VideoConverter::notes() const {
+    return impl_->notes();
+}
+
+bool VideoConverter::keepsWork() const {
+    return impl_->keepsWork();
+}
+
+VideoConversionResult VideoConverter::run(const VideoProgressFunction& goOn) {
+    return impl_->run(goOn);
+}
+
+std::string clockText(double seconds) {
+    char text[48];
+    const auto tenths = std::llround(std::max(seconds, 0.0) * 10);
+    const long long hours = tenths / 36000;
+    const int minutes = static_cast<int>(tenths / 600 % 60);
+    const double rest = static_cast<double>(tenths % 600) / 10;
+    if (hours > 0) {
+        std::snprintf(text, sizeof text, "%lld:%02d:%04.1f", hours, minutes, rest);
+    } else {
+        std::snprintf(text, sizeof text, "%d:%04.1f", minutes, rest);
+    }
+    return text;
 }
 
 } // namespace altiro3D

@@ -1,4 +1,4 @@
-#include "video/conversion/conversion_stamp.hpp"
+#include "video/conversion/conversion_run.hpp"
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/file_io.hpp"
@@ -7,7 +7,7 @@
 #include "base/json_reader.hpp"
 #include "base/state_bytes.hpp"
 #include "base/text.hpp"
-#include "video/motion/picture_tracker.hpp"
+#include "video/motion/motion.hpp"
 
 #include <cstdio>
 #include <thread>
@@ -68,26 +68,19 @@ constexpr bool kHasFields = false;
 template <typename T>
 constexpr bool kHasFields<T, std::void_t<decltype(T::fields(std::declval<T&>()))>> = true;
 
-void addNumbers(Json& all, const std::optional<DepthFlaws>& flaws);
-
 // Appends the numbers of options, in the order of their fields.
 template <typename T>
 void addNumbers(Json& all, const T& value) {
     if constexpr (kHasFields<T>) {
         std::apply([&](const auto&... fields) { (addNumbers(all, fields), ...); },
                    T::fields(value));
+    } else if constexpr (std::is_same_v<T, std::optional<DepthFlaws>>) {
+        if (value) addNumbers(all, *value);
+        if (!value) all.push_back(nullptr); // they are measured
     } else if constexpr (std::is_enum_v<T>) {
         all.push_back(static_cast<int>(value));
     } else {
         all.push_back(value);
-    }
-}
-
-void addNumbers(Json& all, const std::optional<DepthFlaws>& flaws) {
-    if (flaws) {
-        addNumbers(all, *flaws);
-    } else {
-        all.push_back(nullptr); // they are measured
     }
 }
 

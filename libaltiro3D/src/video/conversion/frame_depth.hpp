@@ -1,17 +1,24 @@
 #pragma once
 
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
-#include "video/conversion/given_depth.hpp"
 #include "video/conversion/video_pipeline.hpp"
-#include "video/motion/picture_tracker.hpp"
+#include "video/motion/motion.hpp"
 
+#include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <string>
 
 namespace altiro3D {
+
+/// Measures GivenVideoDepth::range, if it is needed and the source can be read again: for depth of
+/// 16 bits.
+/// @throws Error
+void measureRange(GivenVideoDepth& given);
+
+class GivenDepth;
 
 /// A stage of a conversion: the depth of frames, either estimated and kept steady, or given.
 class FrameDepth {
@@ -19,6 +26,7 @@ class FrameDepth {
     /// Takes the depth source of the conversion.
     /// @throws Error
     FrameDepth(VideoConversion& conversion, const VideoFacts& facts);
+    ~FrameDepth();
     FrameDepth(const FrameDepth&) = delete;
     FrameDepth& operator=(const FrameDepth&) = delete;
 
@@ -38,7 +46,7 @@ class FrameDepth {
     /// What is known of the edges of the depth.
     DepthEdges edges() const { return source_ ? source_->edges() : DepthEdges::Unknown; }
     /// Remarks, for people.
-    Notes notes() const { return given_ ? given_->notes() : notes_; }
+    Notes notes() const;
 
   private:
     void start();
@@ -51,14 +59,13 @@ class FrameDepth {
     double flatDepth_; // if the range is empty
     VideoDepthOptions options_;
     double unit_; // s
-    std::optional<GivenDepth> given_;
+    std::unique_ptr<GivenDepth> given_;
     std::optional<VideoDepth> depth_;
     std::optional<PictureTracker> cuts_; // finds the scenes of given depth, for choices by scene
     cv::Mat raw_;                        // given depth, unchanged
-    cv::Mat lastPhoto_;
-    cv::Mat lastRaw_;
-    Notes notes_;      // about RGB-D frames
-    std::string kept_; // identifies the last photo and depth of the interrupted run
+    std::uint64_t lastPhoto_ = 0;        // identify the last photo and its given depth
+    std::uint64_t lastRaw_ = 0;
+    Notes notes_; // about RGB-D frames
 };
 
 } // namespace altiro3D

@@ -3,13 +3,11 @@
 #include "altiro3D/error.hpp"
 #include "base/state_bytes.hpp"
 #include "native/quilt_shape.hpp"
-#include "video/motion/picture_tracker.hpp"
+#include "video/motion/motion.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <opencv2/core.hpp>
 #include <string>
 #include <string_view>
@@ -20,62 +18,12 @@ namespace altiro3D {
 
 namespace {
 
-const DepthRefineOptions kAsItIs{DepthFlaws()};
-
-// Numbers of saved states, and their range: the fields of DepthFlaws,
-using FlawValues = std::array<double, 7>;
-constexpr FlawValues kMinFlaws = {0, -7, -7, -7, 0, 0, 0};
-constexpr FlawValues kMaxFlaws = {64, 7, 7, 7, 1, 1, 7};
-// and the position of the part that is shown, focus and strength.
-using ChoiceValues = std::array<double, 4>;
-constexpr ChoiceValues kMinChoices = {0, 0, 0, 0};
-constexpr ChoiceValues kMaxChoices = {1, 1, 1, 10000};
-
-FlawValues valuesOf(const DepthFlaws& flaws) {
-    return std::apply([](auto... fields) { return FlawValues{static_cast<double>(fields)...}; },
-                      DepthFlaws::fields(flaws));
-}
-
-DepthFlaws flawsOf(const FlawValues& values) {
-    DepthFlaws flaws;
-    std::apply(
-        [value = values.begin()](auto&... fields) mutable {
-            ((fields = static_cast<std::remove_reference_t<decltype(fields)>>(*value++)), ...);
-        },
-        DepthFlaws::fields(flaws));
-    return flaws;
-}
-
-// Appends whether numbers are known, and the numbers.
-template <typename Values>
-void keepNumbers(SavedState& state, bool areKnown, const Values& values) {
-    append(state.bytes, areKnown ? 1 : 0);
-    for (const double value : values) {
-        std::uint64_t bits = 0;
-        std::memcpy(&bits, &value, sizeof bits);
-        append(state.bytes, bits);
-    }
-}
-
-// Removes what keepNumbers() appended last. @return whether they are known
-// @throws Error BadFormat if a number is outside of its range
-template <typename Values>
-bool takeNumbers(SavedState& state, const Values& least, const Values& most, Values& values) {
-    constexpr std::size_t kBytes = (1 + std::tuple_size_v<Values>)*sizeof(std::uint64_t);
-    if (state.bytes.size() < kBytes) throw damagedState();
-    const std::string kept = state.bytes.substr(state.bytes.size() - kBytes);
-    state.bytes.resize(state.bytes.size() - kBytes);
-    std::string_view rest = kept;
-    std::uint64_t isKnown = 0;
-    take(rest, isKnown);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        std::uint64_t bits = 0;
-        take(rest, bits);
-        std::memcpy(&values[i], &bits, sizeof bits);
-        if (!(values[i] >= least[i] && values[i] <= most[i])) throw damagedState(); // also NaN
-    }
-    return isKnown != 0;
-}
+// The range of the numbers of a saved state: whether flaws are known, and the fields of DepthFlaws;
+// whether choices are made, the position of the part that is shown, focus and strength.
+using StateNumbers = std::array<double, 13>;
+constexpr StateNumbers kLeast = {0, 0, -7, -7, -7, 0, 0, 0, 0, 0, 0, 0, 0};
+constexpr StateNumbers kMost = {1, 64, 7, 7, 7, 1, 1, 7, 1, 1, 1, 1, 10000};
+constexpr std::size_t kChoices = 8; // index of the second part
 
 // Natives and quilts of photos with depth.
 class ViewsRenderer : public FrameRenderer {
@@ -103,15 +51,7 @@ class ViewsRenderer : public FrameRenderer {
 
     cv::Size size() const override { return maker_ ? target_.panelSize : target_.layout.size(); }
 
-    void work(PipelineFrame& frame) override {
-        cv::Mat& result = frame.result.picture;
-        const double pixelAspect = frame.source.sampleAspect.value();
-        const bool isRepeated = frame.step.repeated && pixelAspect == lastPixelAspect_;
-        if (isRepeated && !last_.empty() && !isMeasured(frame)) {
-            result = last_;
-            return;
-        }
-        lastPixelAspect_ = pixelAspect;
+    void make(const PipelineFrame& frame, cv::Mat& result) override {
         const Scene fitted = placed(frame);
         if (quilter_) {
             quilter_->render(fitted, result);
@@ -119,7 +59,10 @@ class ViewsRenderer : public FrameRenderer {
             if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted, quilt_);
             maker_->makeNative(fitted, quilt_, result);
         }
-        last_ = result;
+    }
+
+    bool isRepeated(PipelineFrame& frame) override {
+        return frame.step.repeated && !isMeasured(frame);
     }
 
     void pass(PipelineFrame& frame) override {
@@ -129,35 +72,51 @@ class ViewsRenderer : public FrameRenderer {
     std::vector<SceneChoice> choices() const override { return choices_; }
 
     void keepState(SavedState& state) const override {
-        const std::optional<DepthFlaws>& flaws = options_.refine.flaws;
-        keepNumbers(state, isMeasuring_ && flaws, valuesOf(flaws.value_or(DepthFlaws())));
-        if (wanted_.any()) keepNumbers(state, isChosen_, chosenValues());
+        const bool areKnown = isMeasuring_ && options_.refine.flaws;
+        const DepthFlaws flaws = options_.refine.flaws.value_or(DepthFlaws());
+        std::vector<double> numbers = {areKnown ? 1.0 : 0.0};
+        std::apply([&](auto... fields) { (numbers.push_back(static_cast<double>(fields)), ...); },
+                   DepthFlaws::fields(flaws));
+        const ViewOptions& views = options_.views;
+        const cv::Point2d centre = options_.framing.centre;
+        if (isChosen_) {
+            numbers.insert(numbers.end(),
+                           {1, centre.x, centre.y, views.focus, views.strengthPercent});
+        }
+        numbers.resize(kLeast.size());
+        std::string bytes;
+        append(bytes, cv::Mat(numbers));
+        state.bytes = bytes + state.bytes;
     }
 
     void takeState(SavedState& state) override {
-        if (wanted_.any()) {
-            ChoiceValues values{};
-            isChosen_ = takeNumbers(state, kMinChoices, kMaxChoices, values);
-            if (isChosen_) {
-                options_.framing.centre = {values[0], values[1]};
-                options_.views.focus = values[2];
-                options_.views.strengthPercent = values[3];
-                useChosen();
-            }
+        std::string_view rest(state.bytes);
+        cv::Mat taken;
+        if (!take(rest, CV_64FC1, taken) || taken.total() != kLeast.size()) throw damagedState();
+        const auto* numbers = taken.ptr<double>();
+        for (std::size_t i = 0; i < kLeast.size(); ++i) {
+            if (!(numbers[i] >= kLeast[i] && numbers[i] <= kMost[i])) throw damagedState();
         }
-        FlawValues values{};
-        const bool areKnown = takeNumbers(state, kMinFlaws, kMaxFlaws, values);
+        state.bytes = std::string(rest);
+        isChosen_ = wanted_.any() && numbers[kChoices] != 0;
+        if (isChosen_) {
+            options_.framing.centre = {numbers[kChoices + 1], numbers[kChoices + 2]};
+            options_.views.focus = numbers[kChoices + 3];
+            options_.views.strengthPercent = numbers[kChoices + 4];
+            useChosen();
+        }
         if (!isMeasuring_) return;
         options_.refine.flaws.reset();
-        if (areKnown) options_.refine.flaws = flawsOf(values);
+        if (*numbers++ == 0) return;
+        std::apply(
+            [&](auto&... fields) {
+                ((fields = static_cast<std::remove_reference_t<decltype(fields)>>(*numbers++)),
+                 ...);
+            },
+            DepthFlaws::fields(options_.refine.flaws.emplace()));
     }
 
   private:
-    ChoiceValues chosenValues() const {
-        return {options_.framing.centre.x, options_.framing.centre.y, options_.views.focus,
-                options_.views.strengthPercent};
-    }
-
     void useChosen() {
         if (maker_) maker_ = maker_->withViews(options_.views);
         if (quilter_) quilter_.emplace(target_.layout, options_.views);
@@ -206,8 +165,6 @@ class ViewsRenderer : public FrameRenderer {
     std::optional<NativeMaker> maker_;
     std::optional<Depth2Quilt> quilter_; // used instead of the maker
     cv::Mat quilt_;
-    cv::Mat last_;
-    double lastPixelAspect_ = 0; // of the frame of last_
 };
 
 // Photo and depth side by side.
@@ -220,14 +177,8 @@ class RgbdRenderer : public FrameRenderer {
 
     cv::Size size() const override { return {2 * half_.width, half_.height}; }
 
-    void work(PipelineFrame& frame) override {
-        cv::Mat& result = frame.result.picture;
+    void make(const PipelineFrame& frame, cv::Mat& result) override {
         const double pixelAspect = frame.source.sampleAspect.value();
-        if (frame.step.repeated && !last_.empty() && pixelAspect == lastPixelAspect_) {
-            result = last_;
-            return;
-        }
-        lastPixelAspect_ = pixelAspect;
         const Scene scene{frame.source.picture, frame.depth};
         // Frames of the first one's shape fill the half, although its sides are rounded.
         const double aspect = static_cast<double>(half_.width) / half_.height / pixelAspect;
@@ -235,10 +186,9 @@ class RgbdRenderer : public FrameRenderer {
         const bool fills = std::abs(aspect / own - 1) < kSameShape;
         const PhotoFit fit = fitPhoto(scene.photo.size(), fills ? own : aspect, half_,
                                       fills ? FitMode::Stretch : FitMode::Contain);
-        fitScene(scene, fit, focus_, fitted_,
-                 kAsItIs); // as the depth that photo2native saves
+        // As the depth that photo2native saves.
+        fitScene(scene, fit, focus_, fitted_, DepthRefineOptions{DepthFlaws()});
         joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
-        last_ = result;
     }
 
   private:
@@ -247,8 +197,6 @@ class RgbdRenderer : public FrameRenderer {
     double focus_;
     cv::Size half_;
     Scene fitted_;
-    cv::Mat last_;
-    double lastPixelAspect_ = 0; // of the frame of last_
 };
 
 // Natives of quilts.
@@ -261,21 +209,20 @@ class QuiltRenderer : public FrameRenderer {
 
     cv::Size size() const override { return target_.panelSize; }
 
-    void work(PipelineFrame& frame) override {
-        if (!last_.empty() && areEqual(frame.source.picture, lastQuilt_)) {
-            frame.step.repeated = true;
-            frame.result.picture = last_;
-            return;
-        }
+    bool isRepeated(PipelineFrame& frame) override {
+        frame.step.repeated = areEqual(frame.source.picture, lastQuilt_);
+        return frame.step.repeated;
+    }
+
+    void make(const PipelineFrame& frame, cv::Mat& result) override {
         const cv::Mat& picture = frame.source.picture;
-        cv::Mat quilt = hasMap_
-                            ? cropQuilt(picture, target_.layout, last_.empty() ? &notes_ : nullptr)
-                            : fitQuilt(picture, target_.layout);
+        Notes* const notes = lastQuilt_.empty() ? &notes_ : nullptr;
+        cv::Mat quilt =
+            hasMap_ ? cropQuilt(picture, target_.layout, notes) : fitQuilt(picture, target_.layout);
         if (fit_ != FitMode::Stretch)
             applyFitToViews(quilt, target_.layout, viewAspect_, target_.aspect(), fit_, quilt);
-        maker_.render(quilt, frame.result.picture);
-        last_ = frame.result.picture;
-        lastQuilt_ = frame.source.picture;
+        maker_.render(quilt, result);
+        lastQuilt_ = picture;
     }
 
     Notes notes() const override { return notes_; }
@@ -296,18 +243,27 @@ class QuiltRenderer : public FrameRenderer {
     VideoTarget target_;
     Quilt2Native maker_;
     Notes notes_;
-    cv::Mat last_;
     cv::Mat lastQuilt_;
 };
 
 } // namespace
 
+void FrameRenderer::work(PipelineFrame& frame) {
+    const double pixelAspect = frame.source.sampleAspect.value();
+    if (!last_.empty() && pixelAspect == lastPixelAspect_ && isRepeated(frame)) {
+        frame.result.picture = last_;
+        return;
+    }
+    lastPixelAspect_ = pixelAspect;
+    make(frame, frame.result.picture);
+    last_ = frame.result.picture;
+}
+
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect, DepthEdges edges) {
-    if (conversion.product == VideoProduct::Rgbd) {
+    if (conversion.product == VideoProduct::Rgbd)
         return std::make_unique<RgbdRenderer>(conversion.native.views.focus, photo, seenAspect);
-    }
     return std::make_unique<ViewsRenderer>(conversion, target, edges);
 }
 

@@ -7,7 +7,6 @@
 
 #include <memory>
 #include <opencv2/core/mat.hpp>
-#include <optional>
 #include <vector>
 
 namespace altiro3D {
@@ -30,25 +29,33 @@ class FrameRenderer {
     virtual ~FrameRenderer() = default;
     /// Size of the written pictures.
     virtual cv::Size size() const = 0;
-    /// Reads `source` and `depth`, sets the picture of `result`.
-    virtual void work(PipelineFrame& frame) = 0;
+    /// Reads `source` and `depth`, sets the picture of `result`: the last one if it is repeated.
+    void work(PipelineFrame& frame);
     /// Passes a frame without making its picture: remembers what work() would.
     virtual void pass(PipelineFrame& /*frame*/) {}
-    /// Appends what the next frame's picture depends on, besides the frame.
+    /// Puts what the next frame's picture depends on, besides the frame, in front.
     virtual void keepState(SavedState& /*state*/) const {}
-    /// Removes what keepState() appended and continues from it. @throws Error BadFormat
+    /// Removes what keepState() has put in front and continues from it. @throws Error BadFormat
     virtual void takeState(SavedState& /*state*/) {}
     /// The choices for the scenes of this run; `start` is in units of the frames' times.
     virtual std::vector<SceneChoice> choices() const { return {}; }
     /// Remarks, for people.
     virtual Notes notes() const { return {}; }
+
+  protected:
+    /// Makes the picture of a frame.
+    virtual void make(const PipelineFrame& frame, cv::Mat& picture) = 0;
+    /// Whether it equals the last one, if the shape of px does.
+    virtual bool isRepeated(PipelineFrame& frame) { return frame.step.repeated; }
+
+  private:
+    cv::Mat last_;
+    double lastPixelAspect_ = 0;
 };
 
 /// The stage for frames with depth.
-/// @param photo size of the photos
-/// @param seenAspect width : height of the photos as displayed
+/// @param photo size of the photos @param seenAspect width : height of the photos as displayed
 /// @param edges what is known of the edges of the depth
-/// @throws Error
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect, DepthEdges edges);

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <vector>
 
 namespace altiro3D {
 
@@ -57,14 +56,6 @@ struct PhotoScene {
     ViewOptions options;
     std::unique_ptr<ViewRenderer> renderer;
 };
-
-void renderView(const PhotoScene& scene, double position, cv::Mat& picture) {
-    const cv::Mat& photo = scene.scene.photo;
-    const cv::Range shown = shownColumns(scene.scene);
-    picture.create(photo.rows, shown.size(), CV_8UC3);
-    renderShown(*scene.renderer, photo.size(), shown,
-                shiftOf(scene.options, shown.size(), position), picture);
-}
 
 } // namespace
 
@@ -153,7 +144,11 @@ SwayView photoViews(const Scene& scene, const ViewOptions& options) {
     validate(options);
     const auto shared = std::make_shared<const PhotoScene>(scene, options);
     return [shared](double position, cv::Mat& picture) {
-        renderView(*shared, checkedPosition(position), picture);
+        const cv::Mat& photo = shared->scene.photo;
+        const cv::Range shown = shownColumns(shared->scene);
+        picture.create(photo.rows, shown.size(), CV_8UC3);
+        renderShown(*shared->renderer, photo.size(), shown,
+                    shiftOf(shared->options, shown.size(), checkedPosition(position)), picture);
     };
 }
 

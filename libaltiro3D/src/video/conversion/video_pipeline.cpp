@@ -1,7 +1,5 @@
 #include "video/conversion/video_pipeline.hpp"
 
-#include "base/checks.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
@@ -14,8 +12,6 @@
 namespace altiro3D {
 
 namespace {
-
-constexpr int kMaxQueueFrames = 64;
 
 using Clock = std::chrono::steady_clock;
 using FramePointer = std::unique_ptr<PipelineFrame>;
@@ -88,18 +84,14 @@ bool work(const PipelineStage& stage, PipelineFrame& frame, StageReport& report)
     return true;
 }
 
-void runInTurn(const std::vector<PipelineStage>& stages, PipelineReport& report) {
-    for (std::int64_t number = 0;; ++number) {
-        PipelineFrame frame;
-        frame.number = number;
-        for (std::size_t i = 0; i < stages.size(); ++i) {
-            if (!work(stages[i], frame, report.stages[i])) return;
-        }
-    }
-}
+} // namespace
 
-void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOptions& options,
-                  PipelineReport& report) {
+PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
+                           const PipelineOptions& options) {
+    const Clock::time_point start = Clock::now();
+    PipelineReport report;
+    for (const PipelineStage& stage : stages)
+        report.stages.push_back({stage.name, 0, 0, 0});
     std::vector<std::unique_ptr<FrameQueue>> queues; // queue i is before stage i + 1
     for (std::size_t i = 0; i + 1 < stages.size(); ++i) {
         queues.push_back(
@@ -144,25 +136,6 @@ void runInThreads(const std::vector<PipelineStage>& stages, const PipelineOption
     for (const auto& queue : queues)
         report.dropped += queue->dropped();
     if (failure) std::rethrow_exception(failure);
-}
-
-} // namespace
-
-PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
-                           const PipelineOptions& options) {
-    check(!stages.empty(), "stages", "are none, expected at least one");
-    check(options.queueFrames >= 1 && options.queueFrames <= kMaxQueueFrames, "queueFrames",
-          "is " + std::to_string(options.queueFrames) + ", expected 1.." +
-              std::to_string(kMaxQueueFrames));
-    PipelineReport report;
-    for (const PipelineStage& stage : stages)
-        report.stages.push_back({stage.name, 0, 0, 0});
-    const Clock::time_point start = Clock::now();
-    if (options.threads) {
-        runInThreads(stages, options, report);
-    } else {
-        runInTurn(stages, report);
-    }
     report.seconds = secondsSince(start);
     return report;
 }

@@ -31,8 +31,7 @@ struct PipelineStage {
 
 /// Options of a pipeline.
 struct PipelineOptions {
-    int queueFrames = 3; ///< Frames that may wait between two stages, 1..64.
-    bool threads = true; ///< true: one thread per stage; false: all stages in one thread.
+    int queueFrames = 3; ///< Frames that may wait between two stages, 1 or more.
     /// For live input: the first stage never waits. If queueFrames frames already wait behind it,
     /// the oldest one is dropped. With queueFrames = 1 the second stage always gets the newest
     /// frame.
@@ -46,9 +45,8 @@ struct PipelineOptions {
 /// the last stage. If a stage throws, all stages stop and the exception is rethrown here.
 ///
 /// @param stages one or more, in processing order
-/// @param options queue length, threads and live input
 /// @return statistics of each stage
-/// @throws Error InvalidArgument (no stage, queueFrames); exceptions of the stages pass through
+/// @throws what the stages throw
 PipelineReport runPipeline(const std::vector<PipelineStage>& stages,
                            const PipelineOptions& options = {});
 

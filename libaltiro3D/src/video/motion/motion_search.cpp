@@ -1,13 +1,11 @@
-#include "video/motion/motion_search.hpp"
-
-#include "video/motion/motion_field.hpp"
-#include "video/motion/small_image.hpp"
+#include "video/motion/motion.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 // The formulas are in docs/mathematics.md, section 5.
@@ -24,11 +22,7 @@ constexpr int kStillBonus = 48;     // advantage of no motion, so noise is not t
 constexpr int kUnlikeNeighbour = 6; // per px of difference from the neighbours' motion
 constexpr int kStillMisfit = 96;    // a still cell with less is not searched further
 
-struct Vector {
-    int x = 0;
-    int y = 0;
-    bool operator==(const Vector& other) const { return x == other.x && y == other.y; }
-};
+using Vector = cv::Point;
 
 // One level of the pyramid with a repeated border.
 struct Level {
@@ -56,21 +50,15 @@ int windowDifference(const uchar* a, const uchar* b, std::size_t stepA, std::siz
 class CellSearch {
   public:
     CellSearch(const Level& before, const Level& now)
-        : before_(&before), now_(&now), columns_((now.size.width + kMotionCell - 1) / kMotionCell),
-          rows_((now.size.height + kMotionCell - 1) / kMotionCell),
-          cells_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+        : before_(&before), now_(&now),
+          cells_((now.size.height + kMotionCell - 1) / kMotionCell,
+                 (now.size.width + kMotionCell - 1) / kMotionCell, Vector()) {}
 
-    int columns() const { return columns_; }
-    int rows() const { return rows_; }
-    Vector& cell(int column, int row) {
-        return cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                      static_cast<std::size_t>(column)];
-    }
+    int columns() const { return cells_.cols; }
+    int rows() const { return cells_.rows; }
+    Vector& cell(int column, int row) { return cells_(row, column); }
     const Vector& nearestCell(int column, int row) const {
-        column = std::clamp(column, 0, columns_ - 1);
-        row = std::clamp(row, 0, rows_ - 1);
-        return cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                      static_cast<std::size_t>(column)];
+        return cells_(std::clamp(row, 0, rows() - 1), std::clamp(column, 0, columns() - 1));
     }
 
     // Tries all vectors within `reach` px.
@@ -107,33 +95,14 @@ class CellSearch {
 
     // Replaces each cell's motion by the median of 3 x 3 cells, separately for x and y.
     void smooth() {
-        const std::vector<Vector> found = cells_;
-        const auto foundAt = [&](int column, int row) {
-            column = std::clamp(column, 0, columns_ - 1);
-            row = std::clamp(row, 0, rows_ - 1);
-            return found[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                         static_cast<std::size_t>(column)];
-        };
-        for (int row = 0; row < rows_; ++row) {
-            for (int column = 0; column < columns_; ++column) {
-                std::array<int, 9> xs{};
-                std::array<int, 9> ys{};
-                std::size_t i = 0;
-                bool alike = true;
-                for (int dy = -1; dy <= 1; ++dy) {
-                    for (int dx = -1; dx <= 1; ++dx, ++i) {
-                        const Vector near = foundAt(column + dx, row + dy);
-                        alike = alike && near == foundAt(column, row);
-                        xs[i] = near.x;
-                        ys[i] = near.y;
-                    }
-                }
-                if (alike) continue;
-                std::nth_element(xs.begin(), xs.begin() + 4, xs.end());
-                std::nth_element(ys.begin(), ys.begin() + 4, ys.end());
-                cell(column, row) = {xs[4], ys[4]};
-            }
+        std::vector<cv::Mat> parts;
+        cv::split(cells_, parts);
+        for (cv::Mat& part : parts) {
+            part.convertTo(part, CV_32F);
+            cv::medianBlur(part, part, 3);
+            part.convertTo(part, CV_32S);
         }
+        cv::merge(parts, cells_);
     }
 
     // Refines a vector to fractions of px: the costs on both sides are extended as straight lines
@@ -158,8 +127,8 @@ class CellSearch {
   private:
     template <class Visit>
     void forEachCell(Visit visit) {
-        for (int row = 0; row < rows_; ++row) {
-            for (int column = 0; column < columns_; ++column) {
+        for (int row = 0; row < rows(); ++row) {
+            for (int column = 0; column < columns(); ++column) {
                 visit(column, row);
                 cell(column, row) = best_;
             }
@@ -234,9 +203,7 @@ class CellSearch {
 
     const Level* before_;
     const Level* now_;
-    int columns_;
-    int rows_;
-    std::vector<Vector> cells_;
+    cv::Mat_<Vector> cells_;
     int windowX_ = 0;
     int windowY_ = 0;
     Vector left_;

@@ -4,15 +4,13 @@
 #include "base/checks.hpp"
 #include "base/state_bytes.hpp"
 #include "base/text.hpp"
-#include "video/motion/motion_field.hpp"
-#include "video/motion/motion_metrics.hpp"
-#include "video/motion/motion_search.hpp"
-#include "video/motion/picture_tracker.hpp"
+#include "video/motion/motion.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -42,9 +40,8 @@ float trustOf(float misfitThere) {
     return std::clamp((kNewMisfit - misfitThere) / (kNewMisfit - kTrustedMisfit), 0.0F, 1.0F);
 }
 
-// Replaces each value by `fold` of the values within `radius` px, along rows and then columns.
-template <class Fold>
-void foldAround(cv::Mat& values, int radius, Fold fold) {
+// Replaces each value by the mean of those within `radius` px. Sums are formed in a fixed order.
+void blur(cv::Mat& values, int radius) {
     cv::Mat along(values.size(), CV_32FC1);
     for (int y = 0; y < values.rows; ++y) {
         const auto* row = values.ptr<float>(y);
@@ -52,8 +49,7 @@ void foldAround(cv::Mat& values, int radius, Fold fold) {
         for (int x = 0; x < values.cols; ++x) {
             out[x] = row[x];
             for (int d = 1; d <= radius; ++d)
-                out[x] =
-                    fold(out[x], row[std::max(x - d, 0)], row[std::min(x + d, values.cols - 1)]);
+                out[x] = out[x] + row[std::max(x - d, 0)] + row[std::min(x + d, values.cols - 1)];
         }
     }
     for (int y = 0; y < values.rows; ++y) {
@@ -63,19 +59,10 @@ void foldAround(cv::Mat& values, int radius, Fold fold) {
             const auto* above = along.ptr<float>(std::max(y - d, 0));
             const auto* below = along.ptr<float>(std::min(y + d, values.rows - 1));
             for (int x = 0; x < values.cols; ++x)
-                out[x] = fold(out[x], above[x], below[x]);
+                out[x] = out[x] + above[x] + below[x];
         }
     }
-}
-
-void erode(cv::Mat& values, int radius) {
-    foldAround(values, radius,
-               [](float a, float b, float c) { return std::min(a, std::min(b, c)); });
-}
-
-void blur(cv::Mat& values, int radius) {
     const auto count = static_cast<float>(2 * radius + 1);
-    foldAround(values, radius, [](float a, float b, float c) { return a + b + c; });
     values = values * (1 / (count * count));
 }
 
@@ -188,7 +175,6 @@ struct VideoDepth::Impl {
 
     bool isDue(const Memory& at, const cv::Mat& misfits) const;
     cv::Mat keptShares(const Memory& at, const cv::Mat& misfits) const;
-    static cv::Mat clamped(const cv::Mat& depth);
     cv::Mat steadied(const Memory& at, const cv::Mat& misfits, const cv::Mat& fresh) const;
 };
 
@@ -220,7 +206,8 @@ cv::Mat VideoDepth::Impl::keptShares(const Memory& at, const cv::Mat& misfits) c
             out[x] = still * trustOf(row[x]) * (1 - (1 - kMovingShare) * speed);
         }
     }
-    erode(shares, kHaloPixels);
+    constexpr int kSide = 2 * kHaloPixels + 1;
+    cv::erode(shares, shares, cv::getStructuringElement(cv::MORPH_RECT, {kSide, kSide}));
     blur(shares, kHaloPixels - 1);
     return shares;
 }
@@ -263,17 +250,6 @@ cv::Mat VideoDepth::Impl::steadied(const Memory& at, const cv::Mat& misfits,
     return result;
 }
 
-// To 0..1.
-cv::Mat VideoDepth::Impl::clamped(const cv::Mat& depth) {
-    cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        const auto* from = depth.ptr<float>(y);
-        std::transform(from, from + depth.cols, result.ptr<float>(y),
-                       [](float value) { return std::clamp(value, 0.0F, 1.0F); });
-    }
-    return result;
-}
-
 VideoDepth::VideoDepth(Estimator estimator, DepthKind kind, const VideoDepthOptions& options)
     : impl_(std::make_unique<Impl>()) {
     validate(options);
@@ -286,10 +262,6 @@ VideoDepth::VideoDepth(Estimator estimator, DepthKind kind, const VideoDepthOpti
 VideoDepth::~VideoDepth() = default;
 VideoDepth::VideoDepth(VideoDepth&&) noexcept = default;
 VideoDepth& VideoDepth::operator=(VideoDepth&&) noexcept = default;
-
-const VideoDepthOptions& VideoDepth::options() const {
-    return impl_->options;
-}
 
 VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3");
@@ -326,11 +298,11 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
         now.keyGrey = grey;
         now.sinceKey = cv::Mat(grey.size(), CV_32FC2, cv::Scalar(0, 0));
         now.gap = 0;
-        now.depth = Impl::clamped(now.keyDepth);
+        now.depth = cv::min(cv::max(now.keyDepth, 0), 1);
     } else {
         cv::Mat moved;
         carry(now.keyDepth, now.sinceKey, moved);
-        now.depth = Impl::clamped(moved);
+        now.depth = cv::min(cv::max(moved, 0), 1);
     }
     depth = now.depth.clone();
     impl_->memory = std::move(now);

@@ -1,4 +1,4 @@
-#include "viewer/show/pixmap_stream.hpp"
+#include "viewer/show/presentation.hpp"
 
 #include "altiro3D/error.hpp"
 

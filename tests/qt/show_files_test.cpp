@@ -5,7 +5,6 @@
 #include "support/slow.hpp"
 #include "support/texts.hpp"
 #include "viewer/show/show_files.hpp"
-#include "viewer/show/slide_maker.hpp"
 #include "viewer/show/slide_presenter.hpp"
 #include "viewer_scenes.hpp"
 

@@ -1,9 +1,8 @@
 // The first start, and the window without a mouse and without eyes.
 
-#include "viewer/window/welcome_card.hpp"
+#include "viewer/window/picture_view.hpp"
 
 #include "viewer/window/main_window.hpp"
-#include "viewer/window/picture_view.hpp"
 #include "viewer_scenes.hpp"
 #include "window_actions.hpp"
 

@@ -8,7 +8,6 @@
 #include "cli/quilt_options.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/model/depth_maker.hpp"
-#include "viewer/show/display_list.hpp"
 #include "viewer/show/presentation.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/window_words.hpp"
@@ -76,10 +75,7 @@ QString nameOf(const ChosenDisplay& display) {
 // @param job files to open @param isPair a photo and its depth image
 int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& layout, bool isPair,
               Messages& messages) {
-    if (!hasDesktop()) {
-        throw Error(ErrorCode::NotFound, "desktop",
-                    "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
-    }
+    requireDesktop();
     // also volumes that are mounted elsewhere; of several the first will do, as the window can
     // choose
     ChosenDisplay display =

@@ -3,7 +3,6 @@
 #include "altiro3D/display.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/model/depth_maker.hpp"
-#include "viewer/model/played_depth.hpp"
 
 #include <algorithm>
 #include <climits>

@@ -1,9 +1,8 @@
 #pragma once
 
-#include "viewer/model/batch.hpp"
 #include "viewer/model/depth_canvas.hpp"
-#include "viewer/model/framing.hpp"
 #include "viewer/model/knob_store.hpp"
+#include "viewer/model/knobs.hpp"
 #include "viewer/model/studio.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/player/video_player.hpp"
@@ -20,6 +19,27 @@
 #include <tuple>
 
 namespace altiro3D::viewer {
+
+/// A photo or quilt of which a Native is exported.
+struct BatchItem {
+    Source source;
+    Knobs knobs;
+    std::filesystem::path native; ///< The file to write, which is replaced if it exists.
+    /// What was painted on its depth, by the source of the depth (DepthMaker::choose()).
+    std::map<std::string, PaintedDepth> painted;
+};
+
+/// What became of a batch.
+struct BatchReport {
+    std::size_t written = 0;
+    std::vector<std::string> problems; ///< One sentence for each file that was not exported.
+    bool cancelled = false;
+};
+
+/// Names the Natives of many files in one folder, as photo2native names those of a folder:
+/// `a.jpg` becomes `a_native.png`. Files of the same name in several folders get a number.
+std::vector<std::filesystem::path> nativesOf(const std::vector<Source>& sources,
+                                             const std::filesystem::path& folder);
 
 /// The viewer without its window: the open files, the state of the view, and the work in the
 /// background.

@@ -219,6 +219,12 @@ bool isVideoName(const fs::path& file) {
     return tools::isVideoFileName(file);
 }
 
+cv::Mat firstPicture(const fs::path& file) {
+    if (!isVideoName(file)) return readPhoto(file);
+    if (const auto first = VideoReader(file).next()) return first->picture;
+    throw Error(ErrorCode::BadFormat, file.string(), "holds no pictures, expected a video");
+}
+
 FolderFiles filesOfFolder(const fs::path& folder) {
     using tools::FileKind;
     tools::FolderSearch search;
@@ -295,13 +301,7 @@ Document readDocument(const Source& source, const Display& display) {
     if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);
-        VideoReader reader(source.file);
-        const auto first = reader.next();
-        if (!first)
-            throw Error(ErrorCode::BadFormat, source.file.string(),
-                        "holds no pictures, "
-                        "expected a video");
-        Document document = documentOf(source, first->picture, display);
+        Document document = documentOf(source, firstPicture(source.file), display);
         document.video = true;
         if (!source.depth.empty()) {
             document.notes.push_back(

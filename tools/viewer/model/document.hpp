@@ -72,6 +72,9 @@ const std::vector<std::string>& pictureEndings();
 /// (/dev/video0) and links to them.
 bool isVideoName(const std::filesystem::path& file);
 
+/// The picture of a file, or the first one of a video. @throws Error as readPhoto(), VideoReader
+cv::Mat firstPicture(const std::filesystem::path& file);
+
 /// What a folder holds.
 struct FolderFiles {
     std::vector<Source> files; ///< The folder itself if it holds views of one scene.

@@ -3,7 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
-#include "viewer/model/framing.hpp"
+#include "viewer/model/knobs.hpp"
 
 #include <memory>
 #include <opencv2/core.hpp>

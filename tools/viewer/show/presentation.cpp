@@ -1,23 +1,26 @@
 #include "viewer/show/presentation.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "altiro3D/error.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "cli/display_options.hpp"
-#include "viewer/model/arrivals.hpp"
-#include "viewer/show/display_list.hpp"
-#include "viewer/show/pixmap_stream.hpp"
+#include "viewer/model/worker.hpp"
 #include "viewer/show/slide_presenter.hpp"
 #include "viewer/show/test_picture.hpp"
 
 #include <QApplication>
+#include <QGuiApplication>
 #include <QScreen>
 #include <atomic>
+#include <cctype>
 #include <chrono>
 #include <clocale>
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 #include <random>
 #include <stdexcept>
 #include <thread>
@@ -25,6 +28,22 @@
 namespace altiro3D::viewer {
 
 namespace {
+
+// The known properties of a screen: "HDMI-1, LKG-P00655, 1536 x 2048 px".
+std::string textOf(const qt::ScreenFacts& screen) {
+    std::string text;
+    if (!screen.name.empty()) text += screen.name + ", ";
+    if (!screen.model.empty() && screen.model != screen.name) text += screen.model + ", ";
+    text += tools::sizeText(screen.size);
+    if (std::abs(screen.scale - 1) > 1e-3)
+        text += ", scaled to " + std::to_string(std::lround(screen.scale * 100)) + " %";
+    return text;
+}
+
+bool hasDesktop() {
+    return tools::environment("QT_QPA_PLATFORM") || tools::environment("DISPLAY") ||
+           tools::environment("WAYLAND_DISPLAY");
+}
 
 // --screen: by number as --list-displays counts, or by any of its names.
 std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenFacts>& screens) {
@@ -75,11 +94,6 @@ std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>&
     messages.warn(displays[*chosen].problems);
     messages.detail("display: " + displays[*chosen].name);
     return *displays[*chosen].screen;
-}
-
-void requireDesktop() {
-    if (hasDesktop()) return;
-    throw Error(ErrorCode::NotFound, "desktop", "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
 }
 
 // Delivers the pictures of a stream on standard input as they arrive; the writer sets the pace.
@@ -207,7 +221,68 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
                 "holds nothing that can be shown, expected photos, quilts or Natives");
 }
 
+using Json = nlohmann::ordered_json;
+
+std::string pairedByText(qt::PairedBy by) {
+    if (by == qt::PairedBy::Serial) return "serial";
+    return by == qt::PairedBy::Size ? "size" : "nothing";
+}
+
+Json jsonOf(const std::vector<qt::FoundDisplay>& displays,
+            const std::vector<qt::ScreenFacts>& screens) {
+    Json json = {{"displays", Json::array()}, {"screens", Json::array()}};
+    for (const qt::FoundDisplay& display : displays) {
+        Json entry = {{"name", display.name},
+                      {"screen", nullptr},
+                      {"volume", display.volume},
+                      {"calibrationFile", display.calibrationFile.string()},
+                      {"pairedBy", pairedByText(display.pairedBy)},
+                      {"problems", display.problems}};
+        if (display.screen) entry["screen"] = *display.screen;
+        if (display.calibration) {
+            entry["serial"] = display.calibration->serial;
+            entry["panelWidth"] = display.calibration->screenW;
+            entry["panelHeight"] = display.calibration->screenH;
+        }
+        json["displays"].push_back(std::move(entry));
+    }
+    for (const qt::ScreenFacts& screen : screens) {
+        json["screens"].push_back({{"name", screen.name},
+                                   {"model", screen.model},
+                                   {"serialNumber", screen.serialNumber},
+                                   {"width", screen.size.width},
+                                   {"height", screen.size.height},
+                                   {"scale", screen.scale},
+                                   {"refreshHz", screen.refreshHz}});
+    }
+    return json;
+}
+
+constexpr int kMaxSide = 16384;
+
+[[noreturn]] void fail() {
+    throw Error(ErrorCode::BadFormat, "standard input",
+                "holds something else, expected whole pictures (PPM of 8 bits, P6)");
+}
+
+// A number of the head and the character after it.
+int readNumber(std::FILE& file) {
+    int next = std::fgetc(&file);
+    while (std::isspace(next) != 0)
+        next = std::fgetc(&file);
+    int number = 0;
+    for (; std::isdigit(next) != 0 && number <= kMaxSide; next = std::fgetc(&file))
+        number = 10 * number + next - '0';
+    if (number < 1 || number > kMaxSide || std::isspace(next) == 0) fail();
+    return number;
+}
+
 } // namespace
+
+void requireDesktop() {
+    if (hasDesktop()) return;
+    throw Error(ErrorCode::NotFound, "desktop", "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
+}
 
 ShowJob showJob(const tools::CommandLine& commandLine) {
     ShowJob job;
@@ -255,6 +330,59 @@ int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messag
         messages.say(sentence);
     messages.flushWarnings();
     return QApplication::exec();
+}
+
+std::vector<qt::ScreenFacts> screenFacts() {
+    std::vector<qt::ScreenFacts> facts;
+    for (const QScreen* screen : QGuiApplication::screens())
+        facts.push_back(qt::factsOf(*screen));
+    return facts;
+}
+
+int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
+    std::unique_ptr<QGuiApplication> application;
+    if (hasDesktop())
+        application = std::make_unique<QGuiApplication>(argc, argv);
+    else
+        messages.warn("no desktop was found: screens are not known");
+    const std::vector<qt::ScreenFacts> screens =
+        application ? screenFacts() : std::vector<qt::ScreenFacts>();
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    if (json) {
+        messages.print(
+            jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));
+        return tools::kExitDone;
+    }
+    for (const qt::FoundDisplay& display : displays) {
+        std::string line = "display " + display.name;
+        if (display.screen) line += ", screen " + std::to_string(*display.screen);
+        if (display.calibration) {
+            line += ", panel " +
+                    tools::sizeText({display.calibration->screenW, display.calibration->screenH});
+        }
+        if (!display.calibrationFile.empty()) line += ", " + display.calibrationFile.string();
+        messages.say(line);
+        for (const std::string& problem : display.problems)
+            messages.say("  " + problem);
+    }
+    if (displays.empty()) messages.say("no light-field display was found");
+    for (std::size_t i = 0; i < screens.size(); ++i)
+        messages.say("screen " + std::to_string(i) + ": " + textOf(screens[i]));
+    return tools::kExitDone;
+}
+
+bool readPixmap(std::FILE& file, cv::Mat& picture) {
+    const int first = std::fgetc(&file);
+    if (first == EOF) return false;
+    if (first != 'P' || std::fgetc(&file) != '6') fail();
+    const int width = readNumber(file);
+    const int height = readNumber(file);
+    if (readNumber(file) != 255) fail();
+    picture = cv::Mat(height, width, CV_8UC3);
+    const std::size_t bytes = picture.total() * picture.elemSize();
+    if (std::fread(picture.data, 1, bytes, &file) != bytes) fail();
+    cv::cvtColor(picture, picture, cv::COLOR_RGB2BGR);
+    return true;
 }
 
 } // namespace altiro3D::viewer

@@ -1,8 +1,14 @@
 #pragma once
 
+#include "altiro3D/qt/display_search.hpp"
 #include "cli/display_options.hpp"
 #include "viewer/player/video_player.hpp"
 #include "viewer/show/slide_show.hpp"
+
+#include <cstdio>
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
 
 namespace altiro3D::viewer {
 
@@ -28,5 +34,24 @@ int present(int& argc, char** argv, const ShowJob& job, tools::Messages& message
 /// Shows the test picture on the display until the user closes it, and says how to read it.
 /// @throws UsageError, Error
 int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messages& messages);
+
+/// Requires a desktop to open windows on. @throws Error NotFound
+void requireDesktop();
+
+/// The screens of the application, in its order.
+std::vector<qt::ScreenFacts> screenFacts();
+
+/// Prints the displays, screens and volumes found, for people or (JSON) for programs.
+int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages);
+
+/// Reads the next of the 8-bit colour pictures (PPM, P6, without comments) that follow each other
+/// in a file. It returns as soon as the last byte of the picture has arrived: FFmpeg waits for
+/// bytes of the next one.
+///
+/// @param file a pipe, mostly
+/// @param picture new memory [CV_8UC3, BGR]
+/// @return false at the end of the file
+/// @throws Error BadFormat (no such picture, a cut off one)
+bool readPixmap(std::FILE& file, cv::Mat& picture);
 
 } // namespace altiro3D::viewer

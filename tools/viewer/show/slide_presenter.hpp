@@ -2,11 +2,10 @@
 
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
-#include "viewer/model/arrivals.hpp"
+#include "viewer/model/studio.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/player/video_player.hpp"
 #include "viewer/show/show_files.hpp"
-#include "viewer/show/slide_maker.hpp"
 #include "viewer/show/slide_show.hpp"
 
 #include <QElapsedTimer>
@@ -22,6 +21,27 @@ class QKeyEvent;
 class QScreen;
 
 namespace altiro3D::viewer {
+
+/// Makes the slides of a show: the Native of each file as the window makes it without changed
+/// settings. One thread at a time.
+class SlideMaker {
+  public:
+    /// @param display the display; nothing if its calibration is not known: then only Natives can
+    ///        be shown
+    /// @param screen size of the screen, px
+    SlideMaker(std::shared_ptr<const Display> display, cv::Size screen);
+
+    /// @return a slide with a picture of the screen's size, or with a problem
+    Slide make(const Source& source);
+
+  private:
+    cv::Mat nativeOf(const std::shared_ptr<const Document>& document);
+
+    std::shared_ptr<const Display> display_;
+    cv::Size screen_;
+    std::shared_ptr<DepthMaker> depthMaker_;
+    Studio studio_;
+};
 
 /// Runs a show on a screen: makes the slides in a thread, plays videos, fades, watches the folders,
 /// follows the keys, and waits for a display that is unplugged.

@@ -10,7 +10,6 @@ class QLabel;
 class QListWidget;
 class QProgressBar;
 class QToolButton;
-
 namespace altiro3D::qt {
 class NativeWidget;
 }

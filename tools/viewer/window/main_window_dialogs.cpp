@@ -7,11 +7,10 @@
 #include "altiro3D/qt/native_widget.hpp"
 #include "cli/folder_search.hpp"
 #include "cli/run_tool.hpp"
-#include "viewer/show/display_list.hpp"
+#include "viewer/show/presentation.hpp"
 #include "viewer/show/test_picture.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/picture_view.hpp"
-#include "viewer/window/welcome_card.hpp"
 #include "viewer/window/window_words.hpp"
 
 #include <QFileDialog>

@@ -52,6 +52,12 @@ inline QString toName(const std::filesystem::path& path) {
     return QFile::decodeName(path.string().c_str());
 }
 
+/// The name of a file or folder for people, without its place.
+inline QString nameOf(const Source& source) {
+    const std::filesystem::path& file = source.file; // perhaps "views/"
+    return toName(file.has_filename() ? file.filename() : file.parent_path().filename());
+}
+
 /// The sentences, one per line.
 inline QString linesOf(const std::vector<std::string>& sentences) {
     QStringList lines;

@@ -3,16 +3,13 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/video_conversion.hpp"
-#include "cli/run_tool.hpp"
 #include "cluster/cluster_plan.hpp"
-#include "cluster/cluster_slurm.hpp"
 
 #include <QProcess>
 #include <QString>
 #include <QStringList>
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <functional>
 #include <set>
 #include <thread>
@@ -100,11 +97,8 @@ int makeAll(const ClusterPlan& plan,
     return runTask(plan, {"--join", folderOf(plan)}) ? kExitDone : kExitFailed;
 }
 
-std::string joinedNodes(const std::set<std::string>& nodes) {
-    std::string text;
-    for (const std::string& node : nodes)
-        text += (text.empty() ? "" : ", ") + node;
-    return text;
+std::string textOf(const std::set<std::string>& words) {
+    return joined({words.begin(), words.end()});
 }
 
 // What is made since the submission, how fast, and how long the rest takes at this rate.
@@ -121,9 +115,7 @@ void sayRate(const ClusterPlan& plan, const std::vector<bool>& made, const Slurm
             done += units;
         }
     }
-    const double seconds =
-        std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count() -
-        run.submitted;
+    const double seconds = secondsNow() - run.submitted;
     if (done == 0 || left == 0 || !(seconds > 0)) return;
     const double rate = static_cast<double>(done) / seconds;
     messages.say(fixed(rate, rate < 10 ? 2 : 0) + " " + plan.unit + "s per second since the last " +
@@ -163,10 +155,8 @@ int status(const ClusterPlan& plan, Messages& messages) {
             failed.push_back(number);
         }
     }
-    if (running > 0)
-        line += ", " + std::to_string(running) + " being made on " + joinedNodes(nodes);
-    if (waiting > 0)
-        line += ", " + std::to_string(waiting) + " waiting (" + joinedNodes(reasons) + ")";
+    if (running > 0) line += ", " + std::to_string(running) + " being made on " + textOf(nodes);
+    if (waiting > 0) line += ", " + std::to_string(waiting) + " waiting (" + textOf(reasons) + ")";
     if (!failed.empty()) line += ", failed: " + rangesText(failed);
     if (state.isKnown && !lost.empty()) line += ", not submitted: " + rangesText(lost);
     messages.say(line);
@@ -208,13 +198,12 @@ int run(const CommandLine& commandLine, Messages& messages) {
     }
     if (action.empty())
         throw UsageError("expected one of --slurm, --hosts, --local, --status, --resume, --cancel");
-    for (const char* option :
-         {"partition", "account", "qos", "time", "memory", "cpus", "slurm-arg", "limit"}) {
-        if (commandLine.has(option) && action != "slurm")
-            throw UsageError("--" + std::string(option) + " belongs to --slurm");
+    if (action != "slurm") {
+        commandLine.refuse(
+            {"partition", "account", "qos", "time", "memory", "cpus", "slurm-arg", "limit"},
+            " belongs to --slurm");
+        if (action != "resume") commandLine.refuse({"dry-run"}, " belongs to --slurm and --resume");
     }
-    if (commandLine.has("dry-run") && action != "slurm" && action != "resume")
-        throw UsageError("--dry-run belongs to --slurm and --resume");
     const ClusterPlan plan = readClusterPlan(commandLine.files().front());
     if (action == "status") return status(plan, messages);
     if (action == "local") {
@@ -287,12 +276,10 @@ int main(int argc, char** argv) {
     commandLine.addNote("PLAN is the folder that video2native --plan or photo2native --plan has "
                         "made. All machines must see it, the inputs and the tools under the same "
                         "names.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--slurm --partition long --time 1:00:00 film.plan",
-                        "Submit a film to Slurm.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--status film.plan", "Ask how far it is.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--local 4 film.plan",
-                        "Make four chunks at a time on this machine.");
+    commandLine.addExample("--slurm --partition long --time 1:00:00 film.plan",
+                           "Submit a film to Slurm.");
+    commandLine.addExample("--status film.plan", "Ask how far it is.");
+    commandLine.addExample("--local 4 film.plan", "Make four chunks at a time on this machine.");
     commandLine.addTerm(CommandLine::Chapter::Files, "PLAN/logs",
                         "The log of each chunk (7.log), of the join (join.log) and of the jobs; "
                         "slurm.json says what was submitted.");

@@ -1,10 +1,8 @@
 // altiro3Dnative: the look-up table of a display, and a description of its calibration.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/display_options.hpp"
 #include "cli/outputs.hpp"
 #include "cli/quilt_options.hpp"
-#include "cli/run_tool.hpp"
 
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -169,13 +167,11 @@ int main(int argc, char** argv) {
     addQuiltOptions(commandLine);
     commandLine.add({"serial"}, "Choose among several calibrations in the file.", "NAME");
     addInvertOption(commandLine);
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--info visual.json",
-                        "Show what the calibration means.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-m portrait.map visual.json",
-                        "Write the map for the usual quilt of the display.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "-q 6x8 -r 560x420 -m portrait-6x8.map visual.json",
-                        "Write it for 6 rows of 8 views of 420 x 560 px.");
+    commandLine.addExample("--info visual.json", "Show what the calibration means.");
+    commandLine.addExample("-m portrait.map visual.json",
+                           "Write the map for the usual quilt of the display.");
+    commandLine.addExample("-q 6x8 -r 560x420 -m portrait-6x8.map visual.json",
+                           "Write it for 6 rows of 8 views of 420 x 560 px.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "

@@ -427,9 +427,9 @@ void checkOptions(const CommandLine& commandLine, bool truth) {
             throw UsageError(name + " does not apply to scenes with a true view; leave it out");
         }
     }
-    if (commandLine.has("disparity-scale") && !commandLine.has("photo")) {
-        throw UsageError("--disparity-scale applies to --disparity, expected --photo with it");
-    }
+    if (!commandLine.has("photo"))
+        commandLine.refuse({"disparity-scale"},
+                           " applies to --disparity, expected --photo with it");
 }
 
 TradeJob tradeJob(const CommandLine& commandLine) {
@@ -546,13 +546,11 @@ int main(int argc, char** argv) {
         "With a true view a second table compares the sources of estimated depth on this machine: "
         "the time per photo, Spearman's rank correlation with the true disparity, and the accuracy "
         "of method Layered with this depth, scaled and shifted to the true one.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg",
-                        "Compare the methods on a photo, with estimated depth.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--plot trade.svg -d holiday.jpg painted.png",
-                        "Compare them with given depth, and draw the result.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-j 1 --report trade.json holiday.jpg",
-                        "Measure one thread, and write all numbers.");
+    commandLine.addExample("holiday.jpg", "Compare the methods on a photo, with estimated depth.");
+    commandLine.addExample("--plot trade.svg -d holiday.jpg painted.png",
+                           "Compare them with given depth, and draw the result.");
+    commandLine.addExample("-j 1 --report trade.json holiday.jpg",
+                           "Measure one thread, and write all numbers.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         return run(tradeJob(given), messages);
     });

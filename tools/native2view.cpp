@@ -1,11 +1,8 @@
 // native2view: the picture that an eye sees of a Native through the display's lenses.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/display_options.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
-#include "cli/quilt_options.hpp"
-#include "cli/run_tool.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -66,8 +63,7 @@ struct ViewJob {
 
 ViewJob viewJob(const CommandLine& commandLine) {
     if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
-    commandLine.exclude("angle", "view");
-    commandLine.exclude("angle", "quilt-out");
+    commandLine.exclude("angle", {"view", "quilt-out"});
     commandLine.exclude("view", "quilt-out");
     ViewJob job;
     job.native = commandLine.files()[0];
@@ -77,10 +73,9 @@ ViewJob viewJob(const CommandLine& commandLine) {
     job.quilt = commandLine.has("quilt-out");
     job.views = job.quilt ? "all" : commandLine.value("view").value_or("");
     job.isBlurred = commandLine.has("eye");
-    const auto distance = commandLine.number("distance", 10, 1000);
-    if (distance && !job.isBlurred)
-        throw UsageError("--distance is that of the eye, expected --eye with it");
-    job.distance = distance.value_or(job.distance);
+    if (!job.isBlurred)
+        commandLine.refuse({"distance"}, " is that of the eye, expected --eye with it");
+    job.distance = commandLine.number("distance", 10, 1000).value_or(job.distance);
     job.display = displayOptions(commandLine);
     job.layout = quiltRequest(commandLine);
     return job;
@@ -230,14 +225,12 @@ int main(int argc, char** argv) {
     commandLine.addNote("A view has the panel's size, or that of -r, but less detail: each of N "
                         "views owns one N-th of the sub-pixels. With another display's "
                         "calibration the views mix, as they do on the panel.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "native.png middle.png",
-                        "Show what an eye sees straight ahead.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--angle -12 native.png left.png",
-                        "Show what it sees from 12 degrees to the left.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--view all native.png seen",
-                        "Write each view to the directory seen.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--eye --distance 70 native.png seen.png",
-                        "Show how sharp it looks at 70 cm.");
+    commandLine.addExample("native.png middle.png", "Show what an eye sees straight ahead.");
+    commandLine.addExample("--angle -12 native.png left.png",
+                           "Show what it sees from 12 degrees to the left.");
+    commandLine.addExample("--view all native.png seen", "Write each view to the directory seen.");
+    commandLine.addExample("--eye --distance 70 native.png seen.png",
+                           "Show how sharp it looks at 70 cm.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         return showViews(viewJob(given), messages);
     });

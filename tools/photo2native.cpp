@@ -1,16 +1,16 @@
 // photo2native: turns photos into Natives.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/folder_run.hpp"
-#include "cli/run_tool.hpp"
+#include "cli/folders.hpp"
 #include "cluster/photo_chunks.hpp"
 
-#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -27,37 +27,24 @@ PhotosMade makeOnly(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
     return made;
 }
 
-void addOutputs(const PhotoItem& item, const PhotoRun& run, PhotosMade& made) {
-    for (const std::filesystem::path& file : outputsOf(item, run.maker.layout().viewCount))
-        made.outputs.push_back(file);
-}
-
 // A run of many photos.
 PhotosMade makePictures(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
     PhotosMade made;
-    const auto toMake = std::count_if(plan.items.begin(), plan.items.end(),
-                                      [](const PhotoItem& item) { return !item.isMade; });
-    FolderRun folder("photo", static_cast<std::size_t>(toMake), plan.leftOut, messages);
-    for (const PhotoItem& item : plan.items) {
-        const std::string photo = item.photo.string();
-        if (item.isMade) {
-            folder.skip(item.photo, item.native);
-            addOutputs(item, run, made);
-            made.pictures.push_back({{"photo", photo}, {"skipped", true}});
-            continue;
-        }
-        const FolderRun::Outcome outcome = folder.convert(item.photo, [&] {
-            made.pictures.push_back(makePicture(item, run, messages));
-            addOutputs(item, run, made);
-            return kExitDone;
-        });
-        if (!outcome.leftOut.empty())
-            made.pictures.push_back({{"photo", photo}, {"leftOut", outcome.leftOut}});
-        if (!outcome.error.empty())
-            made.pictures.push_back({{"photo", photo}, {"error", outcome.error}});
-    }
+    std::vector<FolderItem> files;
+    for (const PhotoItem& item : plan.items)
+        files.push_back({item.photo, item.native, item.isMade});
+    FolderRun folder("photo", plan.leftOut, messages);
+    const auto make = [&](std::size_t i) {
+        made.pictures.push_back(makePicture(plan.items[i], run, messages));
+        return kExitDone;
+    };
+    made.status = folder.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
+        end.addTo(made.pictures, "photo", files[i]);
+        if (!end.leftOut.empty() || !end.error.empty()) return;
+        for (const fs::path& file : outputsOf(plan.items[i], run.maker.layout().viewCount))
+            made.outputs.push_back(file);
+    });
     made.mayRecover = folder.mayRecover();
-    made.status = folder.end();
     return made;
 }
 
@@ -87,13 +74,13 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
         plan.batch ? makePictures(plan, photoRun, messages) : makeOnly(plan, photoRun, messages);
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
-    if (!plan.report.empty()) {
+    if (!job.report.empty()) {
         nlohmann::ordered_json report = photoReport(photoRun, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peak;
         report["pictures"] = made.pictures;
-        writeFile(plan.report, reportText(report));
+        writeFile(job.report, reportText(report));
     }
     return made;
 }
@@ -150,16 +137,13 @@ void addOptions(CommandLine& commandLine) {
                         "counted and left out. A picture that is grey and smooth counts as a depth "
                         "image; name it itself if it is a photo.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg native.png",
-                        "Make a Native for the display that is connected.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--best -c visual.json holiday.jpg best.png",
-                        "Make the best picture, for the display of that calibration.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png given.png",
-                        "Take the depth from an image.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",
-                        "Also write the quilt, and a video of its views for any screen.");
+    commandLine.addExample("holiday.jpg native.png",
+                           "Make a Native for the display that is connected.");
+    commandLine.addExample("--best -c visual.json holiday.jpg best.png",
+                           "Make the best picture, for the display of that calibration.");
+    commandLine.addExample("-d holiday.jpg painted.png given.png", "Take the depth from an image.");
+    commandLine.addExample("--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",
+                           "Also write the quilt, and a video of its views for any screen.");
 }
 
 } // namespace

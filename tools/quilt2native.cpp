@@ -1,18 +1,10 @@
 // quilt2native: turns a quilt, or a video of quilts, into a Native.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/display_options.hpp"
-#include "cli/folder_run.hpp"
-#include "cli/outputs.hpp"
-#include "cli/picture_options.hpp"
-#include "cli/quilt_options.hpp"
-#include "cli/run_tool.hpp"
+#include "cli/folders.hpp"
 #include "photo/sway_options.hpp"
-#include "video/video_options.hpp"
 #include "video/video_progress.hpp"
 #include "video/video_run.hpp"
-
-#include <algorithm>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -88,17 +80,6 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
     messages.detail(times.text());
 }
 
-// Refuses options without an effect on pictures.
-void refuseVideoOptions(const CommandLine& commandLine) {
-    for (const char* option : {"codec", "crf", "preset", "max-rate", "compat", "no-audio",
-                               "no-subtitles", "resume", "progress", "report"}) {
-        if (commandLine.has(option)) {
-            throw UsageError("--" + std::string(option) +
-                             " applies to videos, expected a video as output");
-        }
-    }
-}
-
 // Of a Native. .mkv holds more kinds of subtitles than .mp4, so it is kept.
 std::string endingOf(const fs::path& quilt) {
     if (!isVideoFileName(quilt)) return ".png";
@@ -127,40 +108,29 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
     const bool skip = job.skipExisting;
     Outputs outputs(job.replace || skip);
     outputs.addInputs(display.files);
-    std::vector<fs::path> natives;
+    std::vector<FolderItem> files;
     const std::vector<std::string> stems = outputStems(quilts);
-    for (std::size_t i = 0; i < quilts.size(); ++i)
-        natives.push_back(outputFolder / (stems[i] + "_native" + endingOf(quilts[i].file)));
     for (std::size_t i = 0; i < quilts.size(); ++i) {
-        outputs.addInputs({quilts[i].file});
-        outputs.addDirectory(natives[i].parent_path());
+        const fs::path native = outputFolder / (stems[i] + "_native" + endingOf(quilts[i].file));
+        files.push_back({quilts[i].file, native, skip && isFileWithContents(native)});
+        outputs.addPair(quilts[i].file, native);
     }
-    outputs.addOutputs(natives);
     outputs.check();
     outputs.makeDirectories();
-    const auto isMade = [&](const fs::path& native) { return skip && isFileWithContents(native); };
-    const auto made = std::count_if(natives.begin(), natives.end(), isMade);
-    FolderRun run("quilt", quilts.size() - static_cast<std::size_t>(made), leftOut, messages);
-    for (std::size_t i = 0; i < quilts.size(); ++i) {
-        if (isStopWanted()) break;
-        if (isMade(natives[i])) {
-            run.skip(quilts[i].file, natives[i]);
-            continue;
-        }
-        run.convert(quilts[i].file, [&] {
-            if (isVideoFileName(quilts[i].file)) {
-                videos.plan.input = quilts[i].file;
-                videos.plan.output = natives[i];
-                videos.plan.isFile = videos.plan.isFromFolder = videos.plan.isChecked = true;
-                videos.plan.place = run.place() + " ";
-                return makeVideo(videos, nullptr, messages);
-            }
-            convertPicture(job, quilts[i].file, natives[i], true, display, messages);
+    FolderRun run("quilt", leftOut, messages);
+    const auto convert = [&](std::size_t i) {
+        const auto& [quilt, native, isMade] = files[i];
+        if (!isVideoFileName(quilt)) {
+            convertPicture(job, quilt, native, true, display, messages);
             return kExitDone;
-        });
-    }
-    const int status = run.end();
-    return isStopWanted() ? kExitStopped : status;
+        }
+        videos.plan.input = quilt;
+        videos.plan.output = native;
+        videos.plan.isFile = videos.plan.isFromFolder = videos.plan.isChecked = true;
+        videos.plan.place = run.place() + " ";
+        return makeVideo(videos, nullptr, messages);
+    };
+    return run.convert(files, convert, [](std::size_t, const FolderEnd&) {});
 }
 
 // Whether a picture is a quilt: its name says so, or its views are found in it, or it fills the
@@ -213,12 +183,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const bool isFolder = fs::is_directory(job.quilt, error);
     if (isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
-    for (const char* option : {"skip-existing", "recursive"}) {
-        if (!isFolder && commandLine.has(option)) {
-            throw UsageError("--" + std::string(option) +
-                             " applies to folders, expected a directory of quilts");
-        }
-    }
+    if (!isFolder)
+        commandLine.refuse({"skip-existing", "recursive"},
+                           " applies to folders, expected a directory of quilts");
     const bool makesVideo = !isFolder && canWriteVideo(job.native);
     if (makesVideo && !job.swayFile.empty()) {
         throw UsageError(job.native.string() +
@@ -228,7 +195,10 @@ int run(const CommandLine& commandLine, Messages& messages) {
         throw UsageError(job.native.string() + ": is not the name of a video, but " +
                          job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
     }
-    if (!makesVideo) refuseVideoOptions(commandLine);
+    if (!makesVideo)
+        commandLine.refuse({"codec", "crf", "preset", "max-rate", "compat", "no-audio",
+                            "no-subtitles", "resume", "progress", "report"},
+                           " applies to videos, expected a video as output");
     VideoPlan plan;
     plan.input = job.quilt;
     plan.output = job.native;
@@ -290,12 +260,10 @@ int main(int argc, char** argv) {
         "state the layout; one bad quilt does not stop the rest. Photos, Natives, "
         "other videos and other files are named, counted and left out.");
     commandLine.addNote("Quilts may be " + readableFormats() + ", or videos of quilts.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png native.png",
-                        "Make a Native of a quilt whose name states its layout.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-q 6x8 quilt.png native-q.png",
-                        "Read the quilt as 6 rows of 8 views.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--lg swing.mp4 holiday_qs8x6a0.75.png native-lg.png",
-                        "Also write a video of the views for any screen.");
+    commandLine.addExample("holiday_qs8x6a0.75.png native.png",
+                           "Make a Native of a quilt whose name states its layout.");
+    commandLine.addExample("-q 6x8 quilt.png native-q.png", "Read the quilt as 6 rows of 8 views.");
+    commandLine.addExample("--lg swing.mp4 holiday_qs8x6a0.75.png native-lg.png",
+                           "Also write a video of the views for any screen.");
     return runTool(argc, argv, commandLine, run);
 }

@@ -1,11 +1,8 @@
 // quilt2video: turns a quilt into a video in which the camera swings through its views.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/display_options.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
-#include "cli/quilt_options.hpp"
-#include "cli/run_tool.hpp"
 #include "photo/sway_options.hpp"
 
 #include <opencv2/core.hpp>
@@ -51,8 +48,8 @@ SwayJob swayJob(const CommandLine& commandLine) {
     job.aspect = commandLine.number("aspect", 0.1, 10);
     job.display = displayOptions(commandLine);
     requireVideoName(job.video);
-    if (job.display.calibration.empty() && !job.display.serial.empty())
-        throw UsageError("--serial chooses in the file of -c, expected -c with it");
+    if (job.display.calibration.empty())
+        commandLine.refuse({"serial"}, " chooses in the file of -c, expected -c with it");
     return job;
 }
 
@@ -140,14 +137,12 @@ int main(int argc, char** argv) {
                         "photo_qs8x6a0.75.png, states the layout. "
                         "The video is H.264 4:2:0 in .mp4 (or .mov, .m4v, .mkv), which any player "
                         "plays; it begins and ends in the middle view.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday_qs8x6a0.75.png swing.mp4",
-                        "Write the video in the shape of the views.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--seconds 6 --turns 1 holiday_qs8x6a0.75.png slow.mp4",
-                        "Swing once, in 6 seconds.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "-q 6x8 --size 640x640 --fit contain quilt.png square.mp4",
-                        "Read 6 rows of 8 views and show them whole in a square.");
+    commandLine.addExample("holiday_qs8x6a0.75.png swing.mp4",
+                           "Write the video in the shape of the views.");
+    commandLine.addExample("--seconds 6 --turns 1 holiday_qs8x6a0.75.png slow.mp4",
+                           "Swing once, in 6 seconds.");
+    commandLine.addExample("-q 6x8 --size 640x640 --fit contain quilt.png square.mp4",
+                           "Read 6 rows of 8 views and show them whole in a square.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json.");

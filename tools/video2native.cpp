@@ -1,12 +1,6 @@
 // video2native: turns videos into Native videos.
 
-#include "cli/depth_options.hpp"
-#include "cli/display_options.hpp"
-#include "cli/folder_run.hpp"
-#include "cli/picture_options.hpp"
-#include "cli/quilt_options.hpp"
-#include "cli/run_tool.hpp"
-#include "video/video_options.hpp"
+#include "cli/folders.hpp"
 #include "video/video_progress.hpp"
 #include "video/video_run.hpp"
 
@@ -77,13 +71,12 @@ void addOptions(CommandLine& commandLine) {
         "Of a directory only videos are converted; one bad video does not stop the rest. Clips of "
         "Live Photos, videos of quilts and of depth, Native videos, pictures "
         "and other files are named, counted and left out.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "clip.mp4 native.mp4",
-                        "Make a Native video for the display that is connected.");
-    commandLine.addTerm(CommandLine::Chapter::Examples,
-                        "--profile live --preview 5 clip.mp4 look.mp4",
-                        "Make the first 5 seconds quickly, as a preview.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--depth clip-depth.mp4 clip.mp4 given.mp4",
-                        "Take the depth from a video.");
+    commandLine.addExample("clip.mp4 native.mp4",
+                           "Make a Native video for the display that is connected.");
+    commandLine.addExample("--profile live --preview 5 clip.mp4 look.mp4",
+                           "Make the first 5 seconds quickly, as a preview.");
+    commandLine.addExample("--depth clip-depth.mp4 clip.mp4 given.mp4",
+                           "Take the depth from a video.");
 }
 
 } // namespace

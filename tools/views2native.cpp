@@ -1,11 +1,8 @@
 // views2native: turns a directory of sorted views into a Native.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/display_options.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
-#include "cli/quilt_options.hpp"
-#include "cli/run_tool.hpp"
 #include "cli/views_folder.hpp"
 
 #include <algorithm>
@@ -149,12 +146,11 @@ int main(int argc, char** argv) {
         "counts in equal steps. Files that are named one by one are used as views in the given "
         "order, whatever they show.");
     commandLine.addNote("Views may be " + readableFormats() + ".");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "views native.png",
-                        "Make a Native of the pictures in a directory.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--reverse views reversed.png",
-                        "The same for pictures that run from the right to the left.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--save-quilt scene.png views also.png",
-                        "Also write the quilt, with its layout in the name.");
+    commandLine.addExample("views native.png", "Make a Native of the pictures in a directory.");
+    commandLine.addExample("--reverse views reversed.png",
+                           "The same for pictures that run from the right to the left.");
+    commandLine.addExample("--save-quilt scene.png views also.png",
+                           "Also write the quilt, with its layout in the name.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         return makeNative(viewsJob(given), messages);
     });

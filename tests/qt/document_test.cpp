@@ -1,7 +1,7 @@
 #include "viewer/model/document.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
-#include "cli/folder_search.hpp"
+#include "cli/folders.hpp"
 #include "support/compare.hpp"
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"

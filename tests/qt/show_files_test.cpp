@@ -4,8 +4,8 @@
 #include "support/compare.hpp"
 #include "support/slow.hpp"
 #include "support/texts.hpp"
-#include "viewer/show/show_files.hpp"
 #include "viewer/show/slide_presenter.hpp"
+#include "viewer/show/slide_show.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QGuiApplication>

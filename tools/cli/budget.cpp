@@ -85,10 +85,8 @@ void Budget::add(CommandLine& commandLine) {
 
 Budget::Budget(const CommandLine& commandLine)
     : milliseconds_(commandLine.number("budget", 0.1, 1e6)) {
-    for (const char* option :
-         {"method", "g", "fill", "borders", "refine", "inpaint-from", "camera"}) {
-        commandLine.exclude("budget", option);
-    }
+    commandLine.exclude("budget",
+                        {"method", "g", "fill", "borders", "refine", "inpaint-from", "camera"});
     advice_ = "smaller views (-r) take less";
     if (commandLine.has("k")) advice_ = "it takes less without -k";
     if (commandLine.has("best")) advice_ = "it takes less without --best";

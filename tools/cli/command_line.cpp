@@ -97,33 +97,35 @@ void wrap(std::string& out, const std::string& text, std::size_t indent, std::si
 
 } // namespace
 
+std::string joined(const std::vector<std::string>& words, const std::string& between,
+                   const std::optional<std::string>& beforeLast) {
+    std::string text;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (i > 0) text += i + 1 == words.size() ? beforeLast.value_or(between) : between;
+        text += words[i];
+    }
+    return text;
+}
+
 CommandLine::CommandLine(std::string name, std::string summary)
     : name_(std::move(name)), summary_(std::move(summary)) {
     parser_.setOptionsAfterPositionalArgumentsMode(QCommandLineParser::ParseAsOptions);
 }
 
-std::string CommandLine::dashed(const std::string& name) {
-    return (name.size() == 1 ? "-" : "--") + name;
-}
-
-void CommandLine::addUsage(const std::string& usage) {
-    usages_.push_back(usage);
-}
-
-void CommandLine::addSection(const std::string& title) {
-    entries_.push_back({"", title, {}, {}, {}, false, {}});
+std::vector<std::string> CommandLine::HelpEntry::dashedNames() const {
+    std::vector<std::string> all;
+    for (const std::string& name : names)
+        all.push_back(dashed(name));
+    return all;
 }
 
 void CommandLine::add(const std::vector<std::string>& names, const std::string& description,
                       const std::string& valueName,
                       const std::function<std::vector<std::string>()>& known) {
-    std::string left;
-    for (const std::string& name : names) {
-        options_.insert(name);
-        left += (left.empty() ? "" : ", ") + dashed(name);
-    }
-    if (!valueName.empty()) left += " " + valueName;
-    entries_.push_back({left, description, names, valueName, known, false, {}});
+    options_.insert(names.begin(), names.end());
+    HelpEntry entry{{}, description, names, valueName, known, false, {}};
+    entry.left = joined(entry.dashedNames()) + (valueName.empty() ? "" : " " + valueName);
+    entries_.push_back(entry);
 }
 
 void CommandLine::addAdvanced(const std::vector<std::string>& names, const std::string& description,
@@ -151,14 +153,6 @@ void CommandLine::addDropped(const std::string& name, const std::string& why,
                              const std::string& valueName) {
     addHidden(name, valueName);
     dropped_[name] = why;
-}
-
-void CommandLine::addNote(const std::string& text) {
-    notes_.push_back(text);
-}
-
-void CommandLine::addTerm(Chapter chapter, const std::string& term, const std::string& meaning) {
-    chapters_[chapter].emplace_back(term, meaning);
 }
 
 CommandLine::Terms CommandLine::terms(Chapter chapter) const {
@@ -356,8 +350,7 @@ std::optional<double> CommandLine::number(const std::string& option, double low,
         std::ostringstream range;
         range.imbue(std::locale::classic());
         range << low << ".." << high;
-        throw UsageError(dashed(option) + " is \"" + *text + "\", expected a number " +
-                         range.str());
+        failValue(option, "a number " + range.str());
     }
     return result;
 }
@@ -365,11 +358,8 @@ std::optional<double> CommandLine::number(const std::string& option, double low,
 std::optional<int> CommandLine::wholeNumber(const std::string& option, int low, int high) const {
     const std::optional<double> value = number(option, low, high);
     if (!value) return std::nullopt;
-    if (*value != static_cast<int>(*value)) {
-        throw UsageError(dashed(option) + " is \"" + *this->value(option) +
-                         "\", expected a whole number " + std::to_string(low) + ".." +
-                         std::to_string(high));
-    }
+    if (*value != static_cast<int>(*value))
+        failValue(option, "a whole number " + std::to_string(low) + ".." + std::to_string(high));
     return static_cast<int>(*value);
 }
 
@@ -377,12 +367,13 @@ std::optional<std::size_t> CommandLine::choice(const std::string& option,
                                                const std::vector<std::string>& words) const {
     const std::optional<std::string> text = value(option);
     if (!text) return std::nullopt;
-    std::string list;
-    for (std::size_t i = 0; i < words.size(); ++i) {
-        if (*text == words[i]) return i;
-        list += (i == 0 ? "" : i + 1 == words.size() ? " or " : ", ") + words[i];
-    }
-    throw UsageError(dashed(option) + " is \"" + *text + "\", expected " + list);
+    const auto found = std::find(words.begin(), words.end(), *text);
+    if (found == words.end()) failValue(option, joined(words, ", ", " or "));
+    return static_cast<std::size_t>(found - words.begin());
+}
+
+void CommandLine::failValue(const std::string& option, const std::string& expected) const {
+    throw UsageError(dashed(option) + " is \"" + *value(option) + "\", expected " + expected);
 }
 
 void CommandLine::failNames(const std::string& expected, std::size_t count) const {
@@ -400,6 +391,17 @@ void CommandLine::exclude(const std::string& option, const std::string& other) c
         throw UsageError(dashed(option) + " and " + dashed(other) + " exclude each other; see " +
                          name_ + " --help");
     }
+}
+
+void CommandLine::exclude(const std::string& option,
+                          std::initializer_list<const char*> others) const {
+    for (const char* other : others)
+        exclude(option, other);
+}
+
+void CommandLine::refuse(std::initializer_list<const char*> options, const std::string& why) const {
+    for (const std::string option : options)
+        if (has(option)) throw UsageError(dashed(option) + why);
 }
 
 } // namespace altiro3D::tools

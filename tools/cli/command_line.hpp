@@ -3,6 +3,7 @@
 #include <QCommandLineParser>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <set>
@@ -25,6 +26,10 @@ std::string counted(WholeNumber count, const std::string& noun) {
     return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
+/// The words with a text between them, and perhaps another before the last one.
+std::string joined(const std::vector<std::string>& words, const std::string& between = ", ",
+                   const std::optional<std::string>& beforeLast = {});
+
 /// The options of one tool, their help and their values.
 ///
 /// Arguments are kept byte for byte, because file names need not be UTF-8.
@@ -34,9 +39,11 @@ class CommandLine {
     CommandLine(std::string name, std::string summary);
 
     /// Adds a usage line, without the tool's name: "[options] PHOTO OUT.png".
-    void addUsage(const std::string& usage);
+    void addUsage(const std::string& usage) { usages_.push_back(usage); }
     /// Begins a section of options in the help.
-    void addSection(const std::string& title);
+    void addSection(const std::string& title) {
+        entries_.push_back({"", title, {}, {}, {}, false, {}});
+    }
     /// Adds an option; `names` without dashes, `valueName` empty if it takes no value.
     /// @param known returns names that are accepted in place of a FILE; shells complete them
     void add(const std::vector<std::string>& names, const std::string& description,
@@ -58,12 +65,17 @@ class CommandLine {
     void addDropped(const std::string& name, const std::string& why,
                     const std::string& valueName = {});
     /// Adds a paragraph after the options.
-    void addNote(const std::string& text);
+    void addNote(const std::string& text) { notes_.push_back(text); }
 
     /// Chapters after the options, in this order; Files and Environment in the manual only.
     enum class Chapter { Keys, Examples, Files, Environment };
     /// Adds a line to a chapter: a key, a command (without the tool's name), a file or a variable.
-    void addTerm(Chapter chapter, const std::string& term, const std::string& meaning);
+    void addTerm(Chapter chapter, const std::string& term, const std::string& meaning) {
+        chapters_[chapter].emplace_back(term, meaning);
+    }
+    void addExample(const std::string& arguments, const std::string& meaning) {
+        addTerm(Chapter::Examples, arguments, meaning);
+    }
 
     /// Reads the arguments. @throws UsageError
     void parse(int argc, char** argv);
@@ -115,8 +127,13 @@ class CommandLine {
     /// Throws a UsageError because the number of names is wrong.
     /// @param expected "PHOTO and OUT" @param count number of names in `expected`
     [[noreturn]] void failNames(const std::string& expected, std::size_t count) const;
+    /// Throws a UsageError because of an option's value: `--size is "7", expected ...`.
+    [[noreturn]] void failValue(const std::string& option, const std::string& expected) const;
     /// Refuses two options that exclude each other. @throws UsageError
     void exclude(const std::string& option, const std::string& other) const;
+    void exclude(const std::string& option, std::initializer_list<const char*> others) const;
+    /// Refuses options. @param why follows the option's name @throws UsageError
+    void refuse(std::initializer_list<const char*> options, const std::string& why) const;
 
   private:
     struct HelpEntry {
@@ -127,9 +144,13 @@ class CommandLine {
         std::function<std::vector<std::string>()> known;
         bool isAdvanced = false;
         std::vector<std::string> oldNames;
+
+        std::vector<std::string> dashedNames() const;
     };
     using Terms = std::vector<std::pair<std::string, std::string>>;
-    static std::string dashed(const std::string& name);
+    static std::string dashed(const std::string& name) {
+        return (name.size() == 1 ? "-" : "--") + name;
+    }
     // The entries of the help, without empty sections.
     std::vector<HelpEntry> shown(bool all) const;
     // The technical terms that these entries use, with their meanings.

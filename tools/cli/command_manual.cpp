@@ -57,13 +57,6 @@ std::string beginning(const std::string& text, const std::string& ends) {
     return first;
 }
 
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
-    std::string text;
-    for (const std::string& word : words)
-        text += (text.empty() ? "" : between) + word;
-    return text;
-}
-
 } // namespace
 
 std::string CommandLine::manPage(const std::string& version) const {
@@ -123,16 +116,15 @@ std::string CommandLine::bashCompletion() const {
     std::vector<std::string> free;
     std::string words;
     for (const HelpEntry& entry : entries_) {
-        std::vector<std::string> options;
-        for (const std::string& name : entry.names)
-            options.push_back(dashed(name));
+        const std::vector<std::string> options = entry.dashedNames();
         all.insert(all.end(), options.begin(), options.end());
         switch (kindOf(entry.valueName)) {
         case ValueKind::None:
             break;
         case ValueKind::File:
-            if (!entry.known) files.insert(files.end(), options.begin(), options.end());
-            if (entry.known) {
+            if (!entry.known) {
+                files.insert(files.end(), options.begin(), options.end());
+            } else {
                 words += "    " + joined(options, " | ") +
                          ")\n        compopt -o filenames\n"
                          "        mapfile -t COMPREPLY < <(compgen -W '" +
@@ -191,9 +183,7 @@ std::string CommandLine::zshCompletion() const {
     std::string script = "#compdef " + name_ + "\n\n_arguments -s";
     for (const HelpEntry& entry : entries_) {
         if (entry.left.empty()) continue;
-        std::vector<std::string> options;
-        for (const std::string& name : entry.names)
-            options.push_back(dashed(name));
+        const std::vector<std::string> options = entry.dashedNames();
         script += " \\\n    ";
         if (options.size() == 1) {
             script += "'" + options.front();

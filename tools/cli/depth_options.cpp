@@ -31,10 +31,10 @@ const NetworkProfile* named(const std::vector<NetworkProfile>& catalog, const st
     return nullptr;
 }
 
-std::string namesOf(const std::vector<NetworkProfile>& catalog) {
-    std::string names;
+std::vector<std::string> namesOf(const std::vector<NetworkProfile>& catalog) {
+    std::vector<std::string> names;
     for (const NetworkProfile& profile : catalog)
-        names += (names.empty() ? " or a network of the catalogue: " : ", ") + profile.name;
+        names.push_back(profile.name);
     return names;
 }
 
@@ -54,9 +54,8 @@ DepthKind kindOption(const CommandLine& commandLine) {
             return DepthKind::Metric;
         }
     }
-    throw UsageError(
-        "--depth-kind is \"" + *text +
-        "\", expected near-white, far-white, metric or metric:SCALE (units of a metre)");
+    commandLine.failValue("depth-kind",
+                          "near-white, far-white, metric or metric:SCALE (units of a metre)");
 }
 
 // The network's input size with another longer side; its multiples are kept.
@@ -90,11 +89,8 @@ std::optional<LayoutChoice> layoutOption(const CommandLine& commandLine, const s
     if (halves == "squeezed") choice.halves = StereoHalves::Squeezed;
     const bool areHalves = colon == std::string::npos || choice.halves != StereoHalves::Automatic;
     if (found != places.end() && areHalves) return choice;
-    std::string names;
-    for (std::size_t i = 0; i < places.size(); ++i)
-        names += (i == 0 ? "" : i + 1 < places.size() ? ", " : " or ") + places[i];
-    throw UsageError("--" + option + " is \"" + *value + "\", expected " + names +
-                     ", with :full or :squeezed if needed" + others);
+    commandLine.failValue(option, joined(places, ", ", " or ") +
+                                      ", with :full or :squeezed if needed" + others);
 }
 
 std::optional<RgbdLayout> rgbdOption(const CommandLine& commandLine) {
@@ -161,12 +157,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
         "Depth network: an ONNX file, or the name of one in the catalogue. Default: the first of "
         "depth-anything-v2-small (needs ONNX Runtime), midas-small and altiro3d whose file is "
         "found.",
-        "NETWORK", [] {
-            std::vector<std::string> names;
-            for (const NetworkProfile& profile : modelCatalog())
-                names.push_back(profile.name);
-            return names;
-        });
+        "NETWORK", [] { return namesOf(modelCatalog()); });
     commandLine.addAdvanced({"l", "large"},
                             "Use the large MiDaS network; with -n: the file is a large network.");
     commandLine.addAdvanced(
@@ -261,15 +252,15 @@ DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
     if (options.fromFiles) options.given = isVideo ? "given depth" : "depth image";
     if (options.rgbd)
         options.given = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
-    if (options.given.empty() && has("depth-kind"))
-        throw UsageError("--depth-kind describes given depth, expected -d or --rgbd with it");
+    if (options.given.empty())
+        commandLine.refuse({"depth-kind"}, " describes given depth, expected -d or --rgbd with it");
     options.network = commandLine.value("n").value_or("");
     if (options.network == "cues")
         throw UsageError("-n cues: depth without a network no longer exists, expected -n altiro3d");
     options.isLarge = has("l");
     options.profile = commandLine.value("net-profile").value_or("");
-    if (!options.profile.empty() && options.network.empty())
-        throw UsageError("--net-profile describes a network file, expected -n FILE with it");
+    if (options.network.empty())
+        commandLine.refuse({"net-profile"}, " describes a network file, expected -n FILE with it");
     options.networkSize = commandLine.wholeNumber("network-size", 16, 4096);
     options.engine =
         commandLine
@@ -281,12 +272,9 @@ DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
     if (isVideo) return options;
     readStereoOption(commandLine, options);
     const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
-    for (const char* other : {"d", "rgbd", "embedded-depth", "unblurred"})
-        commandLine.exclude("stereo", other);
-    for (const char* other : {"d", "rgbd"}) {
-        commandLine.exclude(other, "embedded-depth");
-        commandLine.exclude(other, "unblurred");
-    }
+    commandLine.exclude("stereo", {"d", "rgbd", "embedded-depth", "unblurred"});
+    for (const char* other : {"d", "rgbd"})
+        commandLine.exclude(other, {"embedded-depth", "unblurred"});
     options.photo.unblurred = has("unblurred");
     if (!options.given.empty() || options.stereo) return options;
     options.photo.useDepth = use ? *use == 0 : options.network.empty() && !options.isLarge;
@@ -343,7 +331,10 @@ void ChosenDepth::chooseNetwork(Messages& messages) {
         }
         if (networkFile.empty()) {
             throw Error(ErrorCode::NotFound, wanted,
-                        "does not exist, expected an ONNX file" + namesOf(catalog));
+                        "does not exist, expected an ONNX file" +
+                            (catalog.empty()
+                                 ? ""
+                                 : " or a network of the catalogue: " + joined(namesOf(catalog))));
         }
         if (!profile) {
             known = findProfile(catalog, networkFile);

@@ -27,14 +27,15 @@ std::optional<MountedCalibration> mountedVolume(const std::string& serial,
                 return false;
             }
         };
-        std::string list;
+        std::vector<std::string> list;
         for (const MountedCalibration& volume : volumes) {
             if (named(volume)) return volume;
-            list += (list.empty() ? "" : ", ") + volume.volume;
+            list.push_back(volume.volume);
         }
-        throw Error(ErrorCode::NotFound, "--serial",
-                    "no mounted display is " + serial + ", expected " +
-                        (list.empty() ? "a display's volume to be mounted" : "one of " + list));
+        throw Error(
+            ErrorCode::NotFound, "--serial",
+            "no mounted display is " + serial + ", expected " +
+                (list.empty() ? "a display's volume to be mounted" : "one of " + joined(list)));
     }
     if (volumes.empty()) return std::nullopt;
     if (volumes.size() == 1) return volumes.front();
@@ -43,12 +44,12 @@ std::optional<MountedCalibration> mountedVolume(const std::string& serial,
                       " is used");
         return volumes.front();
     }
-    std::string list;
-    for (const MountedCalibration& volume : volumes) {
-        list += (list.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
-    }
+    std::vector<std::string> list;
+    for (const MountedCalibration& volume : volumes)
+        list.push_back(volume.volume + " (" + volume.file.string() + ")");
     throw Error(ErrorCode::InvalidArgument, "calibration",
-                "several displays are mounted: " + list + "; expected --serial to choose one");
+                "several displays are mounted: " + joined(list) +
+                    "; expected --serial to choose one");
 }
 
 fs::path sampleCalibration() {
@@ -217,8 +218,7 @@ DisplayOptions displayOptions(const CommandLine& commandLine) {
         throw UsageError(map.string() + ": is a calibration, expected a look-up table (.map); "
                                         "calibrations are given with -c");
     }
-    for (const char* other : {"invert", "view-filter", "sampling"})
-        commandLine.exclude("m", other);
+    commandLine.exclude("m", {"invert", "view-filter", "sampling"});
     return {map, commandLine.value("c").value_or(""), commandLine.value("serial").value_or(""),
             invertOption(commandLine)};
 }

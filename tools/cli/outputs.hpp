@@ -33,6 +33,13 @@ class Outputs {
     /// Adds a directory for outputs; makeDirectories() creates it if it does not exist.
     void addDirectory(const std::filesystem::path& directory) { directories_.push_back(directory); }
 
+    /// Adds the file of a folder and its output, whose folder will be created.
+    void addPair(const std::filesystem::path& input, const std::filesystem::path& output) {
+        addInputs({input});
+        addDirectory(output.parent_path());
+        addOutputs({output});
+    }
+
     /// Sets the end of the message for an output that exists: "and ...".
     void explainExisting(const std::filesystem::path& file, const std::string& why) {
         why_[file] = ", " + why;

@@ -28,9 +28,7 @@ ViewOptions viewOptions(const CommandLine& commandLine, const AutoChoices& choic
                         ViewMethod standard) {
     ViewOptions options;
     const ViewOptions usual;
-    const auto method = commandLine.oneOf<ViewMethod>(
-        "method",
-        {{"fast", ViewMethod::Fast}, {"real", ViewMethod::Real}, {"layered", ViewMethod::Layered}});
+    const auto method = commandLine.oneOf("method", kMethods);
     const bool isGeometric = commandLine.has("g");
     if (isGeometric && method && *method != ViewMethod::Real)
         throw UsageError("-g means --method real, expected no other --method");
@@ -86,8 +84,7 @@ Framing framingOption(const CommandLine& commandLine, FitMode fit, bool isAuto) 
     };
     const auto skipComma = [&] { return at != end && *at++ == ','; };
     if (!read(framing.centre.x) || !skipComma() || !read(framing.centre.y) || at != end) {
-        throw UsageError("--center is \"" + *centre +
-                         "\", expected two numbers 0..1 with a comma, such as 0.3,0.5");
+        commandLine.failValue("center", "two numbers 0..1 with a comma, such as 0.3,0.5");
     }
     if (isAuto)
         throw UsageError("--fit auto chooses the centre itself, expected no --center with it");

@@ -5,6 +5,7 @@
 
 #include <QCoreApplication>
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
 #include <clocale>
@@ -61,6 +62,14 @@ void takeStatusAway() {
     console.showsStatus = false;
 }
 
+std::atomic<bool> stopWanted{false};
+
+// The first signal ends the video with a complete file; a second one ends the process.
+extern "C" void stopOnce(int signal) {
+    stopWanted.store(true);
+    std::signal(signal, SIG_DFL);
+}
+
 // Standard error belongs to the process: the first object turns it off, the last one on again.
 struct Quiet {
     std::mutex mutex;
@@ -69,6 +78,15 @@ struct Quiet {
 } quiet;
 
 } // namespace
+
+void catchStop() {
+    std::signal(SIGINT, stopOnce);
+    std::signal(SIGTERM, stopOnce);
+}
+
+bool isStopWanted() {
+    return stopWanted.load();
+}
 
 void writeLine(std::FILE* stream, const std::string& line) {
     const std::lock_guard<std::mutex> lock(console.mutex);
@@ -103,14 +121,6 @@ std::string oneLine(std::string text) {
 
 void Messages::say(const std::string& line) const {
     if (!silent_) print(oneLine(ofSubject(line)));
-}
-
-void Messages::print(const std::string& text) const {
-    writeLine(stdout, text);
-}
-
-void Messages::detail(const std::string& line) const {
-    if (verbose_) say(line);
 }
 
 void Messages::warn(const std::string& line) {
@@ -203,10 +213,6 @@ void Progress::step(const std::string& what) {
         showStatus(text + oneLine(what));
     }
     ++done_;
-}
-
-void Progress::clear() {
-    clearStatus();
 }
 
 QuietStandardError::QuietStandardError() {

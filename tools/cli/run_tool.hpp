@@ -19,6 +19,11 @@ namespace altiro3D::tools {
 constexpr int kExitDone = 0;
 constexpr int kExitFailed = 1;
 constexpr int kExitUsage = 2;
+constexpr int kExitStopped = 130; ///< By Ctrl-C, as in shells.
+
+/// Lets the first Ctrl-C set isStopWanted(), and a second one end the process.
+void catchStop();
+bool isStopWanted();
 
 // All writing to standard output and standard error: whole lines in order and, on a terminal, one
 // status line, which is erased before each line.
@@ -49,13 +54,15 @@ class Messages {
     /// Writes a line about the result.
     void say(const std::string& line) const;
     /// Writes a text for programs, such as JSON, unchanged.
-    void print(const std::string& text) const;
+    void print(const std::string& text) const { writeLine(stdout, text); }
     /// Sets the item that the following messages of say() and detail() begin with, if a run has
     /// several items; empty: none.
     void setSubject(const std::string& subject) { subject_ = subject; }
     bool hasSubject() const { return !subject_.empty(); }
     /// Writes a line if `-v` was given.
-    void detail(const std::string& line) const;
+    void detail(const std::string& line) const {
+        if (verbose_) say(line);
+    }
     /// Adds a warning; flushWarnings() shows it. The same text is shown only once.
     void warn(const std::string& line);
     void warn(const std::vector<std::string>& lines);
@@ -128,7 +135,7 @@ class Progress {
     /// Shows that a step begins.
     void step(const std::string& what);
     /// Erases the line, so that other lines can be written.
-    void clear();
+    void clear() { clearStatus(); }
 
   private:
     std::size_t steps_;

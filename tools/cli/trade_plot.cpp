@@ -18,24 +18,19 @@ constexpr double kTop = 40;
 constexpr double kBottom = 50;
 constexpr double kLabelHeight = 15;
 
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (char c : text) {
-        if (c == '<') {
-            result += "&lt;";
-        } else if (c == '&') {
-            result += "&amp;";
-        } else {
-            result += c;
-        }
+std::string label(double x, double y, std::string text, const std::string& anchor,
+                  const std::string& more = "") {
+    for (const auto& [sign, word] : {std::pair('&', "&amp;"), std::pair('<', "&lt;")}) {
+        for (std::size_t at = 0; (at = text.find(sign, at)) != std::string::npos; ++at)
+            text.replace(at, 1, word);
     }
-    return result;
+    return "<text x=\"" + fixed(x, 1) + "\" y=\"" + fixed(y, 1) + "\" text-anchor=\"" + anchor +
+           "\"" + more + ">" + text + "</text>\n";
 }
 
-std::string label(double x, double y, const std::string& text, const std::string& anchor,
-                  const std::string& more = "") {
-    return "<text x=\"" + fixed(x, 1) + "\" y=\"" + fixed(y, 1) + "\" text-anchor=\"" + anchor +
-           "\"" + more + ">" + escaped(text) + "</text>\n";
+std::string line(double x1, double y1, double x2, double y2, const std::string& style) {
+    return "<line x1=\"" + fixed(x1, 1) + "\" y1=\"" + fixed(y1, 1) + "\" x2=\"" + fixed(x2, 1) +
+           "\" y2=\"" + fixed(y2, 1) + "\" stroke=\"" + style + "/>\n";
 }
 
 bool beaten(const TradePoint& point, const std::vector<TradePoint>& points) {
@@ -43,6 +38,14 @@ bool beaten(const TradePoint& point, const std::vector<TradePoint>& points) {
         return other.milliseconds <= point.milliseconds && other.decibels >= point.decibels &&
                (other.milliseconds < point.milliseconds || other.decibels > point.decibels);
     });
+}
+
+bool isQuicker(const TradePoint& a, const TradePoint& b) {
+    return a.milliseconds < b.milliseconds;
+}
+
+bool isWorse(const TradePoint& a, const TradePoint& b) {
+    return a.decibels < b.decibels;
 }
 
 } // namespace
@@ -53,13 +56,8 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
     double lowest = 20;
     double highest = 30;
     if (!points.empty()) {
-        const auto [quick, slow] = std::minmax_element(
-            points.begin(), points.end(), [](const TradePoint& a, const TradePoint& b) {
-                return a.milliseconds < b.milliseconds;
-            });
-        const auto [low, high] = std::minmax_element(
-            points.begin(), points.end(),
-            [](const TradePoint& a, const TradePoint& b) { return a.decibels < b.decibels; });
+        const auto [quick, slow] = std::minmax_element(points.begin(), points.end(), isQuicker);
+        const auto [low, high] = std::minmax_element(points.begin(), points.end(), isWorse);
         fastest = std::max(quick->milliseconds, 1e-6) / 1.5;
         slowest = std::max(slow->milliseconds, 1e-6) * 1.5;
         lowest = std::floor(low->decibels - 0.5);
@@ -79,11 +77,9 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
                       "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
     svg += label(kLeft, kTop - 16, "Accuracy over time per view: " + title, "start",
                  " font-size=\"15\"");
-    for (int line = 0; line <= static_cast<int>(highest - lowest); ++line) {
-        const double decibels = lowest + line;
-        svg += "<line x1=\"" + fixed(kLeft, 1) + "\" y1=\"" + fixed(yOf(decibels), 1) + "\" x2=\"" +
-               fixed(kWidth - kRight, 1) + "\" y2=\"" + fixed(yOf(decibels), 1) +
-               "\" stroke=\"#ddd\"/>\n" +
+    for (int i = 0; i <= static_cast<int>(highest - lowest); ++i) {
+        const double decibels = lowest + i;
+        svg += line(kLeft, yOf(decibels), kWidth - kRight, yOf(decibels), "#ddd\"") +
                label(kLeft - 6, yOf(decibels) + 4, fixed(decibels, 0), "end");
     }
     const auto firstDecade = static_cast<int>(std::floor(std::log10(fastest)));
@@ -94,9 +90,7 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
             if (tick < fastest || tick > slowest) continue;
             char text[32];
             std::snprintf(text, sizeof text, "%g", tick);
-            svg += "<line x1=\"" + fixed(xOf(tick), 1) + "\" y1=\"" + fixed(kTop, 1) + "\" x2=\"" +
-                   fixed(xOf(tick), 1) + "\" y2=\"" + fixed(kHeight - kBottom, 1) +
-                   "\" stroke=\"#ddd\"/>\n" +
+            svg += line(xOf(tick), kTop, xOf(tick), kHeight - kBottom, "#ddd\"") +
                    label(xOf(tick), kHeight - kBottom + 16, text, "middle");
         }
     }
@@ -106,9 +100,7 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
     std::vector<TradePoint> front;
     std::copy_if(points.begin(), points.end(), std::back_inserter(front),
                  [&](const TradePoint& point) { return !beaten(point, points); });
-    std::sort(front.begin(), front.end(), [](const TradePoint& a, const TradePoint& b) {
-        return a.milliseconds < b.milliseconds;
-    });
+    std::sort(front.begin(), front.end(), isQuicker);
     svg += "<polyline fill=\"none\" stroke=\"#2a7\" stroke-width=\"2\" points=\"";
     for (const TradePoint& point : front) {
         svg += fixed(xOf(point.milliseconds), 1) + "," + fixed(yOf(point.decibels), 1) + " ";
@@ -116,9 +108,7 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
     svg += "\"/>\n";
     // Labels stand in a column at the right, by accuracy, each joined to its point.
     std::vector<TradePoint> labelled = points;
-    std::stable_sort(
-        labelled.begin(), labelled.end(),
-        [](const TradePoint& a, const TradePoint& b) { return a.decibels > b.decibels; });
+    std::stable_sort(labelled.rbegin(), labelled.rend(), isWorse);
     double lastLabel = kTop - kLabelHeight;
     const double column = kWidth - kRight + 24;
     for (std::size_t i = 0; i < labelled.size(); ++i) {
@@ -128,10 +118,9 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
                                   std::min(yOf(point.decibels), kHeight - kBottom + 10 - below));
         lastLabel = y;
         const std::string colour = beaten(point, points) ? "#888" : "#2a7";
-        svg += "<line x1=\"" + fixed(xOf(point.milliseconds), 1) + "\" y1=\"" +
-               fixed(yOf(point.decibels), 1) + "\" x2=\"" + fixed(column - 4, 1) + "\" y2=\"" +
-               fixed(y, 1) + "\" stroke=\"" + colour + "\" stroke-width=\"0.5\"/>\n<circle cx=\"" +
-               fixed(xOf(point.milliseconds), 1) + "\" cy=\"" + fixed(yOf(point.decibels), 1) +
+        const double x = xOf(point.milliseconds);
+        svg += line(x, yOf(point.decibels), column - 4, y, colour + "\" stroke-width=\"0.5\"") +
+               "<circle cx=\"" + fixed(x, 1) + "\" cy=\"" + fixed(yOf(point.decibels), 1) +
                "\" r=\"4\" fill=\"" + colour + "\"/>\n" +
                label(column, y + 4, point.name, "start", " fill=\"" + colour + "\"");
     }

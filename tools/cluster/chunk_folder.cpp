@@ -3,7 +3,9 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <ctime>
 #include <fstream>
@@ -84,10 +86,6 @@ std::vector<std::string> readWords(const fs::path& file) {
     return words;
 }
 
-std::string ChunkCall::logName() const {
-    return task == Task::Chunk ? std::to_string(number) : task == Task::Join ? "join" : "plan";
-}
-
 void addChunkOptions(CommandLine& commandLine, const std::string& length,
                      const std::string& lengthHelp, const std::string& lengthValue,
                      const std::string& joinHelp) {
@@ -102,10 +100,9 @@ void addChunkOptions(CommandLine& commandLine, const std::string& length,
 }
 
 std::optional<ChunkCall> chunkCall(const CommandLine& commandLine, const std::string& length) {
-    if (commandLine.has(length) && !commandLine.has("plan"))
-        throw UsageError("--" + length + " is a setting of --plan, expected --plan DIR");
-    commandLine.exclude("plan", "chunk");
-    commandLine.exclude("plan", "join");
+    if (!commandLine.has("plan"))
+        commandLine.refuse({length.c_str()}, " is a setting of --plan, expected --plan DIR");
+    commandLine.exclude("plan", {"chunk", "join"});
     commandLine.exclude("chunk", "join");
     if (const auto folder = commandLine.value("plan"))
         return ChunkCall{ChunkCall::Task::Plan, fs::absolute(*folder), 0};
@@ -177,6 +174,32 @@ int runLogged(const ChunkCall& call, const std::function<int()>& work) {
         logLine(call, std::string("failed: ") + onThisHost(error).what());
         throw onThisHost(error);
     }
+}
+
+std::string rangesText(const std::vector<int>& numbers) {
+    std::string text;
+    for (std::size_t i = 0; i < numbers.size();) {
+        std::size_t end = i + 1;
+        while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1)
+            ++end;
+        if (!text.empty()) text += ",";
+        text += std::to_string(numbers[i]);
+        if (end > i + 1) text += "-" + std::to_string(numbers[end - 1]);
+        i = end;
+    }
+    return text;
+}
+
+std::string shellWord(const std::string& text) {
+    const bool isPlain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+               std::string("-_./,=:%@+").find(c) != std::string::npos;
+    });
+    if (isPlain) return text;
+    std::string word = "'";
+    for (const char c : text)
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return word + "'";
 }
 
 } // namespace altiro3D::tools

@@ -26,7 +26,9 @@ struct ChunkCall {
     int number = 0;               ///< Of the chunk.
 
     /// The name of the log: "7", "join".
-    std::string logName() const;
+    std::string logName() const {
+        return task == Task::Chunk ? std::to_string(number) : task == Task::Join ? "join" : "plan";
+    }
 };
 
 /// Adds --plan, an option for the length of its chunks, --chunk and --join.
@@ -75,5 +77,11 @@ void writeWords(const std::filesystem::path& file, const std::vector<std::string
 std::vector<std::string> readWords(const std::filesystem::path& file);
 /// @throws Error BadFormat
 [[noreturn]] void failDamaged(const std::filesystem::path& file);
+
+/// Runs of neighbouring numbers: "1-3,7". @param numbers in order
+std::string rangesText(const std::vector<int>& numbers);
+
+/// A word for a shell, quoted if it needs it.
+std::string shellWord(const std::string& text);
 
 } // namespace altiro3D::tools

@@ -1,9 +1,8 @@
 #include "cluster/photo_chunks.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/folder_run.hpp"
+#include "cli/folders.hpp"
 #include "cluster/chunk_folder.hpp"
-#include "cluster/cluster_plan.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -220,8 +219,6 @@ void PhotoPart::choose(PhotoPlan& photos) const {
     const auto begin = photos.items.begin();
     photos.items = {begin + static_cast<std::ptrdiff_t>(first),
                     begin + static_cast<std::ptrdiff_t>(end)};
-    photos.skipExisting = skipExisting;
-    photos.report = report;
 }
 
 void PhotoPart::remake(PhotoPlan& photos) const {
@@ -270,9 +267,9 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
         if (isJoin) requireChunks(call.folder, part.plan.count());
         int status = kExitDone;
         const auto work = [&](const CommandLine& given) {
-            const PhotoJob planned = photoJob(given);
+            PhotoJob planned = photoJob(given);
+            planned.skipExisting = isJoin || !planned.replace; // else what exists is older
             if (isJoin) {
-                part.report = planned.report;
                 if (planned.replace) part.made = outputsOfChunks(call.folder, part.plan.count());
                 const PhotosMade made = make(planned, part);
                 logPictures(call, made.pictures);
@@ -280,9 +277,8 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
                 status = made.status;
                 return;
             }
-            part.skipExisting = !planned.replace; // what exists then is older than the plan
             if (!planned.report.empty())
-                part.report = call.folder / kLogs / (call.logName() + ".json");
+                planned.report = call.folder / kLogs / (call.logName() + ".json");
             status = makeChunk(
                 call, [&] { return make(planned, part); }, messages);
         };

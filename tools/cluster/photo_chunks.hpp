@@ -46,11 +46,9 @@ struct PhotoPart {
     PhotoChunks plan;
     std::size_t first = 0;
     std::size_t end = 0;
-    bool skipExisting = true;
     /// Of the join of a run that replaces files: the outputs that its chunks made. Others are
     /// older.
     std::optional<std::set<std::string>> made;
-    std::filesystem::path report; ///< Empty: none.
 
     /// Reduces a plan of all photos to this part.
     void choose(PhotoPlan& photos) const;

@@ -3,7 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
-#include "cli/folder_run.hpp"
+#include "cli/folders.hpp"
 
 #include <algorithm>
 #include <map>
@@ -200,8 +200,6 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
     PhotoPlan plan;
     plan.leftOut = inputs.leftOut;
     plan.batch = inputs.batch;
-    plan.skipExisting = job.skipExisting;
-    plan.report = job.report;
     for (const OutputKind& kind : kOutputs) {
         const fs::path& name = job.outputs.*kind.file;
         const bool namesFile = &name != &job.outputs.views && !name.empty() &&
@@ -238,7 +236,7 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
 Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,
                        int views) {
     // incomplete sets of outputs and the report are made again
-    Outputs outputs(job.replace || plan.skipExisting);
+    Outputs outputs(job.replace || job.skipExisting);
     outputs.addInputs(display.files);
     outputs.addInputs({job.depth.network, job.depth.profile, job.camera.file()});
     for (PhotoItem& item : plan.items) {
@@ -262,9 +260,9 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
             }
         }
         item.isMade =
-            plan.skipExisting && std::all_of(files.begin(), files.end(), isFileWithContents);
+            job.skipExisting && std::all_of(files.begin(), files.end(), isFileWithContents);
     }
-    outputs.addOutputs({plan.report});
+    outputs.addOutputs({job.report});
     outputs.check();
     return outputs;
 }

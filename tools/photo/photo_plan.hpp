@@ -2,8 +2,7 @@
 
 #include "cli/budget.hpp"
 #include "cli/depth_options.hpp"
-#include "cli/display_options.hpp"
-#include "cli/folder_search.hpp"
+#include "cli/folders.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
 #include "photo/sway_options.hpp"
@@ -34,7 +33,7 @@ struct PhotoJob {
     std::filesystem::path report;
     std::filesystem::path plan; ///< Folder of `--plan`.
     bool replace = false;       ///< `-y`
-    bool skipExisting = false;
+    bool skipExisting = false;  ///< Photos whose outputs all exist are not made again.
     bool recursive = false;
     DisplayOptions display;
     QuiltRequest quilt;
@@ -61,8 +60,6 @@ struct PhotoItem : PhotoOutputs {
 struct PhotoPlan {
     std::vector<PhotoItem> items;
     bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
-    bool skipExisting = false; ///< photos whose outputs all exist are not made again
-    std::filesystem::path report;
     std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
 };
 
@@ -84,7 +81,7 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
                      const PhotoInputs& inputs);
 
 /// Checks every name before any work, see Outputs::check(). The result creates the directories.
-/// With PhotoPlan::skipExisting, marks the photos whose outputs all exist.
+/// With PhotoJob::skipExisting, marks the photos whose outputs all exist.
 /// @param views number of views that `--save-views` writes
 /// @throws UsageError, Error
 Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,

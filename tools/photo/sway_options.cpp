@@ -39,12 +39,10 @@ void addSwayFileOption(CommandLine& commandLine, const std::string& of) {
 
 void requireSwayFile(const CommandLine& commandLine) {
     if (commandLine.has("lg")) return;
-    for (const char* option : {"seconds", "turns", "fps", "size"}) {
-        if (commandLine.has(option)) {
-            throw UsageError("--seconds, --turns, --fps and --size describe the video of --lg, "
-                             "expected --lg with them");
-        }
-    }
+    const auto has = [&](const char* option) { return commandLine.has(option); };
+    if (has("seconds") || has("turns") || has("fps") || has("size"))
+        throw UsageError("--seconds, --turns, --fps and --size describe the video of --lg, "
+                         "expected --lg with them");
 }
 
 SwayOptions swayOptions(const CommandLine& commandLine) {
@@ -76,13 +74,12 @@ std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine) {
         return side >= kMinSide && side <= kMaxSide && side % 2 == 0;
     };
     if (!good(size.width) || !good(size.height)) {
-        throw UsageError("--size is \"" + *text +
-                         "\", expected WIDTHxHEIGHT, even numbers 16..16384, for instance "
-                         "1920x1080");
+        commandLine.failValue("size",
+                              "WIDTHxHEIGHT, even numbers 16..16384, for instance 1920x1080");
     }
     // what fitting can do
     if (size.width > 100 * size.height || size.height > 100 * size.width) {
-        throw UsageError("--size is \"" + *text + "\", expected a shape of 1:100..100:1");
+        commandLine.failValue("size", "a shape of 1:100..100:1");
     }
     return size;
 }

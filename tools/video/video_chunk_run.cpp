@@ -1,10 +1,6 @@
 #include "video/video_run.hpp"
 
-#include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
-#include "altiro3D/video_conversion.hpp"
-#include "cli/folder_run.hpp"
-#include "cli/outputs.hpp"
 #include "cluster/chunk_folder.hpp"
 #include "video/video_progress.hpp"
 
@@ -169,8 +165,7 @@ std::optional<int> runVideoChunks(const CommandLine& commandLine,
     const bool json = VideoProgressLine::json(commandLine);
     if (json) messages.leaveStandardOutput();
     if (call.task == ChunkCall::Task::Plan) {
-        for (const char* option : {"show", "resume", "report", "recursive"})
-            commandLine.exclude("plan", option);
+        commandLine.exclude("plan", {"show", "resume", "report", "recursive"});
         const VideoJob job = videoJob(commandLine);
         if (job.isFolder) {
             throw UsageError(

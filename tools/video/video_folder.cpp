@@ -3,14 +3,14 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
-#include "cli/folder_run.hpp"
+#include "cli/folders.hpp"
 #include "cli/outputs.hpp"
 #include "video/video_progress.hpp"
 #include "video/video_run.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 namespace altiro3D::tools {
 
@@ -30,17 +30,8 @@ std::string endingOf(const VideoWriterOptions& encoding, const VideoPlan& plan) 
     }
 }
 
-std::string suffixOf(VideoProduct product) {
-    switch (product) {
-    case VideoProduct::Native:
-        break;
-    case VideoProduct::Quilt:
-        return {}; // its name states the layout
-    case VideoProduct::Rgbd:
-        return "_rgbd";
-    }
-    return "_native";
-}
+// Of names, as VideoProduct; that of a quilt states its layout.
+constexpr const char* kSuffixes[] = {"_native", "", "_rgbd"};
 
 // The videos of the folder.
 std::vector<FolderFile> listVideos(const VideoJob& job, std::vector<LeftOutFile>& leftOut,
@@ -74,7 +65,8 @@ std::vector<VideoPlan> planVideos(const VideoRun& run, const std::vector<FolderF
     for (std::size_t i = 0; i < videos.size(); ++i) {
         VideoPlan plan = all;
         plan.input = videos[i].file;
-        plan.output = all.output / (stems[i] + suffixOf(product) + endingOf(run.encoding, plan));
+        plan.output = all.output / (stems[i] + kSuffixes[static_cast<int>(product)] +
+                                    endingOf(run.encoding, plan));
         if (layout) plan.output = quiltFileName(plan.output, *layout, run.display.aspect());
         plan.report.clear();
         plan.isFile = true;
@@ -91,11 +83,8 @@ void prepareOutputs(const VideoRun& run, const std::vector<VideoPlan>& plans) {
     Outputs outputs(job.replace || job.resume);
     outputs.addInputs(run.display.files);
     outputs.addInputs({job.depth.network, job.depth.profile});
-    for (const VideoPlan& plan : plans) {
-        outputs.addInputs({plan.input});
-        outputs.addDirectory(plan.output.parent_path());
-        outputs.addOutputs({plan.output});
-    }
+    for (const VideoPlan& plan : plans)
+        outputs.addPair(plan.input, plan.output);
     outputs.addOutputs({job.plan.report});
     outputs.check();
     outputs.makeDirectories();
@@ -110,39 +99,31 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     requireDirectoryName(job.plan.output, "videos");
     VideoRun videoRun(job, messages);
     const fs::path& report = job.plan.report;
-    std::vector<VideoPlan> plans = planVideos(videoRun, videos, messages);
+    const std::vector<VideoPlan> plans = planVideos(videoRun, videos, messages);
     prepareOutputs(videoRun, plans);
     openDepth(videoRun, messages);
 
-    const auto isMade = [&job](const VideoPlan& plan) {
-        return job.resume && isFileWithContents(plan.output) && !isVideoUnfinished(plan.output);
-    };
-    const auto made = std::count_if(plans.begin(), plans.end(), isMade);
-    FolderRun run("video", plans.size() - static_cast<std::size_t>(made), leftOut, messages);
+    std::vector<FolderItem> files;
+    for (const VideoPlan& plan : plans) {
+        const bool isMade =
+            job.resume && isFileWithContents(plan.output) && !isVideoUnfinished(plan.output);
+        files.push_back({plan.input, plan.output, isMade});
+    }
+    FolderRun run("video", leftOut, messages);
     Json reports = Json::array();
-    for (VideoPlan& plan : plans) {
-        if (isStopWanted()) break;
-        if (isMade(plan)) {
-            run.skip(plan.input, plan.output);
-            reports.push_back({{"input", plan.input.string()}, {"skipped", true}});
-            continue;
-        }
-        std::string text; // of the report
-        const FolderRun::Outcome outcome = run.convert(plan.input, [&] {
-            plan.place = run.place() + " " + oneLine(plan.input.filename().string()) + " ";
-            videoRun.plan = plan;
-            return makeVideo(videoRun, &text, messages);
-        });
+    std::string text; // of the report
+    const auto make = [&](std::size_t i) {
+        videoRun.plan = plans[i];
+        videoRun.plan.place = run.place() + " " + oneLine(plans[i].input.filename().string()) + " ";
+        return makeVideo(videoRun, &text, messages);
+    };
+    const int status = run.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
         if (!text.empty()) {
-            reports.push_back(Json::parse(text));
+            reports.push_back(Json::parse(std::exchange(text, {})));
             reports.back().erase("warnings"); // all are listed once
         }
-        if (!outcome.leftOut.empty())
-            reports.push_back({{"input", plan.input.string()}, {"leftOut", outcome.leftOut}});
-        if (!outcome.error.empty())
-            reports.push_back({{"input", plan.input.string()}, {"error", outcome.error}});
-    }
-    const int status = run.end();
+        end.addTo(reports, "input", files[i]);
+    });
     if (!report.empty()) {
         const Json all = {{"tool", job.tool},
                           {"version", version()},
@@ -150,7 +131,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
                           {"warnings", messages.warnings()}};
         writeFile(report, all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     }
-    return isStopWanted() ? kExitStopped : status;
+    return status;
 }
 
 } // namespace altiro3D::tools

@@ -1,9 +1,6 @@
 #include "video/video_run.hpp"
 
-#include "altiro3D/video_conversion.hpp"
-#include "cli/folder_run.hpp"
-#include "cli/picture_options.hpp"
-#include "cli/quilt_options.hpp"
+#include "cli/folders.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -56,17 +53,8 @@ void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const Cho
     messages.warn("the video " + like + "; do not convert a Native again");
 }
 
-DisplayUse useOf(VideoProduct product) {
-    switch (product) {
-    case VideoProduct::Native:
-        break;
-    case VideoProduct::Quilt:
-        return DisplayUse::Quilt;
-    case VideoProduct::Rgbd:
-        return DisplayUse::None;
-    }
-    return DisplayUse::Show;
-}
+constexpr DisplayUse kUses[] = {DisplayUse::Show, DisplayUse::Quilt,
+                                DisplayUse::None}; // as VideoProduct
 
 // Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
 // title. None if the frames cannot be read twice.
@@ -195,7 +183,8 @@ void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConver
 
 VideoRun::VideoRun(const VideoJob& options, Messages& messages)
     : job(options), plan(options.plan),
-      display(findDisplay(options.display, messages, {}, useOf(options.plan.product))),
+      display(findDisplay(options.display, messages, {},
+                          kUses[static_cast<int>(options.plan.product)])),
       scene(options.scene), encoding(options.encoding) {}
 
 void openDepth(VideoRun& run, Messages& messages) {

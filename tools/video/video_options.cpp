@@ -1,15 +1,20 @@
 #include "video/video_options.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/video_io.hpp"
+#include "video/video_progress.hpp"
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <set>
 
 namespace altiro3D::tools {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -38,8 +43,7 @@ std::optional<double> secondsOption(const CommandLine& commandLine, const std::s
         if (*parsed.ptr != ':' || value != std::floor(value)) break;
         at = parsed.ptr + 1;
     }
-    throw UsageError("--" + option + " is \"" + text +
-                     "\", expected seconds, as 12.5, or [h:]mm:ss");
+    commandLine.failValue(option, "seconds, as 12.5, or [h:]mm:ss");
 }
 
 double maxRateOption(const CommandLine& commandLine, const VideoWriterOptions& options) {
@@ -54,6 +58,81 @@ double maxRateOption(const CommandLine& commandLine, const VideoWriterOptions& o
     if (options.crf < 1)
         throw UsageError("--max-rate goes with --crf 1 or more, which need not be lossless");
     return rate;
+}
+
+// Whether the input is a folder of videos.
+bool takesFolder(const CommandLine& commandLine) {
+    const std::vector<fs::path>& names = commandLine.files();
+    std::error_code error;
+    return names.size() == 2 && fs::is_directory(names.front(), error);
+}
+
+VideoPlan planVideo(const CommandLine& commandLine) {
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool pair = commandLine.has("d");
+    const bool show = commandLine.has("show");
+    const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
+    if (names.size() != expected) {
+        const std::string in = pair ? "IN DEPTH" : "IN";
+        commandLine.failNames(show ? in : in + (pair ? " OUT" : " and OUT"), expected);
+    }
+    VideoPlan plan;
+    plan.input = names.front();
+    plan.show = show;
+    if (!show) plan.output = names.back();
+    if (pair) plan.depth = names[1];
+    if (const auto depth = commandLine.value("depth")) plan.depth = *depth;
+    plan.report = commandLine.value("report").value_or("");
+    commandLine.exclude("quilt-out", "rgbd-out");
+    if (commandLine.has("quilt-out")) plan.product = VideoProduct::Quilt;
+    if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
+    plan.fromQuilt = commandLine.has("from-quilt");
+    if (plan.fromQuilt) {
+        commandLine.exclude("from-quilt", {"quilt-out",    "rgbd-out",    "d",       "depth",
+                                           "rgbd",         "n",           "l",       "net-profile",
+                                           "network-size", "depth-every", "k",       "g",
+                                           "method",       "continuous",  "best",    "strength",
+                                           "focus",        "fill",        "borders", "refine",
+                                           "inpaint-from", "exact-depth"});
+    }
+    plan.part = videoReaderOptions(commandLine);
+    if (show) {
+        commandLine.exclude("show", {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset",
+                                     "max-rate", "compat", "progress"});
+        return plan;
+    }
+    if (takesFolder(commandLine)) return plan;
+    requireVideoName(plan.output);
+    std::error_code error;
+    plan.isFile = fs::is_regular_file(plan.input, error);
+    return plan;
+}
+
+std::optional<DepthRange> depthRangeOption(const CommandLine& commandLine) {
+    const auto text = commandLine.value("depth-range");
+    if (!text) return std::nullopt;
+    if (!commandLine.has("depth") && !commandLine.has("d"))
+        commandLine.refuse({"depth-range"}, " goes with --depth, expected a depth video or images");
+    DepthRange range;
+    char rest = 0;
+    const bool isRead =
+        std::sscanf(text->c_str(), "%lf:%lf%c", &range.low, &range.high, &rest) == 2;
+    if (!isRead || !(range.low >= 0) || !(range.high > range.low) || !(range.high <= 65535))
+        commandLine.failValue("depth-range", "two numbers of 0..65535, as 0:4095");
+    return range;
+}
+
+RunSettings settingsOf(const std::vector<std::pair<std::string, std::string>>& given) {
+    RunSettings settings;
+    for (const auto& [option, value] : given) {
+        // The last four are left out because their effect is compared, not their text.
+        constexpr std::array<const char*, 12> kOthers = {
+            "y", "v", "resume", "recursive", "progress", "report", "plan", "chunk-seconds",
+            "c", "m", "serial", "j"};
+        if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;
+        settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
+    }
+    return settings;
 }
 
 } // namespace
@@ -97,9 +176,7 @@ VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
                              ", expected a time after --from");
     }
     if (const auto preview = secondsOption(commandLine, "preview")) {
-        if (*preview <= 0)
-            throw UsageError("--preview is \"" + *commandLine.value("preview") +
-                             "\", expected more than 0");
+        if (*preview <= 0) commandLine.failValue("preview", "more than 0");
         options.to = options.from + *preview;
     }
     options.format = commandLine.value("input-format").value_or("");
@@ -150,12 +227,9 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
                                                      {"prores", VideoCodec::ProRes}})
                         .value_or(VideoCodec::H264);
     if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
-        for (const char* option : {"crf", "preset", "max-rate"}) {
-            if (commandLine.has(option)) {
-                throw UsageError("--" + std::string(option) + " does not apply to --codec " +
-                                 *commandLine.value("codec") + "; leave it out");
-            }
-        }
+        commandLine.refuse({"crf", "preset", "max-rate"},
+                           " does not apply to --codec " + commandLine.value("codec").value_or("") +
+                               "; leave it out");
     }
     options.compatible = commandLine.has("compat");
     if (options.compatible && options.codec != VideoCodec::H264 &&
@@ -203,6 +277,84 @@ bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
     } catch (const Error&) {
         return true; // a broken one
     }
+}
+
+VideoJob videoJob(const CommandLine& commandLine) {
+    const bool isFolder = takesFolder(commandLine);
+    if (isFolder)
+        commandLine.refuse({"show", "d", "depth"},
+                           " applies to one video, expected a single video instead of a folder");
+    VideoJob job = videoJob(commandLine, planVideo(commandLine));
+    job.isFolder = isFolder;
+    return job;
+}
+
+VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
+    VideoJob job;
+    job.plan = plan;
+    job.tool = commandLine.name();
+    job.replace = commandLine.has("y");
+    job.resume = commandLine.has("resume");
+    job.recursive = commandLine.has("recursive");
+    job.jsonProgress = VideoProgressLine::json(commandLine);
+    job.isPreview = commandLine.has("preview");
+    job.isMaxRateGiven = commandLine.has("max-rate");
+    job.profile = videoProfile(commandLine, plan.show);
+    job.scene = sceneOptions(commandLine, AutoUse::Named, job.profile.method);
+    NativeOptions& native = job.scene.native;
+    if ((native.framing != Framing() || job.scene.choices.any()) &&
+        (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
+        throw UsageError(
+            std::string(
+                "--center, --zoom and auto apply to views that are made of frames, expected no ") +
+            (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
+    }
+    if (job.profile.keep) native.detail = Detail::Panel;
+    if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
+    if (commandLine.has("fit")) job.fit = native.fit;
+    job.display = displayOptions(commandLine);
+    job.screen = commandLine.value("screen").value_or("");
+    job.quilt = quiltRequest(commandLine);
+    job.encoding = encoderOptions(commandLine, job.profile);
+    if (!plan.fromQuilt) {
+        job.depth = depthOptions(commandLine, Medium::Video);
+        job.depthRange = depthRangeOption(commandLine);
+        const auto every = commandLine.value("depth-every");
+        const bool isGiven = !job.depth.given.empty();
+        job.depthOptions.every = isGiven ? 1 : job.profile.depthEvery;
+        if (every) {
+            job.depthOptions.every =
+                *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
+            if (isGiven)
+                commandLine.refuse({"depth-every"}, " says how often depth is estimated, but here "
+                                                    "it is given; leave it out");
+        }
+    }
+    job.given = commandLine.given();
+    job.settings = settingsOf(job.given);
+    return job;
+}
+
+void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDisplay& display) {
+    if (plan.isChecked) return;
+    if (job.resume && !plan.isFile) {
+        throw UsageError("--resume reads the input again, expected a file, not " +
+                         plan.inputName());
+    }
+    // The interrupted run may have left these files; without any, --resume starts a new run.
+    std::error_code error;
+    const bool goesOn = job.resume && !plan.show && isVideoUnfinished(plan.output);
+    Outputs outputs(job.replace || goesOn);
+    if (job.resume && !goesOn)
+        outputs.explainExisting(plan.output,
+                                "and no unfinished run of it is kept, so it may be complete");
+    outputs.addInputs(display.files);
+    outputs.addInputs({job.depth.network, job.depth.profile});
+    if (plan.input != "-") outputs.addInputs({plan.input});
+    if (plan.depth != "-") outputs.addInputs({plan.depth});
+    if (!plan.show) outputs.addOutputs({plan.output});
+    outputs.addOutputs({plan.report});
+    outputs.check();
 }
 
 } // namespace altiro3D::tools

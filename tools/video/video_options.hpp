@@ -1,13 +1,18 @@
 #pragma once
 
-#include "altiro3D/depth2quilt.hpp"
-#include "altiro3D/video_io.hpp"
-#include "cli/run_tool.hpp"
+#include "altiro3D/video_conversion.hpp"
+#include "cli/depth_options.hpp"
+#include "cli/outputs.hpp"
+#include "cli/picture_options.hpp"
 
+#include <filesystem>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
+/// The command line, the input and the outputs of a run of video2native.
 namespace altiro3D::tools {
 
 /// A set of settings for one purpose; options on the command line override it.
@@ -47,5 +52,57 @@ bool isHeifPicture(const std::filesystem::path& file);
 /// Whether a file is a single picture, which FFmpeg reads as a video of one frame.
 /// @param facts of the file; if they do not decide it, the file is read
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
+
+/// Names and kinds of the input and outputs of one run. An empty path: not given.
+struct VideoPlan {
+    std::filesystem::path input;
+    std::filesystem::path depth; ///< a video or a directory of pictures
+    std::filesystem::path output;
+    std::filesystem::path report;
+    VideoProduct product = VideoProduct::Native;
+    bool fromQuilt = false;
+    bool show = false;         ///< shown on the display, no output
+    bool isFile = false;       ///< the input can be read again, so that a run can be resumed
+    bool isFromFolder = false; ///< Left out if it turns out to be a Native video.
+    bool isChecked = false;    ///< checkOutputs() is not needed: the folder's run has done it.
+    std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line
+    VideoReaderOptions part;
+
+    /// The input's name for people.
+    std::string inputName() const { return input == "-" ? "standard input" : input.string(); }
+};
+
+/// The command line of a run.
+struct VideoJob {
+    VideoPlan plan;        ///< Of one video; of a folder, the plan of each begins with it.
+    bool isFolder = false; ///< The input is a folder of videos.
+    bool replace = false;  ///< `-y`
+    bool resume = false;
+    bool recursive = false;
+    bool jsonProgress = false;
+    bool isPreview = false;
+    bool isMaxRateGiven = false; ///< Otherwise the display sets VideoWriterOptions::maxRate.
+    VideoProfile profile;
+    DisplayOptions display;
+    std::string screen; ///< `--screen`; empty: the display's own.
+    QuiltRequest quilt;
+    SceneOptions scene;         ///< How Natives are made, with what the profile sets.
+    std::optional<FitMode> fit; ///< `--fit`; nothing: not given.
+    DepthOptions depth;
+    std::optional<DepthRange> depthRange;
+    VideoDepthOptions depthOptions; ///< How often depth is estimated.
+    VideoWriterOptions encoding;    ///< How frames are encoded.
+    std::string tool;
+    std::vector<std::pair<std::string, std::string>> given; ///< As given, for the report.
+    RunSettings settings; ///< Of them what determines the frames and the file, to resume a run.
+};
+/// Turns a command line of video2native into a job. @throws UsageError
+VideoJob videoJob(const CommandLine& commandLine);
+/// The same for a command line that names no videos, or those of a plan.
+VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan);
+
+/// Checks the names of a run before any work, see Outputs::check().
+/// @throws UsageError, Error
+void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDisplay& display);
 
 } // namespace altiro3D::tools

@@ -118,8 +118,4 @@ void VideoProgressLine::end(const std::string& state) {
     if (json_) putState(state);
 }
 
-void VideoProgressLine::clear() {
-    clearStatus();
-}
-
 } // namespace altiro3D::tools

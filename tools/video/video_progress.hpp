@@ -33,7 +33,7 @@ class VideoProgressLine {
     /// @param state "done", "stopped" or "truncated"
     void end(const std::string& state);
     /// Erases the bar.
-    void clear();
+    void clear() { clearStatus(); }
 
   private:
     double rate() const; // frames per second of this run

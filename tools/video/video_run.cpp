@@ -1,22 +1,15 @@
 #include "video/video_run.hpp"
 
-#include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
-#include "altiro3D/video_conversion.hpp"
-#include "altiro3D/video_io.hpp"
-#include "cli/folder_run.hpp"
-#include "cli/picture_options.hpp"
-#include "cli/run_tool.hpp"
+#include "cli/folders.hpp"
 #include "video/video_progress.hpp"
 
 #include <QCoreApplication>
 #include <QFile>
 #include <QProcess>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <malloc.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -27,14 +20,6 @@ namespace altiro3D::tools {
 using Json = nlohmann::ordered_json;
 
 namespace {
-
-std::atomic<bool> stopWanted{false};
-
-// The first signal ends the video with a complete file; a second one ends the process.
-extern "C" void stopOnce(int signal) {
-    stopWanted.store(true);
-    std::signal(signal, SIG_DFL);
-}
 
 // Shows Natives on the display with altiro3Dview, which is installed beside the tool.
 class DisplayPlayer {
@@ -316,7 +301,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
     try {
         outcome.result = converter.run([&progress](const VideoProgress& now) {
             progress.update(now);
-            return !stopWanted.load();
+            return !isStopWanted();
         });
         if (outcome.result.frames == 0) {
             throw Error(ErrorCode::BadFormat, plan.inputName(),
@@ -351,9 +336,9 @@ VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& mes
     VideoConverter converter = openConverter(run.plan, std::move(conversion));
     VideoOutcome outcome;
     outcome.size = converter.size();
-    outcome.result = converter.run([](const VideoProgress&) { return !stopWanted.load(); });
+    outcome.result = converter.run([](const VideoProgress&) { return !isStopWanted(); });
     const int status = screen.end();
-    outcome.stopped = stopWanted.load();
+    outcome.stopped = isStopWanted();
     if (status == DisplayPlayer::kCrashed && !outcome.stopped) {
         throw Error(ErrorCode::WriteFailed, "altiro3Dview",
                     "ended unexpectedly, expected it to show the video");
@@ -397,15 +382,6 @@ void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
                  fixed(rate, 0) + " Mbit/s takes about " + fixed(std::ceil(cores + 0.25), 0) +
                  " cores of a processor, as graphics hardware decodes no H.264 in 4:4:4; with "
                  "--codec hevc it may");
-}
-
-bool isStopWanted() {
-    return stopWanted.load();
-}
-
-void catchStop() {
-    std::signal(SIGINT, stopOnce);
-    std::signal(SIGTERM, stopOnce);
 }
 
 void repeatEncoder(const VideoWriterOptions& encoding) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "video/video_plan.hpp"
+#include "video/video_options.hpp"
 
 #include <functional>
 #include <optional>
@@ -61,15 +61,9 @@ std::string bytesAndRateText(double bytes, double seconds);
 /// Says what decodes H.264 4:4:4 that one thread can hardly play. @param rate Mbit/s
 void tellDecoding(const VideoRun& run, double rate, Messages& messages);
 
-/// Lets the first Ctrl-C set isStopWanted(), and a second one end the process.
-void catchStop();
-
 /// Makes the encoder give the same bytes in every run: x264's slower presets read uninitialized
 /// memory.
 void repeatEncoder(const VideoWriterOptions& encoding);
-
-/// Whether Ctrl-C was pressed.
-bool isStopWanted();
 
 /// Makes Natives of the videos of a folder; one that fails does not stop the rest, Ctrl-C does.
 /// @return the exit status

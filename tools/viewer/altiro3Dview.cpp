@@ -37,28 +37,22 @@ void onQtMessage(QtMsgType type, const QMessageLogContext& /*context*/, const QS
 // Refuses options that would otherwise be ignored.
 void requireUsage(const CommandLine& commandLine) {
     commandLine.exclude("show", "list-displays");
-    commandLine.exclude("test-picture", "show");
-    commandLine.exclude("test-picture", "list-displays");
-    for (const char* other : {"show", "list-displays", "test-picture"}) {
-        for (const char* option : {"d", "m", "q", "r"})
-            commandLine.exclude(option, other);
+    commandLine.exclude("test-picture", {"show", "list-displays"});
+    for (const char* option : {"d", "m", "q", "r"})
+        commandLine.exclude(option, {"show", "list-displays", "test-picture"});
+    commandLine.exclude("invert", {"show", "list-displays"});
+    if (!commandLine.has("show")) {
+        if (!commandLine.has("test-picture"))
+            commandLine.refuse({"screen"},
+                               " applies to --show and --test-picture, expected one of them");
+        commandLine.refuse({"each", "shuffle", "loop"}, " applies to --show, expected both");
     }
-    commandLine.exclude("invert", "show");
-    commandLine.exclude("invert", "list-displays");
-    if (commandLine.has("screen") && !commandLine.has("show") && !commandLine.has("test-picture"))
-        throw UsageError("--screen applies to --show and --test-picture, expected one of them");
-    for (const char* option : {"each", "shuffle", "loop"}) {
-        if (commandLine.has(option) && !commandLine.has("show"))
-            throw UsageError("--" + std::string(option) + " applies to --show, expected both");
-    }
-    if (commandLine.has("json") && !commandLine.has("list-displays"))
-        throw UsageError("--json applies to --list-displays, expected --list-displays with it");
-    if (commandLine.has("list-displays") && !commandLine.files().empty())
-        throw UsageError("--list-displays takes no names, got " +
-                         commandLine.files().front().string());
-    if (commandLine.has("test-picture") && !commandLine.files().empty())
-        throw UsageError("--test-picture takes no names, got " +
-                         commandLine.files().front().string());
+    if (!commandLine.has("list-displays"))
+        commandLine.refuse({"json"},
+                           " applies to --list-displays, expected --list-displays with it");
+    if (!commandLine.files().empty())
+        commandLine.refuse({"list-displays", "test-picture"},
+                           " takes no names, got " + commandLine.files().front().string());
     if (commandLine.has("d") && commandLine.files().size() != 2)
         throw UsageError("-d takes PHOTO DEPTH; see altiro3Dview --help");
 }
@@ -147,15 +141,12 @@ int main(int argc, char** argv) {
                         "calibration in the memory of their USB controller, which is not read: "
                         "save it as visual.json with the maker's software and give it with -c.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "holiday.jpg", "Open a photo.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "-d holiday.jpg painted.png",
-                        "Open a photo with its depth.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--show native.png",
-                        "Show a Native on the display.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--show holiday --shuffle --loop",
-                        "Show all pictures of a folder, for as long as it runs.");
-    commandLine.addTerm(CommandLine::Chapter::Examples, "--list-displays",
-                        "List the displays found and the problems of each.");
+    commandLine.addExample("holiday.jpg", "Open a photo.");
+    commandLine.addExample("-d holiday.jpg painted.png", "Open a photo with its depth.");
+    commandLine.addExample("--show native.png", "Show a Native on the display.");
+    commandLine.addExample("--show holiday --shuffle --loop",
+                           "Show all pictures of a folder, for as long as it runs.");
+    commandLine.addExample("--list-displays", "List the displays found and the problems of each.");
     for (const KeyWords& key : kKeys)
         commandLine.addTerm(CommandLine::Chapter::Keys, key.keys, key.text);
     for (const char* variable : {"DISPLAY", "WAYLAND_DISPLAY"}) {

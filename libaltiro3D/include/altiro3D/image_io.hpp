@@ -355,8 +355,8 @@ struct StereoPair {
 /// @param photo any picture
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files, and as PhotoFile::look()
-/// @throws Error as readPhoto(), for a file that is a pair; Unsupported (interleaved or anaglyph
-///         JPS)
+/// @throws Error as PhotoFile::bytes(); as readPhoto(), for a file that is a pair; Unsupported
+///         (interleaved or anaglyph JPS)
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair> readStereoPair(const PhotoFile& photo,
                                                                        Notes* notes = nullptr);
 

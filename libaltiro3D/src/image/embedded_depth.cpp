@@ -1,5 +1,6 @@
 #include "altiro3D/image_io.hpp"
 
+#include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/checks.hpp"
 #include "image/colour.hpp"

@@ -1,7 +1,7 @@
 #include "media/video_picture.hpp"
 
 #include "altiro3D/error.hpp"
-#include "image/orientation.hpp"
+#include "image/exif.hpp"
 
 #include <cstring>
 #include <opencv2/imgproc.hpp>

@@ -73,7 +73,9 @@ TEST_F(ReadStereoPair, OtherFilesAreNoPairs) {
         EXPECT_FALSE(readStereoPair(directory / "a.mpo", &notes));
         EXPECT_TRUE(notes.empty());
     }
-    EXPECT_FALSE(readStereoPair(directory / "none.mpo"));
+    EXPECT_TRUE(
+        contains(errorOf([&] { static_cast<void>(readStereoPair(directory / "none.mpo")); }),
+                 "does not exist"));
 }
 
 TEST_F(ReadStereoPair, ADamagedSecondPictureIsARemark) {

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <optional>
 
 namespace altiro3D::viewer {
 
@@ -54,8 +53,6 @@ Controller::Controller(Display display, QObject* parent)
     storeTimer_.setSingleShot(true);
     storeTimer_.setInterval(kStoreMilliseconds);
     connect(&storeTimer_, &QTimer::timeout, this, [this] { store_.save(); });
-    connect(this, &Controller::pictureArrived, this, &Controller::takePicture,
-            Qt::QueuedConnection); // it comes from the player's thread
 }
 
 Controller::~Controller() {
@@ -140,12 +137,9 @@ void Controller::readCurrent() {
             if (isFolderOfFiles(source)) {
                 const FolderFiles found = filesOfFolder(source.file);
                 if (found.files.size() != 1 || found.files.front().file != source.file) {
-                    QMetaObject::invokeMethod(
-                        this,
-                        [this, number, source, found] {
-                            if (number == readings_) takeFiles(source, found);
-                        },
-                        Qt::QueuedConnection);
+                    later(this, [this, number, source, found] {
+                        if (number == readings_) takeFiles(source, found);
+                    });
                     return;
                 }
             }
@@ -154,29 +148,26 @@ void Controller::readCurrent() {
         } catch (const std::exception& error) {
             problem = textOf(error);
         }
-        QMetaObject::invokeMethod(
-            this,
-            [this, number, document, problem] {
-                if (number != readings_) return; // overtaken
-                opening_ = false;
-                document_ = document;
-                problem_ = problem;
-                pan_ = {};
-                const std::vector<Mode> modes =
-                    document ? modesOf(document->kind) : std::vector<Mode>();
-                if (document && !has(modes, mode_)) {
-                    mode_ = modes.front();
-                    emit modeChanged();
-                }
-                waiting_ = document != nullptr && !area_.empty();
-                if (!document) frame_ = {};
-                emit documentChanged();
-                if (!document) emit frameReady();
-                requestFrame();
-                requestNative();
-                if (document && document->video) play();
-            },
-            Qt::QueuedConnection);
+        later(this, [this, number, document, problem] {
+            if (number != readings_) return; // overtaken
+            opening_ = false;
+            document_ = document;
+            problem_ = problem;
+            pan_ = {};
+            const std::vector<Mode> modes =
+                document ? modesOf(document->kind) : std::vector<Mode>();
+            if (document && !has(modes, mode_)) {
+                mode_ = modes.front();
+                emit modeChanged();
+            }
+            waiting_ = document != nullptr && !area_.empty();
+            if (!document) frame_ = {};
+            emit documentChanged();
+            if (!document) emit frameReady();
+            requestFrame();
+            requestNative();
+            if (document && document->video) play();
+        });
     });
 }
 
@@ -233,22 +224,10 @@ void Controller::setPlaying(bool playing) {
     emit playingChanged(playing);
 }
 
-VideoPlayer::State Controller::videoState() const {
-    return player_ ? player_->state() : VideoPlayer::State();
-}
-
 void Controller::setPlaySettings(const PlaySettings& settings) {
     playSettings_ = settings;
     if (player_) player_->set(settings);
     emit playSettingsChanged();
-}
-
-void Controller::seekVideo(double seconds) {
-    if (player_) player_->seek(seconds);
-}
-
-VideoPlayer::Counts Controller::videoCounts() const {
-    return player_ ? player_->counts() : VideoPlayer::Counts();
 }
 
 void Controller::play() {
@@ -264,24 +243,22 @@ void Controller::play() {
         if (document->kind == Kind::Scene) {
             std::string wish;
             {
-                const std::lock_guard<std::mutex> lock(arrivalMutex_);
+                const std::lock_guard<std::mutex> lock(wishMutex_);
                 wish = depthWish_;
             }
             depth->next(*document, wish);
         }
-        {
-            const std::lock_guard<std::mutex> lock(arrivalMutex_);
-            arrival_ = {number, document, {}, since};
-        }
-        emit pictureArrived();
+        later(this, [this, number, document, since] {
+            if (number == readings_) takePicture(document, since);
+        });
         return true;
     };
     const auto fail = [this, number](const std::string& problem) {
-        {
-            const std::lock_guard<std::mutex> lock(arrivalMutex_);
-            arrival_ = {number, nullptr, QString::fromStdString(problem), {}};
-        }
-        emit pictureArrived();
+        later(this, [this, number, problem] {
+            if (number != readings_) return;                  // of another file
+            playerProblem_ = QString::fromStdString(problem); // frames in the making leave it
+            emit documentChanged();
+        });
     };
     pictureWaits_ = false; // the player before has ended
     playSettings_.track = -1;
@@ -289,20 +266,10 @@ void Controller::play() {
     player_->setPaused(!playing_);
 }
 
-void Controller::takePicture() {
-    Arrival arrival;
-    {
-        const std::lock_guard<std::mutex> lock(arrivalMutex_);
-        std::swap(arrival, arrival_);
-    }
-    if (arrival.reading != readings_) return; // of another file
-    if (!arrival.document) {
-        playerProblem_ = arrival.problem; // frames that are still made do not take it away
-        emit documentChanged();
-        return;
-    }
-    document_ = arrival.document;
-    shownSince_ = arrival.since;
+void Controller::takePicture(const std::shared_ptr<const Document>& document,
+                             std::chrono::steady_clock::time_point since) {
+    document_ = document;
+    shownSince_ = since;
     requestFrame();
     requestNative();
 }
@@ -338,20 +305,17 @@ void Controller::requestFrame() {
                          problem = textOf(error);
                          frame.request = request;
                      }
-                     QMetaObject::invokeMethod(
-                         this,
-                         [this, frame, problem, number] {
-                             if (number != readings_) return; // overtaken by another file
-                             frameReading_ = number;
-                             if (frame.request.document == document_) pictureWaits_ = false;
-                             const bool changed = waiting_ || problem != problem_;
-                             waiting_ = frame.request.knobs.depth != knobs_.depth;
-                             problem_ = problem;
-                             takeFrame(frame);
-                             noteShown(frame);
-                             if (changed) emit documentChanged();
-                         },
-                         Qt::QueuedConnection);
+                     later(this, [this, frame, problem, number] {
+                         if (number != readings_) return; // overtaken by another file
+                         frameReading_ = number;
+                         if (frame.request.document == document_) pictureWaits_ = false;
+                         const bool changed = waiting_ || problem != problem_;
+                         waiting_ = frame.request.knobs.depth != knobs_.depth;
+                         problem_ = problem;
+                         takeFrame(frame);
+                         noteShown(frame);
+                         if (changed) emit documentChanged();
+                     });
                  });
 }
 
@@ -379,12 +343,9 @@ void Controller::requestNative() {
         } catch (const std::exception&) {
             return; // the picture in the window says why
         }
-        QMetaObject::invokeMethod(
-            this,
-            [this, native, document = request.document] {
-                if (presenting_ && document == document_) emit nativeReady(native);
-            },
-            Qt::QueuedConnection);
+        later(this, [this, native, document = request.document] {
+            if (presenting_ && document == document_) emit nativeReady(native);
+        });
     });
 }
 

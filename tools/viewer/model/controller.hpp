@@ -1,7 +1,6 @@
 #pragma once
 
 #include "viewer/model/depth_canvas.hpp"
-#include "viewer/model/knob_store.hpp"
 #include "viewer/model/knobs.hpp"
 #include "viewer/model/studio.hpp"
 #include "viewer/model/worker.hpp"
@@ -113,14 +112,20 @@ class Controller : public QObject {
     bool isPlaying() const { return playing_; }
     void setPlaying(bool playing);
     /// Picture counts of the open video; zeros if none is open.
-    VideoPlayer::Counts videoCounts() const;
+    VideoPlayer::Counts videoCounts() const {
+        return player_ ? player_->counts() : VideoPlayer::Counts();
+    }
     /// What is to be shown about the open video; zeros if none is open.
-    VideoPlayer::State videoState() const;
+    VideoPlayer::State videoState() const {
+        return player_ ? player_->state() : VideoPlayer::State();
+    }
     /// How videos are played; the track belongs to the open one.
     const PlaySettings& playSettings() const { return playSettings_; }
     void setPlaySettings(const PlaySettings& settings);
     /// Goes to a time of the open video, s.
-    void seekVideo(double seconds);
+    void seekVideo(double seconds) {
+        if (player_) player_->seek(seconds);
+    }
     /// Sets the area for the picture, px of the screen.
     void setArea(cv::Size area);
     /// Moves a Native in its window, px.
@@ -140,7 +145,7 @@ class Controller : public QObject {
     /// A brush's radius in widths of the picture in the window. @param radius see Paint
     double brushRadius(double radius) const;
     /// Whether the depth of the current photo was painted.
-    bool isPainted() const;
+    bool isPainted() const { return !paintedNow().depth.empty(); }
     /// Discards what was painted on the current photo; the user can undo it.
     void unpaint();
     /// Photos with painted depth that was not exported as a depth image.
@@ -191,8 +196,6 @@ class Controller : public QObject {
     void frameReady();
     /// @param native [panel size, CV_8UC3]
     void nativeReady(const cv::Mat& native);
-    /// The player has a new picture of the video.
-    void pictureArrived();
     void exportProgress(double done);
     /// @param problem empty if the file was written or the export was cancelled
     void exportEnded(const QString& file, const QString& problem);
@@ -201,8 +204,6 @@ class Controller : public QObject {
 
   private:
     class Turn;
-    class Stroke;
-    class Unpaint;
     /// File, its depth image, its reading, and where its depth is from.
     using PaintKey = std::tuple<std::filesystem::path, std::filesystem::path, int, std::string>;
     struct Painted {
@@ -228,6 +229,7 @@ class Controller : public QObject {
     void endPlayer(std::function<void()> then);
     void readCurrent();
     void takeFiles(const Source& folder, const FolderFiles& found);
+    Progress beginExport(); ///< @return receives the progress
     void requestFrame();
     void requestNative();
     void takeFrame(const Frame& frame);
@@ -239,7 +241,8 @@ class Controller : public QObject {
     Knobs withChosen() const;
     void swing();
     void play();
-    void takePicture();
+    void takePicture(const std::shared_ptr<const Document>& document,
+                     std::chrono::steady_clock::time_point since);
 
     std::vector<Source> sources_;
     int current_ = -1;
@@ -277,15 +280,8 @@ class Controller : public QObject {
     bool exporting_ = false;
     std::atomic<bool> cancelling_{false};
     std::atomic<bool> pictureWaits_{false}; // a picture of the video is not shown yet
-    struct Arrival {
-        quint64 reading = 0;                      // the reading that it belongs to
-        std::shared_ptr<const Document> document; // null: the video stopped because of `problem`
-        QString problem;
-        std::chrono::steady_clock::time_point since; // when the player delivered it
-    };
     std::optional<std::chrono::steady_clock::time_point> shownSince_; // of a picture, until shown
-    std::mutex arrivalMutex_;
-    Arrival arrival_;                    // from the player's thread
+    std::mutex wishMutex_;
     std::string depthWish_ = kBestDepth; // Knobs::depth, for the player's thread
 
     std::shared_ptr<DepthMaker> depthMaker_;

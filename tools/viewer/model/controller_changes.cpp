@@ -1,4 +1,4 @@
-// The settings of the open files: changes, undo, and what is kept of them.
+// What the user changes: the settings of the open files, and depth by painting; with undo.
 
 #include "viewer/model/controller.hpp"
 #include "viewer/model/depth_maker.hpp"
@@ -21,24 +21,28 @@ quint64 nextRevision() {
 }
 
 QString nameOf(PaintTool tool) {
-    switch (tool) {
-    case PaintTool::Nearer:
-        return Controller::tr("brush: nearer");
-    case PaintTool::Farther:
-        return Controller::tr("brush: farther");
-    case PaintTool::Smooth:
-        return Controller::tr("brush: smooth");
-    case PaintTool::Copy:
-        return Controller::tr("brush: copy");
-    case PaintTool::Lasso:
-        break;
-    }
-    return Controller::tr("lasso");
+    constexpr const char* kNames[] = {"brush: nearer", "brush: farther", "brush: smooth",
+                                      "brush: copy", "lasso"}; // as PaintTool
+    return Controller::tr(kNames[static_cast<int>(tool)]);
 }
+
+// A change that can be undone.
+class Step : public QUndoCommand {
+  public:
+    Step(const QString& what, std::function<void()> undo, std::function<void()> redo)
+        : QUndoCommand(what), undo_(std::move(undo)), redo_(std::move(redo)) {}
+
+    void undo() override { undo_(); }
+    void redo() override { redo_(); }
+
+  private:
+    std::function<void()> undo_;
+    std::function<void()> redo_;
+};
 
 } // namespace
 
-// A change of settings that can be undone.
+// A change of settings that can be undone; those of one gesture are one.
 class Controller::Turn : public QUndoCommand {
   public:
     Turn(Controller& controller, Knobs before, Knobs after, const QString& what, int gesture)
@@ -122,7 +126,7 @@ void Controller::showKnobs(const Knobs& knobs) {
     }
     knobs_ = knobs;
     {
-        const std::lock_guard<std::mutex> lock(arrivalMutex_);
+        const std::lock_guard<std::mutex> lock(wishMutex_);
         depthWish_ = knobs.depth;
     }
     emit knobsChanged();
@@ -197,42 +201,6 @@ void Controller::resetFrame() {
     turn(knobs, tr("frame"));
 }
 
-// A stroke that can be undone. It is on the canvas already when it is pushed.
-class Controller::Stroke : public QUndoCommand {
-  public:
-    Stroke(Controller& controller, PaintedPart part, const QString& what)
-        : QUndoCommand(what), controller_(controller), key_(controller.canvasKey_),
-          part_(std::move(part)) {}
-
-    void undo() override { controller_.putPart(key_, part_.place, part_.before, -1); }
-    void redo() override {
-        if (std::exchange(isNew_, false)) return;
-        controller_.putPart(key_, part_.place, part_.after, 1);
-    }
-
-  private:
-    Controller& controller_;
-    PaintKey key_;
-    PaintedPart part_;
-    bool isNew_ = true;
-};
-
-// All strokes of a photo, thrown away.
-class Controller::Unpaint : public QUndoCommand {
-  public:
-    Unpaint(Controller& controller, const QString& what)
-        : QUndoCommand(what), controller_(controller), key_(controller.paintKey()),
-          painted_(controller.painted_[key_]) {}
-
-    void undo() override { controller_.setPainted(key_, painted_); }
-    void redo() override { controller_.setPainted(key_, {}); }
-
-  private:
-    Controller& controller_;
-    PaintKey key_;
-    Painted painted_;
-};
-
 Controller::PaintKey Controller::paintKey() const {
     if (!document_ || document_->kind != Kind::Scene) return {};
     const Source& source = document_->source;
@@ -243,10 +211,6 @@ Controller::PaintKey Controller::paintKey() const {
 PaintedDepth Controller::paintedNow() const {
     const auto found = painted_.find(paintKey());
     return found != painted_.end() ? found->second.depth : PaintedDepth();
-}
-
-bool Controller::isPainted() const {
-    return !paintedNow().depth.empty();
 }
 
 std::vector<std::filesystem::path> Controller::unsavedDepths() const {
@@ -310,11 +274,19 @@ void Controller::continueStroke(cv::Point2d at) {
 
 void Controller::endStroke() {
     if (!canvas_ || !canvas_->isPainting()) return;
-    PaintedPart part = canvas_->end();
+    const PaintedPart part = canvas_->end();
     if (part.place.empty()) return;
     showCanvas(1);
     requestNative();
-    undoStack_.push(new Stroke(*this, std::move(part), nameOf(tool_)));
+    // it is on the canvas already when it is pushed
+    const auto put = [this, key = canvasKey_, place = part.place](const cv::Mat& to, int strokes) {
+        putPart(key, place, to, strokes);
+    };
+    undoStack_.push(new Step(
+        nameOf(tool_), [put, before = part.before] { put(before, -1); },
+        [put, after = part.after, isNew = true]() mutable {
+            if (!std::exchange(isNew, false)) put(after, 1);
+        }));
 }
 
 void Controller::showCanvas(int strokes) {
@@ -358,7 +330,12 @@ void Controller::setSaved(quint64 revision) {
 
 void Controller::unpaint() {
     endStroke();
-    if (isPainted()) undoStack_.push(new Unpaint(*this, tr("discard of painted depth")));
+    if (!isPainted()) return;
+    const PaintKey key = paintKey();
+    undoStack_.push(new Step(
+        tr("discard of painted depth"),
+        [this, key, painted = painted_[key]] { setPainted(key, painted); },
+        [this, key] { setPainted(key, {}); }));
 }
 
 } // namespace altiro3D::viewer

@@ -3,7 +3,7 @@
 #include "viewer/model/controller.hpp"
 
 #include "altiro3D/error.hpp"
-#include "cli/folder_search.hpp"
+#include "cli/folders.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/model/depth_maker.hpp"
 
@@ -125,32 +125,31 @@ Setup Controller::exportSetup() const {
     return setup;
 }
 
-bool Controller::startExport(Product product, const fs::path& target) {
-    if (!exportObstacle().isEmpty()) return false;
-    Setup setup = exportSetup();
+Progress Controller::beginExport() {
     exporting_ = true;
     cancelling_ = false;
-    const quint64 revision = paintedNow().revision;
-    exporter_.post(0, [this, setup = std::move(setup), product, target, revision] {
+    return [this](double done) {
+        later(this, [this, done] { emit exportProgress(done); });
+        return !cancelling_;
+    };
+}
+
+bool Controller::startExport(Product product, const fs::path& target) {
+    if (!exportObstacle().isEmpty()) return false;
+    exporter_.post(0, [this, setup = exportSetup(), product, target, tell = beginExport(),
+                       revision = paintedNow().revision] {
         QString file;
         QString problem;
         try {
-            file = QString::fromStdString(writeProduct(setup, product, target, [this](double done) {
-                QMetaObject::invokeMethod(
-                    this, [this, done] { emit exportProgress(done); }, Qt::QueuedConnection);
-                return !cancelling_;
-            }));
+            file = QString::fromStdString(writeProduct(setup, product, target, tell));
         } catch (const std::exception& error) {
             problem = QString::fromStdString(tools::sentenceOf(error));
         }
-        QMetaObject::invokeMethod(
-            this,
-            [this, file, problem, product, revision] {
-                exporting_ = false;
-                if (product == Product::Depth && !file.isEmpty()) setSaved(revision);
-                emit exportEnded(file, problem);
-            },
-            Qt::QueuedConnection);
+        later(this, [this, file, problem, product, revision] {
+            exporting_ = false;
+            if (product == Product::Depth && !file.isEmpty()) setSaved(revision);
+            emit exportEnded(file, problem);
+        });
     });
     return true;
 }
@@ -172,22 +171,13 @@ std::vector<BatchItem> Controller::batch(const fs::path& folder) const {
 
 bool Controller::startExportAll(const fs::path& folder) {
     if (exporting_ || sources_.empty()) return false;
-    exporting_ = true;
-    cancelling_ = false;
-    exporter_.post(0, [this, items = batch(folder), display = display_, maker = depthMaker_] {
-        const auto tell = [this](double done) {
-            QMetaObject::invokeMethod(
-                this, [this, done] { emit exportProgress(done); }, Qt::QueuedConnection);
-            return !cancelling_;
-        };
+    exporter_.post(0, [this, items = batch(folder), display = display_, maker = depthMaker_,
+                       tell = beginExport()] {
         const BatchReport report = exportBatch(items, display, maker, tell);
-        QMetaObject::invokeMethod(
-            this,
-            [this, report] {
-                exporting_ = false;
-                emit exportAllEnded(report);
-            },
-            Qt::QueuedConnection);
+        later(this, [this, report] {
+            exporting_ = false;
+            emit exportAllEnded(report);
+        });
     });
     return true;
 }

@@ -23,29 +23,14 @@ cv::Mat downscaled(const cv::Mat& photo) {
     return result;
 }
 
-DepthBrush brushOf(PaintTool tool) {
-    switch (tool) {
-    case PaintTool::Farther:
-        return DepthBrush::Farther;
-    case PaintTool::Smooth:
-        return DepthBrush::Smooth;
-    case PaintTool::Copy:
-        return DepthBrush::Level;
-    case PaintTool::Nearer:
-    case PaintTool::Lasso:
-        break;
-    }
-    return DepthBrush::Nearer;
-}
+// As PaintTool; the lasso is none.
+constexpr DepthBrush kBrushes[] = {DepthBrush::Nearer, DepthBrush::Farther, DepthBrush::Smooth,
+                                   DepthBrush::Level};
 
 } // namespace
 
 DepthCanvas::DepthCanvas(const cv::Mat& photo, const cv::Mat& depth) : photo_(downscaled(photo)) {
     fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo_, depth_);
-}
-
-cv::Point2d DepthCanvas::inPixels(cv::Point2d place) const {
-    return {place.x * photo_.cols - 0.5, place.y * photo_.rows - 0.5};
 }
 
 void DepthCanvas::begin(const Paint& paint, cv::Point2d place) {
@@ -59,7 +44,7 @@ void DepthCanvas::begin(const Paint& paint, cv::Point2d place) {
         return;
     }
     DepthBrushOptions options;
-    options.brush = brushOf(paint.tool);
+    options.brush = kBrushes[static_cast<int>(paint.tool)];
     options.radius = std::max(0.5, paint.radius * std::max(photo_.cols, photo_.rows));
     options.amount = std::abs(paint.amount);
     options.keepsEdges = paint.keepsEdges;
@@ -98,14 +83,6 @@ PaintedPart DepthCanvas::end() {
     }
     stroke_.reset();
     return part;
-}
-
-void DepthCanvas::put(const cv::Rect& place, const cv::Mat& part) {
-    part.copyTo(depth_(place));
-}
-
-const cv::Mat& DepthCanvas::depth() const {
-    return stroke_ ? stroke_->depth() : depth_;
 }
 
 } // namespace altiro3D::viewer

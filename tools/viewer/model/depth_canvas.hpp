@@ -48,12 +48,14 @@ class DepthCanvas {
     bool isPainting() const { return painting_; }
 
     /// Lays a part of a stroke's before or after on the depth map.
-    void put(const cv::Rect& place, const cv::Mat& part);
+    void put(const cv::Rect& place, const cv::Mat& part) { part.copyTo(depth_(place)); }
     /// The depth map so far; later strokes change it.
-    const cv::Mat& depth() const;
+    const cv::Mat& depth() const { return stroke_ ? stroke_->depth() : depth_; }
 
   private:
-    cv::Point2d inPixels(cv::Point2d place) const;
+    cv::Point2d inPixels(cv::Point2d place) const {
+        return {place.x * photo_.cols - 0.5, place.y * photo_.rows - 0.5};
+    }
 
     cv::Mat photo_;
     cv::Mat depth_;

@@ -53,12 +53,8 @@ DepthMaker::DepthMaker() {
     }
 }
 
-const InstalledNetwork* DepthMaker::find(const std::string& name) const {
-    return findIn(networks_, name);
-}
-
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
-    if (find(wish) != nullptr) return wish;
+    if (findIn(networks_, wish) != nullptr) return wish;
     if (given) return kGivenDepth;
     const auto standard =
         std::find_if(networks_.begin(), networks_.end(), [](const InstalledNetwork& network) {
@@ -68,7 +64,7 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
 }
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
-    const InstalledNetwork* const network = find(chosen);
+    const InstalledNetwork* const network = findIn(networks_, chosen);
     if (network == nullptr) {
         use(*estimatedDepth()); // its error says what to do
         return;

@@ -35,8 +35,6 @@ class DepthMaker {
     void use(const std::string& chosen, const std::function<void(DepthSource&)>& use);
 
   private:
-    const InstalledNetwork* find(const std::string& name) const;
-
     std::vector<InstalledNetwork> networks_;
     std::mutex mutex_; // guards the following members
     std::set<std::string> harmless_;
@@ -50,8 +48,6 @@ int tryNetwork(const std::string& name);
 /// A program that uses DepthMaker must call tryNetwork() if this is its first argument; the second
 /// one is the network's name.
 constexpr const char* kTryNetwork = "--try-network";
-
-class DepthMaker;
 
 /// The depth of a playing flat video: steady, inferred as often as the pictures require.
 class PlayedDepth {

@@ -2,7 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/depth_options.hpp"
-#include "cli/folder_search.hpp"
+#include "cli/folders.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/quilt_options.hpp"
 #include "cli/run_tool.hpp"
@@ -19,14 +19,6 @@ namespace altiro3D::viewer {
 namespace fs = std::filesystem;
 
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
-
-bool isOneOf(const std::string& word, std::initializer_list<const char*> words) {
-    return std::find(words.begin(), words.end(), word) != words.end();
-}
 
 cv::Mat eightBit(const cv::Mat& picture) {
     if (picture.depth() == CV_8U) return picture;
@@ -49,39 +41,35 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
             return name->isStacked ? Reading::RgbdBottom : Reading::RgbdRight;
         return Reading::Photo; // addPhotoDepth() examines its halves
     }
-    const bool lossy =
-        isOneOf(tools::lowerCase(file.extension().string()), {".jpg", ".jpeg", ".jpe"});
-    if (size == display.panelSize() && (!lossy || contains(stem, "native"))) return Reading::Native;
+    const std::string ending = tools::lowerCase(file.extension().string());
+    const bool lossy = ending == ".jpg" || ending == ".jpeg" || ending == ".jpe";
+    if (size == display.panelSize() && (!lossy || stem.find("native") != std::string::npos))
+        return Reading::Native;
     found = findQuiltLayout(eightBit(picture));
     return tools::isQuiltPicture(*found, size, display.quilt) ? Reading::Quilt : Reading::Photo;
 }
 
+template <typename Value, std::size_t N>
+std::optional<Value> find(const std::pair<Reading, Value> (&pairs)[N], Reading reading) {
+    for (const auto& [known, value] : pairs)
+        if (known == reading) return value;
+    return std::nullopt;
+}
+
 std::optional<DepthSide> sideOf(Reading reading) {
-    switch (reading) {
-    case Reading::RgbdRight:
-        return DepthSide::Right;
-    case Reading::RgbdLeft:
-        return DepthSide::Left;
-    case Reading::RgbdTop:
-        return DepthSide::Top;
-    case Reading::RgbdBottom:
-        return DepthSide::Bottom;
-    default:
-        return std::nullopt;
-    }
+    constexpr std::pair<Reading, DepthSide> kSides[] = {{Reading::RgbdRight, DepthSide::Right},
+                                                        {Reading::RgbdLeft, DepthSide::Left},
+                                                        {Reading::RgbdTop, DepthSide::Top},
+                                                        {Reading::RgbdBottom, DepthSide::Bottom}};
+    return find(kSides, reading);
 }
 
 std::optional<StereoLayout> eyesOf(Reading reading) {
-    switch (reading) {
-    case Reading::EyesLeftRight:
-        return StereoLayout::LeftRight;
-    case Reading::EyesRightLeft:
-        return StereoLayout::RightLeft;
-    case Reading::EyesTopBottom:
-        return StereoLayout::TopBottom;
-    default:
-        return std::nullopt;
-    }
+    constexpr std::pair<Reading, StereoLayout> kEyes[] = {
+        {Reading::EyesLeftRight, StereoLayout::LeftRight},
+        {Reading::EyesRightLeft, StereoLayout::RightLeft},
+        {Reading::EyesTopBottom, StereoLayout::TopBottom}};
+    return find(kEyes, reading);
 }
 
 Document documentOfViews(const Source& source, const Display& display) {

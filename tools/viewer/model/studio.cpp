@@ -92,18 +92,8 @@ struct Studio::State {
     Kept<FitKey, cv::Mat> photo; // of the preview
     Fitted tiles;
     Fitted panel; // for the best Native
-    struct NativeKey {
-        DocumentPointer document;
-        std::string how;
-        DisplayPointer display;
-        Knobs knobs;
-        bool isDraft = false;
-        bool operator==(const NativeKey& o) const { return !(*this != o); }
-        bool operator!=(const NativeKey& o) const {
-            return document != o.document || how != o.how || display != o.display ||
-                   knobs != o.knobs || isDraft != o.isDraft;
-        }
-    };
+    // Document, depth, display, settings, and whether it is a draft.
+    using NativeKey = std::tuple<DocumentPointer, std::string, DisplayPointer, Knobs, bool>;
     Kept<std::pair<std::string, NativeKey>, Knobs> chosen; // with the file of a video
     Kept<std::pair<NativeKey, cv::Point>, SwayView> views; // the point: their size
     Kept<NativeKey, cv::Mat> quilt;
@@ -194,13 +184,12 @@ struct Studio::State {
     // these settings, so that it stays steady.
     void choose(Setup& setup) {
         if (!setup.knobs.automatic.any()) return;
-        NativeKey key{setup.document, how, setup.display, setup.knobs, false};
+        const Document& document = *setup.document;
         std::string video;
-        if (setup.document->video) {
-            video =
-                setup.document->source.file.string() + ' ' + std::to_string(setup.document->scene);
-            key.document.reset();
-        }
+        if (document.video)
+            video = document.source.file.string() + ' ' + std::to_string(document.scene);
+        const NativeKey key{document.video ? nullptr : setup.document, how, setup.display,
+                            setup.knobs, false};
         setup.knobs = chosen.get({video, key}, [&] {
             Setup now = setup;
             chooseAutomatic(now);
@@ -208,10 +197,6 @@ struct Studio::State {
         });
         setup.isChosen = true;
         layFlatDepth(setup);
-    }
-
-    std::pair<NativeKey, cv::Point> viewsKeyOf(const Setup& setup, cv::Size size) const {
-        return {keyOf(setup), {size.width, size.height}};
     }
 
     const cv::Mat& quiltOf(const Setup& setup) {
@@ -274,13 +259,9 @@ Frame Studio::render(const Request& request) {
     if (kind == Kind::Scene) {
         state_->how =
             state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
-        if (state_->how != kGivenDepth) {
-            setup.edges = DepthEdges::Decided;
-        } else if (request.document->origin == DepthOrigin::Matched) {
-            setup.edges = DepthEdges::Matched;
-        } else {
-            setup.edges = DepthEdges::Unknown;
-        }
+        setup.edges = state_->how != kGivenDepth                         ? DepthEdges::Decided
+                      : request.document->origin == DepthOrigin::Matched ? DepthEdges::Matched
+                                                                         : DepthEdges::Unknown;
         if (request.painted.depth.empty()) {
             const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
                 return state_->makeDepth(*request.document, state_->how);
@@ -331,7 +312,7 @@ Frame Studio::render(const Request& request) {
             frame.depth.convertTo(grey, CV_8U, 255);
             cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         } else {
-            state_->views.get(state_->viewsKeyOf(setup, size), [&] {
+            state_->views.get({state_->keyOf(setup), cv::Point(size)}, [&] {
                 return photoViews(fitted, setup.knobs.views);
             })(request.position, frame.picture);
         }

@@ -11,6 +11,12 @@
 
 namespace altiro3D::viewer {
 
+/// Calls a function in the thread of an object, when its events are handled; not after its end.
+template <typename Function>
+void later(QObject* object, Function function) {
+    QMetaObject::invokeMethod(object, std::move(function), Qt::QueuedConnection);
+}
+
 /// A thread that runs the latest task of each kind: a task that has not begun is replaced by the
 /// next one of its kind.
 class Worker {

@@ -182,8 +182,7 @@ bool SlidePresenter::onKey(const QKeyEvent& event) {
 void SlidePresenter::make(const Source& source) {
     worker_->post(0, [this, source, maker = maker_] {
         const Slide slide = maker->make(source);
-        QMetaObject::invokeMethod(
-            this, [this, slide] { show_.put(slide); }, Qt::QueuedConnection);
+        later(this, [this, slide] { show_.put(slide); });
     });
 }
 
@@ -218,14 +217,11 @@ void SlidePresenter::begin(const Slide& slide) {
         },
         [this, change = change_](const std::string& problem) {
             // what cannot be read further also ends here
-            QMetaObject::invokeMethod(
-                this,
-                [this, change, problem] {
-                    if (change != show_.changes()) return;
-                    if (!problem.empty()) report_(problem);
-                    show_.endVideo();
-                },
-                Qt::QueuedConnection);
+            later(this, [this, change, problem] {
+                if (change != show_.changes()) return;
+                if (!problem.empty()) report_(problem);
+                show_.endVideo();
+            });
         },
         playSettings_);
     player_->setPaused(show_.isPaused());

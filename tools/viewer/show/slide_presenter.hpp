@@ -5,7 +5,6 @@
 #include "viewer/model/studio.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/player/video_player.hpp"
-#include "viewer/show/show_files.hpp"
 #include "viewer/show/slide_show.hpp"
 
 #include <QElapsedTimer>

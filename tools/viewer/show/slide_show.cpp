@@ -1,10 +1,18 @@
 #include "viewer/show/slide_show.hpp"
 
+#include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
+#include "cli/folders.hpp"
+
 #include <algorithm>
 #include <opencv2/core.hpp>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 namespace altiro3D::viewer {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -15,6 +23,27 @@ bool isSame(const std::optional<Source>& a, const Source& b) {
 bool holds(const std::vector<Source>& files, const Source& wanted) {
     return std::any_of(files.begin(), files.end(),
                        [&](const Source& file) { return isSame(file, wanted); });
+}
+
+tools::FolderContents contentsOf(const fs::path& folder) {
+    using tools::FileKind;
+    tools::FolderSearch how;
+    how.wanted = {FileKind::Photo, FileKind::Quilt, FileKind::Native, FileKind::Video,
+                  FileKind::QuiltVideo};
+    return tools::searchFolder(folder, how);
+}
+
+FileStamps stampsOf(const std::vector<fs::path>& folders) {
+    FileStamps stamps;
+    for (const fs::path& folder : folders) {
+        std::error_code error;
+        fs::directory_iterator entry(folder, error);
+        while (!error && entry != fs::directory_iterator()) {
+            stamps[entry->path()] = fileStamp(entry->path());
+            entry.increment(error);
+        }
+    }
+    return stamps;
 }
 
 } // namespace
@@ -70,14 +99,6 @@ void SlideShow::show(const Slide& slide) {
                 kept_.end());
     since_ = fadeSince_ = now_;
     ++changes_;
-}
-
-void SlideShow::next() {
-    if (list_.next()) wanted_ = list_.current();
-}
-
-void SlideShow::previous() {
-    if (list_.previous()) wanted_ = list_.current();
 }
 
 void SlideShow::endVideo() {
@@ -187,10 +208,6 @@ std::optional<Source> ShowList::current() const {
     return order_[at_];
 }
 
-std::size_t ShowList::nextIndex() const {
-    return isGone_ ? at_ : at_ + 1;
-}
-
 std::vector<Source> ShowList::round() {
     std::vector<Source> files = order_;
     if (!shuffles_) return files;
@@ -234,6 +251,96 @@ bool ShowList::previous() {
     isGone_ = false;
     nextRound_.clear();
     return true;
+}
+
+std::set<fs::path> SteadyFiles::look(const FileStamps& stamps, double now) {
+    std::map<fs::path, Known> known;
+    std::set<fs::path> steady;
+    isWaiting_ = false;
+    for (const auto& [file, stamp] : stamps) {
+        Known entry{stamp, hasLooked_ ? now : now - kSeconds};
+        const auto before = known_.find(file);
+        if (before != known_.end() && before->second.stamp == stamp)
+            entry.since = before->second.since;
+        if (now - entry.since >= kSeconds) {
+            steady.insert(file);
+        } else {
+            isWaiting_ = true;
+        }
+        known.emplace(file, entry);
+    }
+    known_.swap(known);
+    hasLooked_ = true;
+    return steady;
+}
+
+ShowFiles::ShowFiles(const std::vector<fs::path>& names) {
+    std::optional<Error> problem; // the first one
+    const auto leaveOut = [&](const Error& error) {
+        if (!problem) problem = error;
+        notes_.push_back({NoteCode::LeftOut, error.what()});
+    };
+    for (const fs::path& name : names) {
+        std::error_code error;
+        const bool exists = fs::exists(name, error);
+        if (error) {
+            leaveOut({ErrorCode::ReadFailed, name.string(), "cannot be read: " + error.message()});
+        } else if (!exists) {
+            leaveOut({ErrorCode::NotFound, name.string(),
+                      "does not exist, expected a file or a folder"});
+        } else if (!fs::is_directory(name, error)) {
+            names_.push_back(name);
+        } else {
+            names_.push_back(name);
+            folders_.push_back(name);
+            const tools::FolderContents found = contentsOf(name);
+            if (found.files.empty()) {
+                leaveOut({ErrorCode::NotFound, name.string(),
+                          "holds no pictures and no videos, expected some"});
+            } else if (!found.leftOut.empty()) {
+                notes_.push_back({NoteCode::LeftOut, name.string() + ": not opened: " +
+                                                         tools::kindsText(found.leftOut)});
+            }
+        }
+    }
+    static_cast<void>(refresh(0));
+    if (files_.empty() && problem) throw Error(*problem);
+}
+
+bool ShowFiles::refresh(double now) {
+    FileStamps stamps = stampsOf(folders_);
+    const bool wasWaiting = steady_.isWaiting();
+    const std::set<fs::path> steady = steady_.look(stamps, now);
+    if (stamps == stamps_ && !wasWaiting && !files_.empty()) return true;
+    stamps_ = std::move(stamps);
+    std::vector<Source> files;
+    std::vector<fs::path> single; // a photo and its depth image may be named one after the other
+    const auto addSingle = [&] {
+        for (const Source& source : pairUp(single))
+            files.push_back(source);
+        single.clear();
+    };
+    for (const fs::path& name : names_) {
+        std::error_code error;
+        if (std::find(folders_.begin(), folders_.end(), name) == folders_.end()) {
+            if (fs::exists(name, error)) single.push_back(name);
+            continue;
+        }
+        addSingle();
+        tools::FolderContents found;
+        try {
+            found = contentsOf(name);
+        } catch (const Error&) { // nothing to show now
+        }
+        for (const tools::FolderFile& file : found.files) {
+            if (steady.count(file.file) == 0) continue;
+            const bool hasDepth = steady.count(file.depth) > 0;
+            files.push_back({file.file, hasDepth ? file.depth : fs::path(), Reading::Automatic});
+        }
+    }
+    addSingle();
+    files_ = files;
+    return !steady_.isWaiting();
 }
 
 } // namespace altiro3D::viewer

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
+#include "viewer/window/window_words.hpp"
 
 #include <QCheckBox>
 #include <QComboBox>
@@ -14,7 +15,6 @@
 #include <QPushButton>
 #include <QSignalBlocker>
 #include <QSlider>
-#include <QTextDocument>
 #include <QToolButton>
 #include <cmath>
 
@@ -25,11 +25,12 @@ namespace {
 constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
 constexpr int kAutoFit = -1;        // cover, with the part that is chosen
 
-QCheckBox* autoBox(const QString& name, const QString& tip) {
-    auto* box = new QCheckBox(QObject::tr("Auto"));
-    box->setObjectName(name);
-    box->setToolTip(tip);
-    return box;
+// A field with its name for tests, and that for screen readers, which do not see what stands beside
+// it.
+template <class Field>
+Field* named(Field* field, const char* object, const QString& words, const QString& tip = {}) {
+    name(field, object, words, tip);
+    return field;
 }
 
 QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
@@ -40,9 +41,9 @@ QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
 }
 
 // A combo box that holds a number of an enumeration with each of its words.
-QComboBox* choices(const QString& name, const std::vector<std::pair<QString, int>>& words) {
-    auto* box = new QComboBox;
-    box->setObjectName(name);
+QComboBox* choices(const char* object, const QString& name,
+                   const std::vector<std::pair<QString, int>>& words) {
+    auto* box = named(new QComboBox, object, name);
     for (const auto& [word, value] : words)
         box->addItem(word, value);
     return box;
@@ -53,11 +54,9 @@ void choose(QComboBox& box, const QVariant& value) {
     box.setCurrentIndex(std::max(0, box.findData(value)));
 }
 
-QSpinBox* numbers(const QString& name, int low, int high, const QString& suffix) {
-    auto* box = new QSpinBox;
-    box->setObjectName(name);
+QSpinBox* numbers(const char* object, const QString& name, int low, int high) {
+    auto* box = named(new QSpinBox, object, name);
     box->setRange(low, high);
-    box->setSuffix(suffix);
     return box;
 }
 
@@ -89,10 +88,10 @@ QFormLayout* formOf(QWidget* widget) {
 
 } // namespace
 
-KnobSlider::KnobSlider(double low, double high, int decimals, double standard,
-                       const QString& suffix, QWidget* parent)
-    : QWidget(parent), steps_(std::pow(10, decimals)), standard_(standard),
-      slider_(new QSlider(Qt::Horizontal)), number_(new QDoubleSpinBox) {
+KnobSlider::KnobSlider(const char* object, const QString& words, double low, double high,
+                       int decimals, double standard, const QString& suffix)
+    : steps_(std::pow(10, decimals)), standard_(standard), slider_(new QSlider(Qt::Horizontal)),
+      number_(new QDoubleSpinBox) {
     slider_->setRange(static_cast<int>(std::lround(low * steps_)),
                       static_cast<int>(std::lround(high * steps_)));
     slider_->setPageStep(std::max(1, (slider_->maximum() - slider_->minimum()) / 10));
@@ -110,6 +109,9 @@ KnobSlider::KnobSlider(double low, double high, int decimals, double standard,
     row->addWidget(slider_, 1);
     row->addWidget(number_);
     setValue(standard);
+    name(this, object, words);
+    slider_->setAccessibleName(words);
+    number_->setAccessibleName(words);
     connect(slider_, &QSlider::sliderPressed, this, [this] { gesture_ = nextGesture(); });
     connect(slider_, &QSlider::sliderReleased, this, [this] { gesture_ = 0; });
     connect(slider_, &QSlider::valueChanged, this, [this](int step) {
@@ -145,24 +147,24 @@ bool KnobSlider::eventFilter(QObject* object, QEvent* event) {
 
 KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     const Knobs standard;
-    reading_ =
-        choices("reading", {{tr("Automatic"), int(Reading::Automatic)},
-                            {tr("Photo"), int(Reading::Photo)},
-                            {tr("Photo, depth right"), int(Reading::RgbdRight)},
-                            {tr("Photo, depth left"), int(Reading::RgbdLeft)},
-                            {tr("Photo, depth above"), int(Reading::RgbdTop)},
-                            {tr("Photo, depth below"), int(Reading::RgbdBottom)},
-                            {tr("Stereo pair, left beside right"), int(Reading::EyesLeftRight)},
-                            {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
-                            {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
-                            {tr("Quilt"), int(Reading::Quilt)},
-                            {tr("Native"), int(Reading::Native)}});
-    fit_ = choices("fit", {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
-                           {tr("Fill, keep the subject"), kAutoFit},
-                           {tr("Show all, with bars"), int(FitMode::Contain)},
-                           {tr("Stretch"), int(FitMode::Stretch)}});
-    depth_ = new QComboBox;
-    depth_->setObjectName("depth");
+    reading_ = choices("reading", tr("Read as"),
+                       {{tr("Automatic"), int(Reading::Automatic)},
+                        {tr("Photo"), int(Reading::Photo)},
+                        {tr("Photo, depth right"), int(Reading::RgbdRight)},
+                        {tr("Photo, depth left"), int(Reading::RgbdLeft)},
+                        {tr("Photo, depth above"), int(Reading::RgbdTop)},
+                        {tr("Photo, depth below"), int(Reading::RgbdBottom)},
+                        {tr("Stereo pair, left beside right"), int(Reading::EyesLeftRight)},
+                        {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
+                        {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
+                        {tr("Quilt"), int(Reading::Quilt)},
+                        {tr("Native"), int(Reading::Native)}});
+    fit_ = choices("fit", tr("Shape"),
+                   {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
+                    {tr("Fill, keep the subject"), kAutoFit},
+                    {tr("Show all, with bars"), int(FitMode::Contain)},
+                    {tr("Stretch"), int(FitMode::Stretch)}});
+    depth_ = named(new QComboBox, "depth", tr("Depth from"));
     depth_->addItem(tr("Best available"), kBestDepth);
     depth_->addItem(tr("From its file"), kGivenDepth);
     try {
@@ -170,33 +172,34 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
             depth_->addItem(QString::fromStdString(network.profile.name),
                             QString::fromStdString(network.profile.name));
     } catch (const Error& error) {
-        depth_->setToolTip(Qt::convertFromPlainText(QString::fromUtf8(error.what())));
+        depth_->setToolTip(tipOf(QString::fromUtf8(error.what())));
     }
-    depthImage_ = new QToolButton;
-    depthImage_->setObjectName("depthImage");
+    depthImage_ = named(new QToolButton, "depthImage", tr("Choose a depth image"),
+                        tr("Choose a depth image for this photo"));
     depthImage_->setText(tr("Image…"));
-    depthImage_->setToolTip(tr("Choose a depth image for this photo"));
     depthSource_ = faintLabel("depthSource");
-    method_ = choices("method", {{tr("Layered"), int(ViewMethod::Layered)},
-                                 {tr("Fast"), int(ViewMethod::Fast)},
-                                 {tr("Real"), int(ViewMethod::Real)}});
-    best_ = new QCheckBox(tr("Best (slower)"));
-    best_->setObjectName("best");
-    best_->setToolTip(tr("Renders the Native at the panel's resolution (photo2native --best). Not "
-                         "with method Real."));
-    strength_ = new KnobSlider(0, kMaxStrength, 1, standard.views.strengthPercent, tr(" %"));
-    strength_->setObjectName("strength");
-    autoStrength_ = autoBox("autoStrength", tr("As much depth as the display carries"));
-    autoFocus_ = autoBox("autoFocus", tr("The subject lies on the panel's surface"));
-    focus_ = new KnobSlider(0, 1, 2, standard.views.focus, {});
-    focus_->setObjectName("focus");
-    refinement_ = numbers("refinement", 0, 16, {});
-    fill_ = choices("fill", {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
-                             {tr("Continued rows"), int(LayeredFill::Continue)}});
+    method_ = choices("method", tr("Method of views"),
+                      {{tr("Layered"), int(ViewMethod::Layered)},
+                       {tr("Fast"), int(ViewMethod::Fast)},
+                       {tr("Real"), int(ViewMethod::Real)}});
+    best_ = named(new QCheckBox(tr("Best (slower)")), "best", tr("Best Native, slower"),
+                  tr("Renders the Native at the panel's resolution (photo2native --best). Not "
+                     "with method Real."));
+    strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
+                               standard.views.strengthPercent, tr(" %"));
+    autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"),
+                          tr("As much depth as the display carries"));
+    autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"),
+                       tr("The subject lies on the panel's surface"));
+    focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.views.focus, {});
+    refinement_ = numbers("refinement", tr("Refinement"), 0, 16);
+    fill_ = choices("fill", tr("Content behind edges"),
+                    {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
+                     {tr("Continued rows"), int(LayeredFill::Continue)}});
     parallax_ = faintLabel("parallax");
     display_ = faintLabel("display");
-    columns_ = numbers("columns", 1, 64, {});
-    rows_ = numbers("rows", 1, 64, {});
+    columns_ = numbers("columns", tr("Columns of the quilt"), 1, 64);
+    rows_ = numbers("rows", tr("Rows of the quilt"), 1, 64);
     layout_ = faintLabel("layout");
     build();
     connectKnobs();
@@ -205,19 +208,15 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
 }
 
 void KnobPanel::connectKnobs() {
-    const auto onChoice = [this](QComboBox* box, const QString& what) {
+    const std::pair<QComboBox*, QString> choices[] = {
+        {fit_, tr("fit")}, {depth_, tr("depth")}, {method_, tr("method")}, {fill_, tr("fill")}};
+    for (const auto& [box, what] : choices) {
         connect(box, qOverload<int>(&QComboBox::currentIndexChanged), this,
-                [this, what] { turn(what); });
-    };
-    const auto onNumber = [this](QSpinBox* box, const QString& what) {
-        connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this, what] { turn(what); });
-    };
-    onChoice(fit_, tr("fit"));
-    onChoice(depth_, tr("depth"));
-    onChoice(method_, tr("method"));
-    onChoice(fill_, tr("fill"));
+                [this, what = what] { turn(what); });
+    }
     connect(best_, &QCheckBox::toggled, this, [this] { turn(tr("best Native")); });
-    onNumber(refinement_, tr("refinement"));
+    connect(refinement_, qOverload<int>(&QSpinBox::valueChanged), this,
+            [this] { turn(tr("refinement")); });
     for (QSpinBox* box : {columns_, rows_}) {
         connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this] {
             if (updating_) return;
@@ -242,31 +241,6 @@ void KnobPanel::connectKnobs() {
     connect(reading_, qOverload<int>(&QComboBox::activated), this,
             [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
     connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
-}
-
-// For screen readers, which do not see what stands beside a field.
-void KnobPanel::nameFields() {
-    const std::pair<QWidget*, QString> names[] = {
-        {reading_, tr("Read as")},
-        {fit_, tr("Shape")},
-        {depth_, tr("Depth from")},
-        {depthImage_, tr("Choose a depth image")},
-        {strength_, tr("Strength")},
-        {autoStrength_, tr("Strength, automatic")},
-        {focus_, tr("Focus")},
-        {autoFocus_, tr("Focus, automatic")},
-        {method_, tr("Method of views")},
-        {best_, tr("Best Native, slower")},
-        {fill_, tr("Content behind edges")},
-        {refinement_, tr("Refinement")},
-        {columns_, tr("Columns of the quilt")},
-        {rows_, tr("Rows of the quilt")},
-    };
-    for (const auto& [field, name] : names) {
-        field->setAccessibleName(name);
-        for (auto* part : field->findChildren<QWidget*>(QString(), Qt::FindDirectChildrenOnly))
-            if (qobject_cast<KnobSlider*>(field) != nullptr) part->setAccessibleName(name);
-    }
 }
 
 void KnobPanel::build() {
@@ -310,25 +284,22 @@ void KnobPanel::build() {
 
     auto* display = new QGroupBox(tr("Display"));
     form = formOf(display);
-    auto* displayRow = new QHBoxLayout;
-    displayRow->addWidget(display_, 1);
     auto* calibration = new QToolButton;
     calibration->setText(tr("Choose…"));
     calibration->setToolTip(tr("Choose the calibration of a display: its visual.json"));
     connect(calibration, &QToolButton::clicked, this, &KnobPanel::calibrationWanted);
-    displayRow->addWidget(calibration, 0, Qt::AlignTop);
+    QHBoxLayout* const displayRow = rowOf(display_, calibration);
+    displayRow->setAlignment(calibration, Qt::AlignTop);
     form->addRow(displayRow);
     auto* grid = new QHBoxLayout;
     grid->addWidget(columns_, 1);
-    auto* times = new QLabel(tr("×"));
-    grid->addWidget(times);
+    grid->addWidget(new QLabel(tr("×")));
     grid->addWidget(rows_, 1);
     columns_->setToolTip(tr("Columns of the quilt"));
     rows_->setToolTip(tr("Rows of the quilt"));
     form->addRow(tr("Views"), grid);
     form->addRow(layout_);
     column->addWidget(display);
-    nameFields();
 
     column->addStretch(1);
     auto* reset = new QPushButton(tr("Reset all settings"));
@@ -411,7 +382,7 @@ void KnobPanel::show(const Display& display, const QuiltLayout& layout) {
             .arg(QString::fromStdString(serial.empty() ? std::string("Display") : serial))
             .arg(display.panelSize().width)
             .arg(display.panelSize().height));
-    display_->setToolTip(Qt::convertFromPlainText(QString::fromStdString(display.source)));
+    display_->setToolTip(tipOf(QString::fromStdString(display.source)));
     columns_->setValue(layout.columns);
     rows_->setValue(layout.rows);
     layout_->setText(tr("%1 views of %2 × %3 px")

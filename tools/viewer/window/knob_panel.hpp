@@ -19,9 +19,10 @@ namespace altiro3D::viewer {
 class KnobSlider : public QWidget {
     Q_OBJECT
   public:
+    /// @param object, words its names, see name()
     /// @param decimals digits after the decimal point, for slider and number field
-    KnobSlider(double low, double high, int decimals, double standard, const QString& suffix,
-               QWidget* parent = nullptr);
+    KnobSlider(const char* object, const QString& words, double low, double high, int decimals,
+               double standard, const QString& suffix);
 
     double value() const;
     /// Sets the value without emitting a signal.
@@ -71,7 +72,6 @@ class KnobPanel : public QWidget {
 
   private:
     void build(); // lays out the widgets
-    void nameFields();
     void connectKnobs();
     void turn(const QString& what, int gesture = 0);
     Knobs read() const;

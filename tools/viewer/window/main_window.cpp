@@ -168,9 +168,7 @@ void MainWindow::connectController() {
             [this](double done) { progress_->setValue(qRound(done * 100)); });
     connect(&controller_, &Controller::exportEnded, this,
             [this](const QString& file, const QString& problem) {
-                progress_->hide();
-                cancel_->hide();
-                showDocument();
+                endProgress();
                 if (!problem.isEmpty())
                     warn(this, tr("Export"), problem);
                 else if (file.isEmpty())

@@ -72,6 +72,7 @@ class MainWindow : public QMainWindow {
     void exportAllDialog();
     void endExportAll(const BatchReport& report);
     void beginProgress();
+    void endProgress();
     void select(int index);
     void showStrip();
     bool mayLosePaintedDepth();

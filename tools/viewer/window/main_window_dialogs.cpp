@@ -5,7 +5,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
-#include "cli/folder_search.hpp"
+#include "cli/folders.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/show/presentation.hpp"
 #include "viewer/show/test_picture.hpp"
@@ -32,22 +32,6 @@ bool agrees(QWidget* parent, const QString& title, const QString& question) {
     box.setTextFormat(Qt::PlainText);
     box.setDefaultButton(QMessageBox::No);
     return box.exec() == QMessageBox::Yes;
-}
-
-const char* endingOf(Product product) {
-    switch (product) {
-    case Product::Native:
-        return "_native.png";
-    case Product::Quilt:
-        return ".png";
-    case Product::Views:
-        return "_views";
-    case Product::Depth:
-        return "_depth.png";
-    case Product::SwayVideo:
-        break;
-    }
-    return "_sway.mp4";
 }
 
 } // namespace
@@ -111,7 +95,8 @@ void MainWindow::exportDialog(Product product) {
     }
     fs::path from = controller_.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
-    fs::path proposed = from.parent_path() / (from.stem().string() + endingOf(product));
+    fs::path proposed =
+        from.parent_path() / (from.stem().string() + kProducts[static_cast<int>(product)].ending);
     try {
         proposed = productFile(controller_.exportSetup(), product, proposed);
     } catch (const Error&) {
@@ -156,6 +141,12 @@ void MainWindow::beginProgress() {
     showDocument();
 }
 
+void MainWindow::endProgress() {
+    progress_->hide();
+    cancel_->hide();
+    showDocument();
+}
+
 void MainWindow::exportAllDialog() {
     const QString title = tr("Export all Natives");
     const QString name = QFileDialog::getExistingDirectory(
@@ -176,9 +167,7 @@ void MainWindow::exportAllDialog() {
 }
 
 void MainWindow::endExportAll(const BatchReport& report) {
-    progress_->hide();
-    cancel_->hide();
-    showDocument();
+    endProgress();
     const QString written = tr("%1 Natives written").arg(report.written);
     say(report.cancelled ? tr("Cancelled, %1").arg(written) : written, 15000);
     if (report.problems.empty()) return;

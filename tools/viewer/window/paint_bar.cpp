@@ -99,10 +99,6 @@ QSlider* PaintBar::addSlider(const QString& label, const QString& tip, const QSt
     return slider;
 }
 
-int& PaintBar::strengthOf(PaintTool tool) {
-    return tool == PaintTool::Smooth || tool == PaintTool::Copy ? replace_ : lift_;
-}
-
 std::optional<Paint> PaintBar::paint() const {
     const QAction* const chosen = tools_->checkedAction();
     if (chosen == nullptr) return std::nullopt;

@@ -34,7 +34,9 @@ class PaintBar : public QToolBar {
 
   private:
     QSlider* addSlider(const QString& label, const QString& tip, const QString& name);
-    int& strengthOf(PaintTool tool);
+    int& strengthOf(PaintTool tool) {
+        return tool == PaintTool::Smooth || tool == PaintTool::Copy ? replace_ : lift_;
+    }
 
     QActionGroup* tools_;
     QSlider* size_;

@@ -12,7 +12,6 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
-#include <cmath>
 
 namespace altiro3D::viewer {
 
@@ -22,12 +21,6 @@ constexpr int kTick = 100;             // ms
 constexpr double kSliderSteps = 10;    // per s
 constexpr double kLongestSlider = 1e8; // s, so that steps fit into an int
 constexpr double kSpeeds[] = {0.5, 0.75, 1, 1.25, 1.5, 2};
-
-void name(QWidget* control, const char* object, const QString& words) {
-    control->setObjectName(object);
-    control->setAccessibleName(words);
-    control->setToolTip(words);
-}
 
 QString wordsOf(const VideoStreamFacts& track, int number) {
     QStringList words{QString::number(number)};
@@ -67,14 +60,17 @@ void VideoBar::buildControls() {
         control->setFocusPolicy(Qt::TabFocus); // keys of the window go on working after a click
     }
     row->setStretchFactor(position_, 1);
-    name(play_, "playVideo", tr("Play or stop (P)"));
-    name(position_, "videoPosition", tr("Position in the video (Shift+Left, Shift+Right)"));
-    name(time_, "videoTime", tr("Time and length of the video"));
-    name(mute_, "muteVideo", tr("Sound off (Shift+M)"));
-    name(volume_, "videoVolume", tr("Volume (+, -)"));
-    name(track_, "soundTrack", tr("Sound track"));
-    name(speed_, "videoSpeed", tr("Speed; the pitch of the sound changes with it"));
-    name(loop_, "loopVideo", tr("Begin again at the end"));
+    const auto tell = [](QWidget* control, const char* object, const QString& words) {
+        name(control, object, words, words);
+    };
+    tell(play_, "playVideo", tr("Play or stop (P)"));
+    tell(position_, "videoPosition", tr("Position in the video (Shift+Left, Shift+Right)"));
+    tell(time_, "videoTime", tr("Time and length of the video"));
+    tell(mute_, "muteVideo", tr("Sound off (Shift+M)"));
+    tell(volume_, "videoVolume", tr("Volume (+, -)"));
+    tell(track_, "soundTrack", tr("Sound track"));
+    tell(speed_, "videoSpeed", tr("Speed; the pitch of the sound changes with it"));
+    tell(loop_, "loopVideo", tr("Begin again at the end"));
     position_->setPageStep(qRound(kSeekStep * kSliderSteps));
     mute_->setCheckable(true);
     mute_->setIcon(style()->standardIcon(QStyle::SP_MediaVolumeMuted));

@@ -79,21 +79,26 @@ inline void warn(QWidget* parent, const QString& title, const QString& text) {
     box.exec();
 }
 
-/// The name of a product in menus.
+/// The name of a product in menus, and the end of its file's.
+struct ProductWords {
+    const char* name;
+    const char* ending;
+};
+constexpr ProductWords kProducts[] = {{"Native", "_native.png"},
+                                      {"Quilt", ".png"},
+                                      {"Views", "_views"},
+                                      {"Depth", "_depth.png"},
+                                      {"Sway video", "_sway.mp4"}}; // as Product
 inline QString nameOf(Product product) {
-    switch (product) {
-    case Product::Native:
-        return QObject::tr("Native");
-    case Product::Quilt:
-        return QObject::tr("Quilt");
-    case Product::Views:
-        return QObject::tr("Views");
-    case Product::Depth:
-        return QObject::tr("Depth");
-    case Product::SwayVideo:
-        break;
-    }
-    return QObject::tr("Sway video");
+    return QObject::tr(kProducts[static_cast<int>(product)].name);
+}
+
+/// Names a widget: for tests and styles, and for people, also for screen readers.
+inline void name(QWidget* widget, const char* object, const QString& words,
+                 const QString& tip = {}) {
+    widget->setObjectName(object);
+    widget->setAccessibleName(words);
+    widget->setToolTip(tip);
 }
 
 } // namespace altiro3D::viewer

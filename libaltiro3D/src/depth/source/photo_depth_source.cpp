@@ -158,7 +158,7 @@ class PhotoDepthSource : public FoundDepthSource {
             addNotes(notes, own);
             if (!original.empty()) {
                 addNote(notes, NoteCode::Chosen,
- file.path().string() + ": the sharp original in the file is used");
+                        file.path().string() + ": the sharp original in the file is used");
                 return original;
             }
         }
@@ -248,7 +248,7 @@ std::optional<PhotoDepth> readEyes(const SceneName& name, const cv::Mat& picture
 }
 
 std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
-                                    const cv::Mat& picture, Notes* notes) {
+                                   const cv::Mat& picture, Notes* notes) {
     constexpr const char* kSides[] = {"right", "left", "upper", "lower"};
     const std::optional<DepthSide> side = findDepthHalf(picture, name.isStacked);
     if (!side) {
@@ -285,7 +285,7 @@ void refuseVrName(const fs::path& file) {
 }
 
 std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& picture,
-                                           Notes* notes) {
+                                          Notes* notes) {
     const std::optional<SceneName> name = parseSceneName(file.path());
     if (!name || std::min(picture.cols, picture.rows) < 2) return std::nullopt;
     refuseVrName(file.path());

@@ -4,8 +4,8 @@
 #include "altiro3D/image_io.hpp"
 #include "base/state_bytes.hpp"
 #include "base/text.hpp"
+#include "image/exif.hpp"
 #include "image/image_read.hpp"
-#include "image/orientation.hpp"
 #include "media/video_picture.hpp"
 
 #include <algorithm>

@@ -1,17 +1,21 @@
-#include "cli/folder_search.hpp"
+#include "cli/folders.hpp"
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/video_io.hpp"
-#include "cli/run_tool.hpp"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <map>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <set>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 namespace altiro3D::tools {
@@ -226,6 +230,17 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
     }
 }
 
+bool isFailureOfMachine(const std::exception& error) {
+    if (const auto* ours = dynamic_cast<const Error*>(&error)) {
+        return ours->code() == ErrorCode::WriteFailed || ours->code() == ErrorCode::OutOfMemory ||
+               ours->code() == ErrorCode::NetworkFailed;
+    }
+    if (const auto* fromOpenCv = dynamic_cast<const cv::Exception*>(&error))
+        return fromOpenCv->code == cv::Error::StsNoMem;
+    return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+           dynamic_cast<const std::system_error*>(&error) != nullptr;
+}
+
 } // namespace
 
 const std::vector<std::string>& videoEndings() {
@@ -296,6 +311,117 @@ std::string kindsText(const std::vector<LeftOutFile>& files) {
     for (const auto& [kind, count] : kinds)
         text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + kind +
                 (count == 1 ? "" : "s");
+    return text;
+}
+
+void addRecursiveOption(CommandLine& commandLine, const std::string& things) {
+    commandLine.addAdvanced({"recursive"},
+                            "Also convert the " + things + " in the subfolders of DIR.");
+}
+
+std::vector<FolderFile> listFiles(const fs::path& folder, const FolderSearch& search,
+                                  std::vector<LeftOutFile>& leftOut, Messages& messages) {
+    FolderContents found = searchFolder(folder, search);
+    for (const LeftOutFile& file : found.leftOut) {
+        const std::string line = file.file.string() + ": " + file.why;
+        if (file.kind == FileKind::Native) { // from an earlier run, or a mistake
+            messages.warn(line);
+        } else {
+            messages.say(line);
+        }
+        leftOut.push_back(file);
+    }
+    return std::move(found.files);
+}
+
+void requireDirectoryName(const fs::path& name, const std::string& things,
+                          const std::string& remedy) {
+    std::error_code error;
+    if (fs::is_directory(name, error)) return;
+    if (!fs::exists(name, error) && !canWriteImage(name) && !canWriteVideo(name)) return;
+    throw UsageError(name.string() +
+                     ": names one file, expected a directory for the outputs of several " + things +
+                     remedy);
+}
+
+bool isFileWithContents(const fs::path& file) {
+    std::error_code error;
+    return fs::is_regular_file(file, error) && fs::file_size(file, error) > 0 && !error;
+}
+
+void FolderEnd::addTo(nlohmann::ordered_json& list, const char* key, const FolderItem& item) const {
+    const std::string file = item.input.string();
+    if (isSkipped) list.push_back({{key, file}, {"skipped", true}});
+    if (!leftOut.empty()) list.push_back({{key, file}, {"leftOut", leftOut}});
+    if (!error.empty()) list.push_back({{key, file}, {"error", error}});
+}
+
+FolderRun::FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages)
+    : thing_(std::move(thing)), messages_(messages), leftOut_(std::move(leftOut)) {
+    messages.flushWarnings(); // these belong to no file
+}
+
+int FolderRun::convert(const std::vector<FolderItem>& items,
+                       const std::function<int(std::size_t)>& work,
+                       const std::function<void(std::size_t, const FolderEnd&)>& ended) {
+    const auto start = std::chrono::steady_clock::now();
+    files_ = static_cast<std::size_t>(std::count_if(
+        items.begin(), items.end(), [](const FolderItem& item) { return !item.isMade; }));
+    Progress progress(files_);
+    for (std::size_t i = 0; i < items.size() && !isStopWanted(); ++i) {
+        const std::string name = items[i].input.filename().string();
+        FolderEnd end;
+        if (items[i].isMade) {
+            messages_.detail(name + ": skipped, as " + items[i].output.string() + " exists");
+            end.isSkipped = true;
+            ++skipped_;
+        } else {
+            progress.step(name);
+            end = convert(items[i].input, [&] { return work(i); });
+        }
+        ended(i, end);
+    }
+    progress.clear();
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    messages_.say(summary() + ", in " + fixed(spent.count(), spent.count() < 10 ? 1 : 0) + " s");
+    if (stopped_ > 0 || isStopWanted()) return kExitStopped;
+    return failed_ == 0 ? kExitDone : kExitFailed;
+}
+
+FolderEnd FolderRun::convert(const fs::path& file, const std::function<int()>& work) {
+    FolderEnd end;
+    ++begun_;
+    messages_.setSubject(file.filename().string());
+    try {
+        const int status = work();
+        ++(status == kExitDone ? made_ : status == kExitStopped ? stopped_ : failed_);
+        messages_.flushWarnings();
+    } catch (const NotTaken& other) {
+        messages_.dropWarnings();
+        messages_.say(other.file.why);
+        leftOut_.push_back(other.file);
+        end.leftOut = other.file.why;
+    } catch (const std::exception& error) {
+        end.error = sentenceOf(error);
+        messages_.dropWarnings();
+        messages_.fail(end.error);
+        ++failed_;
+        mayRecover_ = mayRecover_ || isFailureOfMachine(error);
+    }
+    messages_.setSubject({});
+    return end;
+}
+
+std::string FolderRun::summary() const {
+    std::string text = counted(made_, thing_) + " made";
+    const auto add = [&text](std::size_t count, const std::string& what) {
+        if (count > 0) text += ", " + std::to_string(count) + " " + what;
+    };
+    add(skipped_, "skipped as the outputs exist");
+    add(stopped_, "stopped");
+    add(files_ - begun_, "not begun");
+    add(failed_, "failed");
+    add(leftOut_.size(), "left out (" + kindsText(leftOut_) + ")");
     return text;
 }
 

@@ -1,0 +1,172 @@
+#pragma once
+
+#include "cli/command_line.hpp"
+#include "cli/run_tool.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+/// What a folder of photos, quilts or videos holds, and the run of a tool over many files.
+namespace altiro3D::tools {
+
+/// What a file of a folder is, by its name and its mark.
+enum class FileKind {
+    Photo,      ///< A picture that is none of the following.
+    DepthImage, ///< Of a photo, see photoOfDepthName().
+    Native,     ///< A picture that is marked as one.
+    Quilt,
+    Video,
+    DepthVideo,
+    NativeVideo, ///< Only its frames tell.
+    QuiltVideo,
+    HalvesVideo, ///< Frames hold both eyes, or photo and depth; only they tell.
+    Vr,          ///< A picture or video for headsets, by its name.
+    WithDepth,   ///< A photo that photo2native saved with its depth, beside the photo itself.
+    LiveClip,    ///< The video of a Live Photo, beside the photo of the same name.
+    Folder,
+    Other
+};
+
+/// A file of a folder that a tool converts.
+struct FolderFile {
+    std::filesystem::path file;
+    std::filesystem::path depth;  ///< The depth image beside it; empty: none.
+    std::filesystem::path folder; ///< Of the file, relative to the folder that was searched.
+};
+
+/// A file of a folder that is not converted.
+struct LeftOutFile {
+    std::filesystem::path file;
+    FileKind kind;
+    std::string why; ///< For people: "is a video; video2native makes Natives of videos".
+};
+
+/// All that a folder holds, except hidden files; in natural order of names.
+struct FolderContents {
+    std::vector<FolderFile> files;
+    std::vector<LeftOutFile> leftOut;
+};
+
+/// How a folder is searched.
+struct FolderSearch {
+    std::set<FileKind> wanted = {FileKind::Photo}; ///< What is converted.
+    bool recursive = false;                        ///< Also its subfolders.
+    bool pairDepth = true;                         ///< Find the depth images of photos.
+    bool leavesOutVr = true;                       ///< Pictures whose names say VR are left out.
+    std::vector<std::filesystem::path> outputs;    ///< Subfolders that are not searched.
+};
+
+/// Extensions of the videos that folders are searched for, with the dot, in lower case.
+const std::vector<std::string>& videoEndings();
+/// Whether a file name has one of them, in upper or lower case.
+bool isVideoFileName(const std::filesystem::path& file);
+
+/// Sorts the files of a folder. Natives are told by their mark, quilts, depth images and what is
+/// for headsets by their names, clips of Live Photos by the photo of the same name, all others by
+/// their extension.
+/// @throws Error as listImages()
+FolderContents searchFolder(const std::filesystem::path& folder, const FolderSearch& search);
+
+/// A depth image that no photo takes.
+struct SpareDepth {
+    std::filesystem::path file;
+    std::filesystem::path taken; ///< The depth image that its photo has; empty: there is no photo.
+};
+
+/// Gives each photo the first depth image of its name, see photoOfDepthName(): that of a.jpg is
+/// a-depth.png in the same folder. @return the other depth images
+std::vector<SpareDepth> pairDepthImages(const std::vector<std::filesystem::path>& depths,
+                                        std::vector<FolderFile>& photos);
+
+/// A name for the outputs of each file, without extension, in its subfolder: that of the file, with
+/// its extension if another file would have the same. The files of one folder have different ones.
+std::vector<std::string> outputStems(const std::vector<FolderFile>& files);
+
+/// "3 .heic files, 1 video"
+std::string kindsText(const std::vector<LeftOutFile>& files);
+
+/// --recursive
+/// @param things "photos"
+void addRecursiveOption(CommandLine& commandLine, const std::string& things);
+
+/// Searches a folder and says what is left out.
+/// @param leftOut receives what is left out
+/// @return what is to be converted
+/// @throws Error as searchFolder()
+std::vector<FolderFile> listFiles(const std::filesystem::path& folder, const FolderSearch& search,
+                                  std::vector<LeftOutFile>& leftOut, Messages& messages);
+
+/// Refuses an output that names one file. @throws UsageError
+/// @param things "photos" @param remedy further help, or nothing
+void requireDirectoryName(const std::filesystem::path& name, const std::string& things,
+                          const std::string& remedy = {});
+
+/// Whether a file holds anything.
+bool isFileWithContents(const std::filesystem::path& file);
+
+/// Thrown for a file of a folder that turns out to be something else than its name says.
+struct NotTaken {
+    LeftOutFile file;
+};
+
+/// A file of a run over many.
+struct FolderItem {
+    std::filesystem::path input;
+    std::filesystem::path output;
+    bool isMade = false; ///< Its outputs exist already; it is skipped.
+};
+
+/// How a file of such a run ended.
+struct FolderEnd {
+    bool isSkipped = false;
+    std::string leftOut; ///< Why it is not converted; empty: it is.
+    std::string error;   ///< Why it failed, if an exception says so.
+
+    /// Adds it to the list of a report, unless it was converted: its work has added more.
+    /// @param key of the file's name
+    void addTo(nlohmann::ordered_json& list, const char* key, const FolderItem& item) const;
+};
+
+/// Converts files one after the other until the user stops: one that fails does not stop the rest,
+/// and the end counts what was made, skipped, left out and failed. Messages begin with the name of
+/// the file.
+class FolderRun {
+  public:
+    /// @param thing "photo", for the summary
+    /// @param leftOut what the search left out already
+    FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages);
+
+    /// @param work converts the file of an index; returns an exit status, or throws NotTaken or an
+    ///        exception that means failure
+    /// @param ended receives how each file has ended
+    /// @return the exit status: that of the user's stop, failure, or success
+    int convert(const std::vector<FolderItem>& items, const std::function<int(std::size_t)>& work,
+                const std::function<void(std::size_t, const FolderEnd&)>& ended);
+    /// Whether a file failed for a reason that another run may not have: a full disk, no memory.
+    bool mayRecover() const { return mayRecover_; }
+    /// Number of files that were begun, from 1, and of all: "[2/7]".
+    std::string place() const {
+        return "[" + std::to_string(begun_) + "/" + std::to_string(files_) + "]";
+    }
+
+  private:
+    FolderEnd convert(const std::filesystem::path& file, const std::function<int()>& work);
+    std::string summary() const;
+
+    std::string thing_;
+    Messages& messages_;
+    std::vector<LeftOutFile> leftOut_;
+    std::size_t files_ = 0; // to convert
+    std::size_t begun_ = 0;
+    std::size_t made_ = 0;
+    std::size_t skipped_ = 0;
+    std::size_t failed_ = 0;
+    std::size_t stopped_ = 0;
+    bool mayRecover_ = false;
+};
+
+} // namespace altiro3D::tools

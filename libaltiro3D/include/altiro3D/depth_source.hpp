@@ -137,7 +137,8 @@ class ALTIRO3D_EXPORT DepthSource {
     ///         depthFromRgbd() as readRgbdImage() and splitRgbd()
     [[nodiscard]] virtual PhotoDepth readPhoto(const PhotoFile& file, Notes* notes = nullptr);
 
-    /// Splits an image in memory into photo and raw depth, or finds the raw depth of a photo.
+    /// Splits an image in memory into photo and raw depth, or finds the raw depth of a photo: here
+    /// a network estimates.
     ///
     /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
     /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half

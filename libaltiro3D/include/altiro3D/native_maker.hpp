@@ -35,8 +35,8 @@ enum class ViewPositions {
 /// Supports methods Fast and Layered; method Real makes whole views only. Phases and views follow
 /// docs/mathematics.md, (1.1) to (1.10), displacements follow docs/mathematics.md, (3.2).
 ///
-/// Immutable; render() is thread-safe. Results are the same bytes for any number of threads and on
-/// any processor.
+/// Its source is native_renderer.cpp. Immutable; render() is thread-safe. Results are the same
+/// bytes for any number of threads and on any processor.
 class ALTIRO3D_EXPORT NativeRenderer {
   public:
     static constexpr int kMaxViews = 65536; ///< Largest number of views.

@@ -16,7 +16,8 @@ struct HiddenLayer {
 enum class DepthEdges {
     Unknown, ///< Refinement measures their flaws and corrects them.
     Matched, ///< Found by matching two pictures: they are not moved.
-    Decided  ///< Decided by the photo when the depth was estimated: they stay.
+    /// Decided by the photo when the depth was estimated: they stay, but for mixedPixels below.
+    Decided
 };
 
 /// A photo and its depth map.

@@ -45,6 +45,7 @@ std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& 
 ///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR], not empty
 /// @param text contents of a text chunk: keyword, a zero byte, text; empty = no chunk
+// in png_encode.cpp
 std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view text = {});
 
 /// Decodes a JPEG or PNG inside a file, as stored: neither turned nor in other colours.

@@ -4,17 +4,20 @@
 
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "base/posix_file.hpp"
 #include "display/lens_phase.hpp"
-#include "native/native_lut_tables.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <fcntl.h>
 #include <opencv2/core.hpp>
+#include <string>
 #include <system_error>
 #include <unistd.h>
 #include <zlib.h>
@@ -28,6 +31,24 @@
 #endif
 
 namespace altiro3D {
+
+// The data of a NativeLut.
+struct NativeLutTables {
+    cv::Size panelSize;
+    QuiltLayout quilt;
+    std::uint64_t calibrationFingerprint = 0;
+    std::string serial;
+    bool inverted = true;
+    // R, G, B: [panel rows x cols, CV_16UC2, (X, Y)], continuous, one after the other.
+    std::array<cv::Mat, 3> channels;
+
+    // Allocates the three tables. @throws Error OutOfMemory
+    void allocate();
+
+    // All three tables in the order of the file.
+    std::uint8_t* data() const { return channels[0].data; }
+    std::size_t size() const { return 3 * channels[0].total() * channels[0].elemSize(); }
+};
 
 namespace {
 

@@ -1,9 +1,9 @@
 #include "altiro3D/native_maker.hpp"
 
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
-#include "native/native_lut_tables.hpp"
 #include "native/shift_kernels.hpp"
 #include "native/view_columns.hpp"
 #include "views/view_methods.hpp"

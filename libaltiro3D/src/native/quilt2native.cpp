@@ -2,7 +2,6 @@
 
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
-#include "native/native_lut_tables.hpp"
 #include "native/quilt_shape.hpp"
 #include "native/view_table.hpp"
 

@@ -3,7 +3,6 @@
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 #include "display/lens_phase.hpp"
-#include "native/native_lut_tables.hpp"
 
 #include <atomic>
 #include <opencv2/core.hpp>

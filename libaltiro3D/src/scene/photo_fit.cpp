@@ -2,7 +2,7 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
-#include "scene/depth_fit.hpp"
+#include "depth/refine/depth_fit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "scene/depth_fit.hpp"
+#include "depth/refine/depth_fit.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/processors.hpp"

@@ -10,7 +10,7 @@ namespace altiro3D {
 
 /// Depth of a photo. Networks that follow the photo's shape run twice, on the photo and on a larger
 /// mirrored copy, whose edges the result takes. Then straight lines become straight, and steps for
-/// which there is evidence become hard (depth_lines.hpp, depth_contours.hpp).
+/// which there is evidence become hard (below, and depth_steps.hpp).
 ///
 /// @param network its inputSize() is that of the larger copy, if it is larger than the profile's;
 ///        if it is smaller, the network runs once

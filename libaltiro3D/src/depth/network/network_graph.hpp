@@ -10,7 +10,8 @@
 
 namespace altiro3D {
 
-/// The graph of an ONNX file in the program that runs it. One thread at a time per object.
+/// The graph of an ONNX file in the program that runs it: network_engines.cpp. One thread at a time
+/// per object.
 class NetworkGraph {
   public:
     NetworkGraph() = default;

@@ -1,6 +1,6 @@
 // Resamples depth to the size of a picture: fitDepth() of depth_map.hpp, interpolateDepth().
 
-#include "scene/depth_fit.hpp"
+#include "depth/refine/depth_fit.hpp"
 
 #include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
@@ -16,7 +16,7 @@
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "scene/depth_fit.cpp"
+#define HWY_TARGET_INCLUDE "depth/refine/depth_fit.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
 
 #include "base/kernel_parts_inl.hpp"

@@ -97,10 +97,6 @@ int makeAll(const ClusterPlan& plan,
     return runTask(plan, {"--join", folderOf(plan)}) ? kExitDone : kExitFailed;
 }
 
-std::string textOf(const std::set<std::string>& words) {
-    return joined({words.begin(), words.end()});
-}
-
 // What is made since the submission, how fast, and how long the rest takes at this rate.
 void sayRate(const ClusterPlan& plan, const std::vector<bool>& made, const SlurmRun& run,
              Messages& messages) {
@@ -155,8 +151,10 @@ int status(const ClusterPlan& plan, Messages& messages) {
             failed.push_back(number);
         }
     }
-    if (running > 0) line += ", " + std::to_string(running) + " being made on " + textOf(nodes);
-    if (waiting > 0) line += ", " + std::to_string(waiting) + " waiting (" + textOf(reasons) + ")";
+    const std::string places = joined({nodes.begin(), nodes.end()});
+    const std::string why = joined({reasons.begin(), reasons.end()});
+    if (running > 0) line += ", " + std::to_string(running) + " being made on " + places;
+    if (waiting > 0) line += ", " + std::to_string(waiting) + " waiting (" + why + ")";
     if (!failed.empty()) line += ", failed: " + rangesText(failed);
     if (state.isKnown && !lost.empty()) line += ", not submitted: " + rangesText(lost);
     messages.say(line);

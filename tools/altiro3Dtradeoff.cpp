@@ -83,15 +83,19 @@ const char* const kHeading =
 const char* const kDepthHeading =
     "estimated depth          per photo   order     layered, whole        inside";
 
+cv::Mat outermostView(const Scene& scene, const ViewOptions& options) {
+    cv::Mat view;
+    Depth2Quilt({1, 1, scene.photo.size(), 1}, options).renderView(scene, 1, view);
+    return view;
+}
+
 // @param truth the outermost view @param band px at the sides that are not "inside"
 Row measure(const NamedViewOptions& setting, const StereoScene& scene, const ViewOptions& options,
             const cv::Mat& truth, int band) {
     Row row;
     row.name = setting.name;
     row.scene = scene.name;
-    cv::Mat view;
-    Depth2Quilt({1, 1, scene.photo.size(), 1}, options).renderView(scene, 1, view);
-    row.accuracy = compareViews(view, truth, band);
+    row.accuracy = compareViews(outermostView(scene, options), truth, band);
     resetPeakMemory();
     const ViewCost cost = measureViews(scene, options, kViews, 3);
     row.milliseconds = cost.millisecondsPerView;
@@ -116,9 +120,8 @@ Row measureDepth(const std::string& name, DepthSource& source, const StereoScene
     refineScene(aligned, refine);
     ViewOptions layered;
     layered.method = ViewMethod::Layered;
-    cv::Mat view;
-    Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(layered)).renderView(aligned, 1, view);
-    row.accuracy = compareViews(view, scene.truth, scene.band());
+    row.accuracy =
+        compareViews(outermostView(aligned, scene.options(layered)), scene.truth, scene.band());
     return row;
 }
 
@@ -239,9 +242,7 @@ StereoScene sceneOfPhoto(const TradeJob& job, Messages& messages) {
 std::vector<Row> measurePhoto(const TradeJob& job, Messages& messages) {
     const StereoScene scene = sceneOfPhoto(job, messages);
     const std::vector<NamedViewOptions> settings = tradeSettings(job.views);
-    cv::Mat reference;
-    Depth2Quilt({1, 1, scene.photo.size(), 1}, settings.back().options)
-        .renderView(scene, 1, reference);
+    const cv::Mat reference = outermostView(scene, settings.back().options);
     messages.say("reference: " + settings.back().name + ", outermost view, " +
                  sizeText(scene.photo.size()));
     messages.say(kHeading);
@@ -260,12 +261,9 @@ std::vector<Row> measurePhoto(const TradeJob& job, Messages& messages) {
 
 // The views with default options, for visual comparison.
 void saveViews(const StereoScene& scene, const fs::path& directory) {
-    for (const NamedViewOptions& method : defaultSettings()) {
-        cv::Mat view;
-        Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options(method.options))
-            .renderView(scene, 1, view);
-        writeImage(directory / (method.name + ".png"), view);
-    }
+    for (const NamedViewOptions& method : defaultSettings())
+        writeImage(directory / (method.name + ".png"),
+                   outermostView(scene, scene.options(method.options)));
 }
 
 std::vector<Row> measureScenes(const TradeJob& job, std::vector<StereoScene>& scenes,

@@ -137,8 +137,7 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
 // quilt that options or display tell.
 bool isQuilt(const QuiltJob& job, Messages& messages) {
     const fs::path& file = job.quilt;
-    std::error_code error;
-    if (!fs::is_regular_file(file, error)) return false;
+    if (!isFile(file)) return false;
     refuseNative(file, "a photo or a quilt");
     if (parseQuiltName(file) || isVideo(file)) return true;
     const ChosenDisplay display = findDisplay(job.display, messages);
@@ -179,8 +178,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.dropWarnings(); // the following run shows them
         return kExitDone;
     }
-    std::error_code error;
-    const bool isFolder = fs::is_directory(job.quilt, error);
+    const bool isFolder = isDirectory(job.quilt);
     if (isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     if (!isFolder)
@@ -203,7 +201,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     plan.input = job.quilt;
     plan.output = job.native;
     plan.fromQuilt = true;
-    plan.isFile = fs::is_regular_file(plan.input, error);
+    plan.isFile = isFile(plan.input);
     plan.report = commandLine.value("report").value_or("");
     job.video = videoJob(commandLine, plan);
     if (isFolder) return convertFolder(job, messages);

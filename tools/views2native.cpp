@@ -15,13 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<fs::path> listViews(const fs::path& directory) {
-    std::vector<fs::path> files = listImages(directory);
-    if (!files.empty()) return files;
-    throw Error(ErrorCode::NotFound, directory.string(),
-                "holds no pictures, expected one file for each view");
-}
-
 // @throws Error unless a directory holds views and nothing else
 void requireViews(const fs::path& directory, const std::vector<fs::path>& files, int viewCount) {
     for (const fs::path& file : files)
@@ -56,10 +49,9 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     job.native = names.back();
     job.fit = fitOption(commandLine);
     requirePictureName(job.native);
-    std::error_code error;
     if (names.size() == 2) {
         job.directory = names.front();
-    } else if (fs::is_directory(names.front(), error)) {
+    } else if (isDirectory(names.front())) {
         commandLine.failNames("one DIR or the names of views, and OUT", 2);
     } else {
         job.views.assign(names.begin(), names.end() - 1);

@@ -40,7 +40,6 @@ class CommandLine {
 
     /// Adds a usage line, without the tool's name: "[options] PHOTO OUT.png".
     void addUsage(const std::string& usage) { usages_.push_back(usage); }
-    /// Begins a section of options in the help.
     void addSection(const std::string& title) {
         entries_.push_back({"", title, {}, {}, {}, false, {}});
     }
@@ -64,7 +63,6 @@ class CommandLine {
     /// @param why why the option was removed
     void addDropped(const std::string& name, const std::string& why,
                     const std::string& valueName = {});
-    /// Adds a paragraph after the options.
     void addNote(const std::string& text) { notes_.push_back(text); }
 
     /// Chapters after the options, in this order; Files and Environment in the manual only.
@@ -77,8 +75,7 @@ class CommandLine {
         addTerm(Chapter::Examples, arguments, meaning);
     }
 
-    /// Reads the arguments. @throws UsageError
-    void parse(int argc, char** argv);
+    void parse(int argc, char** argv); ///< @throws UsageError
 
     const std::string& name() const { return name_; }
     /// Whether --help omits options.

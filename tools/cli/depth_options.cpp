@@ -139,10 +139,6 @@ void warnOfHalves(const PhotoFile& photo, Messages& messages) {
     }
 }
 
-std::string processorName(InferenceTarget target) {
-    return target == InferenceTarget::Cuda ? "CUDA" : "the CPU";
-}
-
 } // namespace
 
 std::string engineName(InferenceEngine engine) {
@@ -306,7 +302,8 @@ void ChosenDepth::use(std::shared_ptr<DepthSource> estimator) {
 void ChosenDepth::tellEngine(const Messages& messages) {
     if (isEngineTold_ || network() == nullptr) return;
     isEngineTold_ = true;
-    messages.detail("depth network runs on " + processorName(network()->target()) + " by " +
+    const bool isCuda = network()->target() == InferenceTarget::Cuda;
+    messages.detail(std::string("depth network runs on ") + (isCuda ? "CUDA" : "the CPU") + " by " +
                     engineName(network()->engine()));
 }
 
@@ -319,9 +316,8 @@ void ChosenDepth::chooseNetwork(Messages& messages) {
     if (!options_.profile.empty()) profile = readNetworkProfile(options_.profile);
     fs::path& networkFile = networkFile_;
     if (!wanted.empty()) {
-        std::error_code error;
         const NetworkProfile* known = named(catalog, wanted);
-        const bool isFile = fs::exists(wanted, error) && !fs::is_directory(wanted, error);
+        const bool isFile = isThere(wanted) && !isDirectory(wanted);
         networkFile = isFile ? fs::path(wanted)
                              : findModelFile(known != nullptr ? known->file : wanted, searchPath);
         if (networkFile.empty() && known != nullptr) {

@@ -54,9 +54,8 @@ std::optional<MountedCalibration> mountedVolume(const std::string& serial,
 
 fs::path sampleCalibration() {
     for (const fs::path& directory : dataDirectories()) {
-        std::error_code error;
         fs::path sample = directory / "calibration" / kSampleName;
-        if (fs::exists(sample, error)) return sample;
+        if (isThere(sample)) return sample;
     }
     throw Error(ErrorCode::NotFound, "calibration",
                 "not found, expected -c visual.json or -m FILE.map");
@@ -113,7 +112,6 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
         const fs::path file = calibrationFile(given);
         return displayIn(readChosenCalibration(file, options.serial, messages), file);
     };
-    std::error_code error;
     if (!options.calibration.empty()) return chosen(options.calibration);
     if (const auto named = environment("LKG_CALIBRATION")) {
         try {
@@ -125,7 +123,7 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
             throw Error(problem.code(), "$LKG_CALIBRATION", problem.what());
         }
     }
-    if (fs::exists("visual.json", error)) {
+    if (isThere("visual.json")) {
         ChosenDisplay display = chosen("visual.json");
         warnOfAnotherMounted(display, volumes, messages);
         return display;
@@ -254,9 +252,8 @@ void addDisplayOptions(CommandLine& commandLine) {
 }
 
 fs::path calibrationFile(const fs::path& given) {
-    std::error_code error;
     std::string beginning(8, '\0');
-    if (fs::is_regular_file(given, error)) // a pipe gives its bytes once
+    if (isFile(given)) // a pipe gives its bytes once
         std::ifstream(given, std::ios::binary).read(beginning.data(), 8);
     if (beginning == "ALTIRO3D") {
         throw Error(ErrorCode::BadFormat, given.string(),
@@ -264,7 +261,7 @@ fs::path calibrationFile(const fs::path& given) {
                     "take them with -m)");
     }
     for (const char* place : {"visual.json", "LKG_calibration/visual.json"}) {
-        if (fs::is_regular_file(given / place, error)) return given / place;
+        if (isFile(given / place)) return given / place;
     }
     return given;
 }

@@ -2,8 +2,8 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/quilt.hpp"
 #include "altiro3D/video_io.hpp"
+#include "cli/outputs.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,15 +23,6 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 namespace {
-
-bool isQuiltName(const fs::path& file) {
-    try {
-        const std::optional<QuiltName> name = parseQuiltName(file);
-        return name && name->grid.columns * name->grid.rows > 1;
-    } catch (const Error&) {
-        return false; // a name of its own
-    }
-}
 
 std::vector<fs::path> entriesOf(const fs::path& folder) {
     std::vector<fs::path> entries;
@@ -62,27 +53,27 @@ CameraPhotos cameraPhotos(const std::vector<fs::path>& entries) {
 
 // How a kind is counted, and why a file of it is left out.
 struct KindWords {
-    FileKind kind;
     const char* name;
     const char* why;
 };
 constexpr std::array<KindWords, 13> kWords = {{
-    {FileKind::Photo, "photo", "is a picture; photo2native makes Natives of photos"},
-    {FileKind::DepthImage, "depth image", "is a depth image by its name, but its photo is missing"},
-    {FileKind::Native, "Native", "is a Native, which is finished; it is left out"},
-    {FileKind::Quilt, "quilt", "is a quilt by its name; quilt2native makes Natives of quilts"},
-    {FileKind::Video, "video", "is a video; video2native makes Natives of videos"},
-    {FileKind::DepthVideo, "depth video",
+    // as FileKind
+    {"photo", "is a picture; photo2native makes Natives of photos"},
+    {"depth image", "is a depth image by its name, but its photo is missing"},
+    {"Native", "is a Native, which is finished; it is left out"},
+    {"quilt", "is a quilt by its name; quilt2native makes Natives of quilts"},
+    {"video", "is a video; video2native makes Natives of videos"},
+    {"depth video",
      "is the depth of a video by its name; video2native --depth takes it with its video"},
-    {FileKind::QuiltVideo, "quilt video",
+    {"Native video", "is a Native video, which is finished"},
+    {"quilt video",
      "is a video of quilts by its name; quilt2native makes a Native of it if it is named itself"},
-    {FileKind::NativeVideo, "Native video", "is a Native video, which is finished"},
-    {FileKind::HalvesVideo, "3D video", "holds both eyes, or photo and depth"},
-    {FileKind::Vr, "VR file",
+    {"3D video", "holds both eyes, or photo and depth"},
+    {"VR file",
      "is made for headsets (VR) by its name, which is not read; if it is flat, rename it"},
-    {FileKind::WithDepth, "photo saved with depth", "is a photo that was saved with its depth: "},
-    {FileKind::LiveClip, "Live Photo clip", "is the clip of the Live Photo "},
-    {FileKind::Folder, "folder", "is a folder; --recursive also converts what it holds"},
+    {"photo saved with depth", "is a photo that was saved with its depth: "},
+    {"Live Photo clip", "is the clip of the Live Photo "},
+    {"folder", "is a folder; --recursive also converts what it holds"},
 }};
 
 bool isVrName(const fs::path& file) {
@@ -133,10 +124,7 @@ FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
 }
 
 const KindWords* wordsOf(FileKind kind) {
-    const auto* const found =
-        std::find_if(kWords.begin(), kWords.end(),
-                     [kind](const KindWords& words) { return words.kind == kind; });
-    return found == kWords.end() ? nullptr : found;
+    return kind == FileKind::Other ? nullptr : &kWords[static_cast<std::size_t>(kind)];
 }
 
 bool isRawName(const fs::path& file) {
@@ -173,9 +161,8 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
     std::vector<fs::path> depths;
     std::vector<fs::path> folders;
     for (const fs::path& entry : entries) {
-        std::error_code error;
         FileKind kind = FileKind::Other;
-        if (fs::is_directory(entry, error)) {
+        if (isDirectory(entry)) {
             folders.push_back(entry);
             continue;
         }
@@ -336,9 +323,8 @@ std::vector<FolderFile> listFiles(const fs::path& folder, const FolderSearch& se
 
 void requireDirectoryName(const fs::path& name, const std::string& things,
                           const std::string& remedy) {
-    std::error_code error;
-    if (fs::is_directory(name, error)) return;
-    if (!fs::exists(name, error) && !canWriteImage(name) && !canWriteVideo(name)) return;
+    if (isDirectory(name)) return;
+    if (!isThere(name) && !canWriteImage(name) && !canWriteVideo(name)) return;
     throw UsageError(name.string() +
                      ": names one file, expected a directory for the outputs of several " + things +
                      remedy);

@@ -62,7 +62,6 @@ struct FolderSearch {
 
 /// Extensions of the videos that folders are searched for, with the dot, in lower case.
 const std::vector<std::string>& videoEndings();
-/// Whether a file name has one of them, in upper or lower case.
 bool isVideoFileName(const std::filesystem::path& file);
 
 /// Sorts the files of a folder. Natives are told by their mark, quilts, depth images and what is
@@ -89,14 +88,11 @@ std::vector<std::string> outputStems(const std::vector<FolderFile>& files);
 /// "3 .heic files, 1 video"
 std::string kindsText(const std::vector<LeftOutFile>& files);
 
-/// --recursive
-/// @param things "photos"
+/// --recursive @param things "photos"
 void addRecursiveOption(CommandLine& commandLine, const std::string& things);
 
-/// Searches a folder and says what is left out.
-/// @param leftOut receives what is left out
-/// @return what is to be converted
-/// @throws Error as searchFolder()
+/// Searches a folder and says what is left out, which `leftOut` receives.
+/// @return what is to be converted @throws Error as searchFolder()
 std::vector<FolderFile> listFiles(const std::filesystem::path& folder, const FolderSearch& search,
                                   std::vector<LeftOutFile>& leftOut, Messages& messages);
 
@@ -105,7 +101,6 @@ std::vector<FolderFile> listFiles(const std::filesystem::path& folder, const Fol
 void requireDirectoryName(const std::filesystem::path& name, const std::string& things,
                           const std::string& remedy = {});
 
-/// Whether a file holds anything.
 bool isFileWithContents(const std::filesystem::path& file);
 
 /// Thrown for a file of a folder that turns out to be something else than its name says.

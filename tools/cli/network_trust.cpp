@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <fstream>
 #include <opencv2/core/version.hpp>
+#include <sstream>
 #include <sys/stat.h>
 
 namespace altiro3D::tools {
@@ -40,19 +41,15 @@ std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size 
                   InferenceEngine engine) {
     struct stat state {};
     if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
-    std::string key = std::string(version()) + " " CV_VERSION;
-    for (const auto number :
-         {static_cast<long long>(state.st_dev), static_cast<long long>(state.st_ino),
-          static_cast<long long>(state.st_size), static_cast<long long>(state.st_mtim.tv_sec),
-          static_cast<long long>(state.st_mtim.tv_nsec),
-          static_cast<long long>(state.st_ctim.tv_sec),
-          static_cast<long long>(state.st_ctim.tv_nsec), static_cast<long long>(profile.inputWidth),
-          static_cast<long long>(profile.inputHeight), static_cast<long long>(profile.inputShape),
-          static_cast<long long>(profile.multipleOf), static_cast<long long>(size.width),
-          static_cast<long long>(size.height), static_cast<long long>(engine),
-          static_cast<long long>(profile.engine), static_cast<long long>(hasOnnxRuntime())}) {
-        key += ' ' + std::to_string(number);
-    }
+    std::ostringstream text;
+    text << version() << " " CV_VERSION << ' ' << state.st_dev << ' ' << state.st_ino << ' '
+         << state.st_size << ' ' << state.st_mtim.tv_sec << ' ' << state.st_mtim.tv_nsec << ' '
+         << state.st_ctim.tv_sec << ' ' << state.st_ctim.tv_nsec << ' ' << profile.inputWidth << ' '
+         << profile.inputHeight << ' ' << static_cast<int>(profile.inputShape) << ' '
+         << profile.multipleOf << ' ' << size.width << ' ' << size.height << ' '
+         << static_cast<int>(engine) << ' ' << static_cast<int>(profile.engine) << ' '
+         << hasOnnxRuntime();
+    const std::string key = text.str();
     QCryptographicHash hash(QCryptographicHash::Sha256);
     hash.addData(key.data(), static_cast<int>(key.size()));
     return hexadecimal(hash).substr(0, 16);
@@ -68,8 +65,7 @@ struct Findings {
 Findings findingsIn(const fs::path& entry) {
     constexpr std::size_t kDigits = 64;
     Findings findings;
-    std::error_code error;
-    if (entry.empty() || !fs::exists(entry, error)) return findings;
+    if (entry.empty() || !isThere(entry)) return findings;
     try {
         const std::string text = readFile(entry, 1024);
         if (text.size() < kDigits + 2) return findings;
@@ -168,9 +164,8 @@ cv::Mat trustedEstimate(const cv::Mat& photo) {
 std::string downloadCommand(const std::string& name) {
     for (const fs::path& directory : dataDirectories()) {
         for (const char* place : {"", "scripts"}) { // installed, in the source tree
-            std::error_code error;
             const fs::path script = directory / place / "get-models.sh";
-            if (fs::exists(script, error)) return script.string() + " " + name;
+            if (isThere(script)) return script.string() + " " + name;
         }
     }
     return "get-models.sh " + name;

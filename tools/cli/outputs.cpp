@@ -58,8 +58,7 @@ bool userAgrees(const std::string& problem) {
 } // namespace
 
 void Outputs::addNative(const fs::path& file) {
-    std::error_code error;
-    const bool mayBeMarked = file.extension() == ".png" && fs::is_regular_file(file, error);
+    const bool mayBeMarked = file.extension() == ".png" && isFile(file);
     if (mayBeMarked && !isMarkedNative(file))
         explainExisting(file, "and is not marked as a Native (inputs come first, then outputs)");
     addOutputs({file});
@@ -174,13 +173,17 @@ void warnAboutDepthFormat(const fs::path& file, Messages& messages) {
     }
 }
 
-void warnIfQuilt(const fs::path& file, const std::string& instead, Messages& messages) {
+bool isQuiltName(const fs::path& file) {
     try {
         const std::optional<QuiltName> name = parseQuiltName(file);
-        if (!name || name->grid.columns * name->grid.rows < 2) return;
+        return name && name->grid.columns * name->grid.rows > 1;
     } catch (const Error&) {
-        return; // no quilt's name
+        return false; // a name of its own
     }
+}
+
+void warnIfQuilt(const fs::path& file, const std::string& instead, Messages& messages) {
+    if (!isQuiltName(file)) return;
     messages.warn(file.string() +
                   ": its name says that it is a quilt, but it is read as one "
                   "picture of a scene; for a quilt use " +

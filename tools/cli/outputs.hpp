@@ -23,7 +23,6 @@ class Outputs {
     /// Adds files that are read. They may be names of networks or missing; opening them reports
     /// that.
     void addInputs(const Files& files) { add(files, inputs_); }
-    /// Adds files that will be written.
     void addOutputs(const Files& files) { add(files, outputs_); }
 
     /// Adds the Native that will be written. If a PNG file of that name exists and is not marked as
@@ -85,6 +84,9 @@ void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages
 
 /// Warns if the file format stores a depth map with less precision than another one would.
 void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages);
+
+/// Whether a name states the layout of more than one view.
+bool isQuiltName(const std::filesystem::path& file);
 
 /// Warns if the name of a photo or video says that it is a quilt.
 /// @param instead the tool or option that reads quilts

@@ -51,13 +51,12 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
 NativeMaker makeNativeMaker(const SceneOptions& options, const ChosenDisplay& display,
                             const QuiltLayout& layout, Messages& messages,
                             bool preferContinuous = false);
-/// The maker's path, for reports. @return "direct" or "quilt"
+/// Of its path: "direct" or "quilt".
 std::string pathName(const NativeMaker& maker);
 /// What was chosen unasked, and the options that choose nothing; empty without it.
 std::string fixedWayText(const AutoChoices& unasked);
 /// "focus 0.72, strength 8.4 %": what was chosen
 std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views);
-/// "fast", "real" or "layered"
 std::string methodName(ViewMethod method);
 
 /// --camera: the camera of method Real.
@@ -68,8 +67,7 @@ class CameraOptions {
     /// @param method that is used @throws UsageError, Error (camera file)
     CameraOptions(const CommandLine& commandLine, ViewMethod method);
 
-    /// The file of `--camera`; empty: none.
-    const std::filesystem::path& file() const { return file_; }
+    const std::filesystem::path& file() const { return file_; } ///< Empty: none.
     /// Options for one photo. With `--camera`, the strength follows from the camera.
     ///
     /// @param options options from the command line
@@ -93,7 +91,6 @@ void addFitOption(CommandLine& commandLine, const std::string& standard);
 std::optional<FitMode> fitOption(const CommandLine& commandLine);
 /// --fit with auto, --center and --zoom
 void addPhotoFitOptions(CommandLine& commandLine, AutoUse use);
-/// "cover", "contain" or "stretch"
 std::string fitName(FitMode mode);
 
 /// A sentence such as "40 % of the width is cut off" if a picture fills a panel of a very different

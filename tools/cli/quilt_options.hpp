@@ -11,7 +11,7 @@
 /// Options about the quilt: its layout, and how a Native is made of it.
 namespace altiro3D::tools {
 
-/// -q -r alone, for the tool that makes maps
+/// -q -r
 void addQuiltOptions(CommandLine& commandLine);
 /// --view-filter --sampling
 void addSamplingOptions(CommandLine& commandLine, const std::string& standard = "nearest");
@@ -22,16 +22,13 @@ QuiltSampling samplingOption(const CommandLine& commandLine,
 /// nearest` or `-m` is given. Px of a view are larger than those of the panel; repeated ones become
 /// coloured noise.
 QuiltSampling pictureSampling(const CommandLine& commandLine);
-/// --view-filter
 ViewFilter viewFilterOption(const CommandLine& commandLine);
-/// True if sub-pixels blend views or px of views.
 bool blends(const QuiltSampling& sampling);
 
 /// Reports black bars that keep the shape of a quilt's views, unless the user asked for them. Warns
 /// if the views are stretched, as their shape is not known.
 void tellShape(const QuiltShape& shape, Messages& messages);
 
-/// The views are stretched, as their shape is not known.
 std::string stretchText(const QuiltShape& shape);
 
 /// A quilt's layout as text for people: QuiltLayout::text(), followed by the shape of the views if

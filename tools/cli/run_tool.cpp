@@ -26,12 +26,6 @@ namespace altiro3D::tools {
 
 namespace {
 
-std::string millisecondsText(double milliseconds) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1f ms", milliseconds);
-    return text;
-}
-
 // Standard output may be a full disk or a closed pipe: then the user has not got the answer.
 int finish(const Messages& messages, int status) {
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
@@ -177,9 +171,8 @@ double fastestMilliseconds(const std::function<void()>& work, double enough) {
 
 std::string StageTimes::text() const {
     std::string text;
-    for (const auto& [stage, milliseconds] : stages_) {
-        text += (text.empty() ? "" : ", ") + stage + " " + millisecondsText(milliseconds);
-    }
+    for (const auto& [stage, milliseconds] : stages_)
+        text += (text.empty() ? "" : ", ") + stage + " " + fixed(milliseconds, 1) + " ms";
     return text;
 }
 
@@ -253,6 +246,21 @@ std::filesystem::path cacheDirectory() {
     if (const auto home = environment("HOME"))
         return std::filesystem::path(*home) / ".cache" / "altiro3D";
     return {};
+}
+
+bool isThere(const std::filesystem::path& name) {
+    std::error_code error;
+    return std::filesystem::exists(name, error);
+}
+
+bool isFile(const std::filesystem::path& name) {
+    std::error_code error;
+    return std::filesystem::is_regular_file(name, error);
+}
+
+bool isDirectory(const std::filesystem::path& name) {
+    std::error_code error;
+    return std::filesystem::is_directory(name, error);
 }
 
 std::string lowerCase(std::string text) {

@@ -28,8 +28,7 @@ bool isStopWanted();
 // All writing to standard output and standard error: whole lines in order and, on a terminal, one
 // status line, which is erased before each line.
 
-/// Writes a line and flushes it.
-/// @param stream stdout or stderr @param line without its end
+/// Writes a line, given without its end, and flushes it.
 void writeLine(std::FILE* stream, const std::string& line);
 
 /// Whether a status line is visible, i.e. standard error is a terminal.
@@ -37,7 +36,6 @@ bool hasStatusLine();
 /// Replaces the status line; the text is cut off at the terminal's edge. Does nothing if
 /// hasStatusLine() is false.
 void showStatus(const std::string& text);
-/// Erases the status line.
 void clearStatus();
 
 /// The messages of a tool.
@@ -51,7 +49,6 @@ class Messages {
     bool verbose() const { return verbose_; }
     /// Reserves standard output for programs: say() and detail() have no effect from now on.
     void leaveStandardOutput() { silent_ = true; }
-    /// Writes a line about the result.
     void say(const std::string& line) const;
     /// Writes a text for programs, such as JSON, unchanged.
     void print(const std::string& text) const { writeLine(stdout, text); }
@@ -67,15 +64,11 @@ class Messages {
     void warn(const std::string& line);
     void warn(const std::vector<std::string>& lines);
     void warn(const Notes& notes);
-    /// Adds a warning that begins with the subject.
     void warnOfSubject(const std::string& line) { warn(ofSubject(line)); }
-    /// Shows the pending warnings.
     void flushWarnings();
-    /// Discards the pending warnings.
     void dropWarnings();
     /// All warnings so far, shown or pending.
     const std::vector<std::string>& warnings() const { return all_; }
-    /// Writes an error line.
     void fail(const std::string& line) const;
 
   private:
@@ -132,9 +125,7 @@ class Progress {
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
-    /// Shows that a step begins.
     void step(const std::string& what);
-    /// Erases the line, so that other lines can be written.
     void clear() { clearStatus(); }
 
   private:
@@ -163,8 +154,12 @@ int runTool(int argc, char** argv, CommandLine& commandLine,
 int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
                               const std::function<int(const CommandLine&, Messages&)>& body);
 
-/// A number with the given number of decimals.
 std::string fixed(double value, int decimals);
+
+// What a name stands for. False for names that cannot be looked up: opening them says why.
+bool isThere(const std::filesystem::path& name);
+bool isFile(const std::filesystem::path& name); ///< A regular one.
+bool isDirectory(const std::filesystem::path& name);
 
 /// ASCII letters in lower case, all else as it is.
 std::string lowerCase(std::string text);
@@ -176,7 +171,6 @@ std::optional<std::string> environment(const char* name);
 /// the environment does not define one.
 std::filesystem::path cacheDirectory();
 
-/// The message of an exception on one line.
 std::string sentenceOf(const std::exception& error);
 
 } // namespace altiro3D::tools

@@ -151,6 +151,13 @@ std::size_t pictureOfView(int view, int views, std::size_t pictures) {
 
 } // namespace
 
+std::vector<fs::path> listViews(const fs::path& directory) {
+    std::vector<fs::path> files = listImages(directory);
+    if (!files.empty()) return files;
+    throw Error(ErrorCode::NotFound, directory.string(),
+                "holds no pictures, expected one file for each view");
+}
+
 std::string reasonAgainstViews(const std::vector<fs::path>& files, std::size_t fewest) {
     if (files.size() < std::max<std::size_t>(2, fewest))
         return "holds " + counted(files.size(), "picture");

@@ -16,6 +16,9 @@ namespace altiro3D::tools {
 /// Pictures of a folder below this number are not taken for views: bursts have a few pictures.
 constexpr std::size_t kFewestViews = 8;
 
+/// As listImages(). @throws Error NotFound (there are none)
+std::vector<std::filesystem::path> listViews(const std::filesystem::path& directory);
+
 /// Why the pictures of a folder are not views of one scene from a row of cameras. They are if there
 /// are enough, of one size, if one number in their names counts in equal steps, if
 /// neighbours resemble each other, and if the camera moves in one direction, not up or down.

@@ -3,11 +3,9 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 
+#include <QDateTime>
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <chrono>
-#include <ctime>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <system_error>
@@ -29,15 +27,6 @@ Error onThisHost(const Error& error) {
     const std::size_t end = text.find(": ");
     if (end == std::string::npos) return error;
     return {error.code(), text.substr(0, end), text.substr(end + 2) + " (on " + hostName() + ")"};
-}
-
-std::string timeText() {
-    const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-    std::tm parts{};
-    gmtime_r(&now, &parts);
-    std::array<char, 32> text{};
-    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-    return text.data();
 }
 
 // Networks and encoders give other bits with another number of threads, so a machine with fewer
@@ -164,7 +153,8 @@ void openCommandLine(const fs::path& folder, const std::string& tool, int thread
 
 void logLine(const ChunkCall& call, const std::string& line) {
     std::ofstream log(call.folder / "logs" / (call.logName() + ".log"), std::ios::app);
-    log << timeText() + " " + hostName() + " " + oneLine(line) + "\n";
+    const std::string time = QDateTime::currentDateTimeUtc().toString(Qt::ISODate).toStdString();
+    log << time + " " + hostName() + " " + oneLine(line) + "\n";
 }
 
 int runLogged(const ChunkCall& call, const std::function<int()>& work) {

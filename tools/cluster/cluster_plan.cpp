@@ -16,7 +16,6 @@
 #include <set>
 #include <sstream>
 #include <sys/vfs.h>
-#include <system_error>
 
 namespace altiro3D::tools {
 
@@ -206,8 +205,7 @@ void writeSlurmRun(const ClusterPlan& plan, const SlurmRun& run) {
 
 std::string ClusterPlan::program() const {
     const fs::path beside = fs::path(QCoreApplication::applicationDirPath().toStdString()) / tool;
-    std::error_code error;
-    return fs::is_regular_file(beside, error) ? beside.string() : tool;
+    return isFile(beside) ? beside.string() : tool;
 }
 
 ClusterPlan readClusterPlan(const fs::path& folder) {
@@ -269,8 +267,7 @@ double secondsNow() {
 }
 
 bool wasSubmitted(const ClusterPlan& plan) {
-    std::error_code error;
-    return fs::exists(runFile(plan), error);
+    return isThere(runFile(plan));
 }
 
 SlurmRun readSlurmRun(const ClusterPlan& plan) {

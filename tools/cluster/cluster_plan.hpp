@@ -21,13 +21,11 @@ struct ClusterPlan {
     std::vector<std::int64_t> units; ///< Frames or photos of chunk 1, 2, ...; 0 for depth alone.
 
     int chunks() const { return static_cast<int>(units.size()); }
-    /// Folder of the logs.
     std::filesystem::path logs() const { return folder / "logs"; }
     /// The program that makes a chunk or joins: beside this program if it is there.
     std::string program() const;
 };
 
-/// Reads a plan.
 /// @throws Error NotFound, ReadFailed, BadFormat (no plan, a damaged one)
 ClusterPlan readClusterPlan(const std::filesystem::path& folder);
 
@@ -63,7 +61,6 @@ struct SlurmRun {
 /// The time, s since 1970.
 double secondsNow();
 
-/// Whether the chunks of a plan were submitted to Slurm.
 bool wasSubmitted(const ClusterPlan& plan);
 /// Reads what was submitted. @throws Error NotFound, ReadFailed, BadFormat
 SlurmRun readSlurmRun(const ClusterPlan& plan);

@@ -178,8 +178,7 @@ std::pair<std::size_t, std::size_t> PhotoChunks::photosOf(int number) const {
 }
 
 bool holdsPhotoChunks(const fs::path& folder) {
-    std::error_code error;
-    return fs::exists(listFile(folder), error);
+    return isThere(listFile(folder));
 }
 
 PhotoChunks readPhotoChunks(const fs::path& folder) {
@@ -205,8 +204,7 @@ PhotoChunks readPhotoChunks(const fs::path& folder) {
 
 bool isPhotoChunkMade(const fs::path& folder, int number) {
     const fs::path file = recordFile(folder, number);
-    std::error_code error;
-    if (!fs::exists(file, error)) return false;
+    if (!isThere(file)) return false;
     try {
         const Words outputs = readWords(file);
         return std::all_of(outputs.begin(), outputs.end(), isFileWithContents);

@@ -15,12 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// False for names that cannot be looked up; opening them reports the reason.
-bool isDirectory(const fs::path& name) {
-    std::error_code error;
-    return fs::is_directory(name, error);
-}
-
 // Explains the purpose of a file that cannot be a photo.
 void requirePhotoName(const fs::path& name) {
     const std::string extension = name.extension().string();
@@ -197,9 +191,7 @@ PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
 
 PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                      const PhotoInputs& inputs) {
-    PhotoPlan plan;
-    plan.leftOut = inputs.leftOut;
-    plan.batch = inputs.batch;
+    PhotoPlan plan{inputs, {}};
     for (const OutputKind& kind : kOutputs) {
         const fs::path& name = job.outputs.*kind.file;
         const bool namesFile = &name != &job.outputs.views && !name.empty() &&

@@ -56,18 +56,16 @@ struct PhotoItem : PhotoOutputs {
     bool isMade = false;       ///< All outputs exist already: `--skip-existing`.
 };
 
-/// All photos of a run.
-struct PhotoPlan {
-    std::vector<PhotoItem> items;
-    bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
-    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
-};
-
 /// The photos that the names of a job stand for.
 struct PhotoInputs {
     std::vector<FolderFile> files;    ///< With their depth images or right eye's pictures.
     std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
-    bool batch = false;               ///< See PhotoPlan.
+    bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
+};
+
+/// All photos of a run.
+struct PhotoPlan : PhotoInputs {
+    std::vector<PhotoItem> items;
 };
 
 /// Searches the folders among the names of a job. Says what is left out.

@@ -35,11 +35,7 @@ AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv
         fixed(kParallaxBudgetPixels, 0) + " view px hard edges show double";
     const bool isNear =
         parallax.viewPixels > kNearTheLimit && parallax.viewPixels <= kParallaxBudgetPixels;
-    if (isNear) {
-        messages.say(line);
-    } else {
-        messages.detail(line);
-    }
+    if (isNear || messages.verbose()) messages.say(line);
     if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
         messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
     warnAboutParallax(parallax, messages, hasCamera ? "the baseline in --camera" : "--strength");
@@ -60,7 +56,7 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
     Scene fitted;
     fitScene(scene, fit, options.views.focus, fitted, options.refine);
     const ViewOptions views =
-        run.camera.apply(options.views, scene.focalLength35mm, photoSize, fit, messages);
+        run.job.camera.apply(options.views, scene.focalLength35mm, photoSize, fit, messages);
     writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));
     return fit.size;
 }
@@ -123,10 +119,10 @@ Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, Nati
     options = run.maker.options();
     PlacementOptions& placement = options;
     const cv::Size size = scene.photo.size();
-    AutoChoices choices = run.choices;
+    AutoChoices choices = run.job.scene.choices;
     const cv::Size result = run.maker.workSize();
     const auto strength =
-        run.camera.strength(options.views, fitPhoto(size, aspect, result, placement));
+        run.job.camera.strength(options.views, fitPhoto(size, aspect, result, placement));
     if (strength) {
         options.views.strengthPercent = *strength;
         choices.strength = choices.limit = false;
@@ -137,8 +133,8 @@ Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, Nati
     chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) chosen += "; border of the scan cut: " + border;
-    options.views = run.camera.apply(options.views, scene.focalLength35mm, size,
-                                     fitPhoto(size, aspect, result, placement), messages);
+    options.views = run.job.camera.apply(options.views, scene.focalLength35mm, size,
+                                         fitPhoto(size, aspect, result, placement), messages);
     return placeScene(scene, aspect, result, placement);
 }
 
@@ -285,15 +281,10 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
                       StageTimes& times, Messages& messages) {
     ChosenDepth depth(job.depth, messages);
     if (depth.network() != nullptr) times.end("network");
-    PhotoRun run{job,
-                 display,
-                 job.camera,
-                 makeNativeMaker(job.scene, display, layout, messages),
-                 job.scene.choices,
-                 job.budget,
-                 std::move(depth),
-                 {},
-                 {}};
+    PhotoRun run{
+        job,        display,          makeNativeMaker(job.scene, display, layout, messages),
+        job.budget, std::move(depth), {},
+        {}};
     times.end("display");
     return run;
 }
@@ -409,25 +400,26 @@ Json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages) {
 
 Json photoReport(const PhotoRun& run, const Messages& messages) {
     const PhotoJob& job = run.job;
+    const AutoChoices& choices = job.scene.choices;
     const QuiltLayout& layout = run.maker.layout();
     const NativeOptions& options = run.maker.options();
     Json report = {{"tool", "photo2native"},
                    {"version", version()},
                    {"openCv", CV_VERSION},
                    {"threads", cv::getNumThreads()}};
-    Json display = {{"source", run.display.source},
-                    {"files", filesJson(run.display.files)},
-                    {"panelWidth", run.display.panelSize().width},
-                    {"panelHeight", run.display.panelSize().height}};
-    display["serial"] = run.display.calibration.serial;
-    display["fingerprint"] =
-        fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
-                                        : fingerprint(run.display.calibration));
+    const Json display = {
+        {"source", run.display.source},
+        {"files", filesJson(run.display.files)},
+        {"panelWidth", run.display.panelSize().width},
+        {"panelHeight", run.display.panelSize().height},
+        {"serial", run.display.calibration.serial},
+        {"fingerprint", fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
+                                                        : fingerprint(run.display.calibration))}};
     // with a camera or auto each picture has its own
-    const Json strength = !job.camera.file().empty() || run.choices.strength
+    const Json strength = !job.camera.file().empty() || choices.strength
                               ? Json(nullptr)
                               : Json(options.views.strengthPercent);
-    const Json focus = run.choices.focus ? Json(nullptr) : Json(options.views.focus);
+    const Json focus = choices.focus ? Json(nullptr) : Json(options.views.focus);
     report["settings"] = {{"display", display},
                           {"invert", given(job, "invert", "auto")},
                           {"viewFilter", given(job, "view-filter", "nearest")},
@@ -443,7 +435,7 @@ Json photoReport(const PhotoRun& run, const Messages& messages) {
                           {"exactDepth", options.refine.keepsDepth()},
                           {"strengthPercent", strength},
                           {"focus", focus},
-                          {"fit", run.choices.framing ? "auto" : fitName(options.fit)},
+                          {"fit", choices.framing ? "auto" : fitName(options.fit)},
                           {"center", given(job, "center")},
                           {"zoom", options.framing.zoom},
                           {"detail", kDetails[static_cast<int>(options.detail)]},

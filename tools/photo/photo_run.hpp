@@ -13,9 +13,7 @@ namespace altiro3D::tools {
 struct PhotoRun {
     const PhotoJob& job;
     ChosenDisplay display;
-    CameraOptions camera;
     NativeMaker maker;
-    AutoChoices choices;
     Budget budget;
     ChosenDepth depth;
     cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed

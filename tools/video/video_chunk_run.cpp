@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
-#include <system_error>
 
 namespace altiro3D::tools {
 
@@ -35,10 +34,6 @@ void openPlanned(const fs::path& folder, const std::string& tool,
         planned.run.emplace(job, messages);
         planned.conversion = openVideo(*planned.run, messages);
     });
-}
-
-std::string shareText(std::int64_t part, std::int64_t whole) {
-    return fixed(100 * static_cast<double>(part) / static_cast<double>(whole), 1) + " %";
 }
 
 // Does work that shows its progress and that Ctrl-C stops.
@@ -71,12 +66,14 @@ int plan(const VideoJob& job, const VideoChunkOptions& options,
     keepCommandLine(folder, arguments, job.display, run.display);
     const auto depthOnly = std::count_if(made.chunks.begin(), made.chunks.end(),
                                          [](const VideoChunk& chunk) { return chunk.frames == 0; });
+    const double repeated =
+        100 * static_cast<double>(made.repeatedFrames) / static_cast<double>(made.frames);
     messages.say(folder.string() + ": " + counted(made.chunks.size(), "chunk") +
                  (depthOnly > 0 ? ", the first " + std::to_string(depthOnly) + " of depth alone"
                                 : std::string()) +
                  ", " + counted(made.frames, "frame") + ", " + clockText(made.end) +
-                 "; depth that is made twice: " + shareText(made.repeatedFrames, made.frames) +
-                 "; planned in " + fixed(made.seconds, 1) + " s");
+                 "; depth that is made twice: " + fixed(repeated, 1) + " %; planned in " +
+                 fixed(made.seconds, 1) + " s");
     const double most = run.encoding.maxRate;
     if (most > 0) {
         messages.say("the pictures take at most about " + bytesText(1e6 / 8 * most * made.end) +
@@ -119,10 +116,9 @@ int makeChunk(const ChunkCall& call, PlannedRun& run, bool json, Messages& messa
 
 int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messages& messages) {
     const fs::path output = run.conversion.output;
-    std::error_code error;
     const fs::path mark = call.folder / kJoined;
     const std::string there = fileStamp(output);
-    if (!there.empty() && fs::exists(mark, error) && readFile(mark, 1000) == there) {
+    if (!there.empty() && isThere(mark) && readFile(mark, 1000) == there) {
         messages.say(output.string() + " is made already");
         return kExitDone;
     }

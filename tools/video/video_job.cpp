@@ -27,9 +27,7 @@ std::string factsText(const VideoFacts& facts) {
 // A picture opens as a video of one frame; only --input-... makes this intentional.
 // @param facts null: of a file that is not opened yet
 void refusePicture(const VideoPlan& plan, const VideoFacts* facts) {
-    std::error_code error;
-    if (!fs::is_regular_file(plan.input, error) || !plan.part.format.empty() ||
-        !plan.part.formatOptions.empty() ||
+    if (!isFile(plan.input) || !plan.part.format.empty() || !plan.part.formatOptions.empty() ||
         !(facts != nullptr ? isPicture(plan.input, *facts) : isHeifPicture(plan.input))) {
         return;
     }
@@ -61,8 +59,7 @@ constexpr DisplayUse kUses[] = {DisplayUse::Show, DisplayUse::Quilt,
 // @param look false: it has seen enough
 void forEarlyFrames(const VideoPlan& plan, int lastFrame,
                     const std::function<bool(const cv::Mat&)>& look) {
-    std::error_code error;
-    if (!fs::is_regular_file(plan.input, error)) return;
+    if (!isFile(plan.input)) return;
     VideoReader reader(plan.input, plan.part);
     int wanted = 0;
     for (int number = 0; number <= lastFrame; ++number) {
@@ -100,8 +97,7 @@ bool areNamedHalves(const fs::path& video, const SceneName& name, const cv::Mat&
 void refuseHalves(const VideoPlan& plan, Messages& messages) {
     constexpr int kLastFrame = 64;
     const std::optional<SceneName> name = parseSceneName(plan.input);
-    std::error_code error;
-    if (!name || !fs::is_regular_file(plan.input, error)) return;
+    if (!name || !isFile(plan.input)) return;
     refuseVrName(plan.input);
     bool areHalves = false;
     forEarlyFrames(plan, kLastFrame, [&](const cv::Mat& frame) {

@@ -63,8 +63,7 @@ double maxRateOption(const CommandLine& commandLine, const VideoWriterOptions& o
 // Whether the input is a folder of videos.
 bool takesFolder(const CommandLine& commandLine) {
     const std::vector<fs::path>& names = commandLine.files();
-    std::error_code error;
-    return names.size() == 2 && fs::is_directory(names.front(), error);
+    return names.size() == 2 && isDirectory(names.front());
 }
 
 VideoPlan planVideo(const CommandLine& commandLine) {
@@ -103,8 +102,7 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     }
     if (takesFolder(commandLine)) return plan;
     requireVideoName(plan.output);
-    std::error_code error;
-    plan.isFile = fs::is_regular_file(plan.input, error);
+    plan.isFile = isFile(plan.input);
     return plan;
 }
 
@@ -342,7 +340,6 @@ void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDispla
                          plan.inputName());
     }
     // The interrupted run may have left these files; without any, --resume starts a new run.
-    std::error_code error;
     const bool goesOn = job.resume && !plan.show && isVideoUnfinished(plan.output);
     Outputs outputs(job.replace || goesOn);
     if (job.resume && !goesOn)

@@ -45,7 +45,7 @@ void VideoProgressLine::update(const VideoProgress& now) {
     now_ = now;
     if (now.finishing) {
         if (json_) {
-            putState("finishing");
+            putLine(stateLine("finishing"));
         } else {
             showStatus(place_ + "finishing the file ...");
         }
@@ -70,10 +70,7 @@ void VideoProgressLine::show() {
         if (made > 0) left = spent * std::max(*now_.length - now_.end, 0.0) / made;
     }
     if (json_) {
-        nlohmann::ordered_json line = {{"state", "running"},
-                                       {"frames", now_.frames},
-                                       {"time", now_.end},
-                                       {"framesPerSecond", rate()}};
+        nlohmann::ordered_json line = stateLine("running");
         if (now_.framesInAll) line["framesInAll"] = *now_.framesInAll;
         if (share) line["share"] = *share;
         if (left) line["secondsLeft"] = *left;
@@ -101,11 +98,9 @@ double VideoProgressLine::rate() const {
     return spent > 0 ? static_cast<double>(now_.frames - now_.keptFrames) / spent : 0;
 }
 
-void VideoProgressLine::putState(const std::string& state) const {
-    putLine(nlohmann::ordered_json{{"state", state},
-                                   {"frames", now_.frames},
-                                   {"time", now_.end},
-                                   {"framesPerSecond", rate()}});
+nlohmann::ordered_json VideoProgressLine::stateLine(const std::string& state) const {
+    return {
+        {"state", state}, {"frames", now_.frames}, {"time", now_.end}, {"framesPerSecond", rate()}};
 }
 
 void VideoProgressLine::putLine(nlohmann::ordered_json line) const {
@@ -115,7 +110,7 @@ void VideoProgressLine::putLine(nlohmann::ordered_json line) const {
 
 void VideoProgressLine::end(const std::string& state) {
     clear();
-    if (json_) putState(state);
+    if (json_) putLine(stateLine(state));
 }
 
 } // namespace altiro3D::tools

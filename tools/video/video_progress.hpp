@@ -38,7 +38,7 @@ class VideoProgressLine {
   private:
     double rate() const; // frames per second of this run
     void show();
-    void putState(const std::string& state) const;
+    nlohmann::ordered_json stateLine(const std::string& state) const;
     void putLine(nlohmann::ordered_json line) const;
 
     bool json_;

@@ -33,8 +33,7 @@ QString textOf(const std::exception& error) {
 
 // Whether a source is a folder that may hold unrelated files.
 bool isFolderOfFiles(const Source& source) {
-    std::error_code error;
-    return source.reading == Reading::Automatic && fs::is_directory(source.file, error);
+    return source.reading == Reading::Automatic && tools::isDirectory(source.file);
 }
 
 } // namespace
@@ -327,16 +326,9 @@ void Controller::setPresenting(bool presenting) {
 void Controller::requestNative() {
     if (!presenting_ || opening_ || !document_) return;
     const cv::Size all(INT_MAX, INT_MAX);
-    worker_.post(kPresenting, [this, studio = studio_,
-                               request = Request{document_,
-                                                 knobs_,
-                                                 display_,
-                                                 Mode::Native,
-                                                 0,
-                                                 all,
-                                                 {},
-                                                 paintedNow(),
-                                                 restTimer_.isActive()}] {
+    const Request request{document_, knobs_, display_,     Mode::Native,         0,
+                          all,       {},     paintedNow(), restTimer_.isActive()};
+    worker_.post(kPresenting, [this, studio = studio_, request] {
         cv::Mat native;
         try {
             native = studio->render(request).picture;

@@ -28,7 +28,6 @@ struct BatchItem {
     std::map<std::string, PaintedDepth> painted;
 };
 
-/// What became of a batch.
 struct BatchReport {
     std::size_t written = 0;
     std::vector<std::string> problems; ///< One sentence for each file that was not exported.
@@ -57,18 +56,14 @@ class Controller : public QObject {
     /// Adds files and opens the first one. A photo and its depth image become one entry. A folder
     /// is replaced by its files when it is read, unless they are views of one scene.
     void open(const std::vector<std::filesystem::path>& files);
-    /// Adds one source and opens it.
     void open(const Source& source);
-    /// Reads a source of the list and makes it the current one.
     void select(int index);
-    /// Removes a source from the list.
     void close(int index);
     /// Reads the current source again, as another kind or with another depth image.
     void reopen(Reading reading, const std::filesystem::path& depth);
 
     const std::vector<Source>& sources() const { return sources_; }
-    /// Index of the current source; -1 if there is none.
-    int current() const { return current_; }
+    int current() const { return current_; } ///< Index of a source; -1: none.
     /// The open document; null if there is none or it could not be read.
     const std::shared_ptr<const Document>& document() const { return document_; }
     /// Why the current source could not be opened or shown; empty if it could.
@@ -91,8 +86,7 @@ class Controller : public QObject {
     /// @param what name of the setting, for the undo menu
     /// @param gesture consecutive changes with the same number (not 0) are undone together
     void turn(const Knobs& knobs, const QString& what, int gesture = 0);
-    /// Sets all settings to their defaults; the user can undo it.
-    void resetKnobs();
+    void resetKnobs(); ///< As turn(), to the defaults.
     /// Sets standardKnobs(), and the current settings; this cannot be undone.
     void restoreKnobs(const Knobs& knobs);
     QUndoStack& undoStack() { return undoStack_; }
@@ -105,31 +99,25 @@ class Controller : public QObject {
     /// Position of camera or eye, -1 leftmost .. +1 rightmost.
     double position() const { return position_; }
     void setPosition(double position);
-    /// Whether the camera swings by itself, in modes Sway and Lens.
     bool isSwinging() const { return swinging_; }
     void setSwinging(bool swinging);
-    /// Whether videos play; initially true.
     bool isPlaying() const { return playing_; }
     void setPlaying(bool playing);
-    /// Picture counts of the open video; zeros if none is open.
+    // Of the open video; zeros if none is open.
     VideoPlayer::Counts videoCounts() const {
         return player_ ? player_->counts() : VideoPlayer::Counts();
     }
-    /// What is to be shown about the open video; zeros if none is open.
     VideoPlayer::State videoState() const {
         return player_ ? player_->state() : VideoPlayer::State();
     }
     /// How videos are played; the track belongs to the open one.
     const PlaySettings& playSettings() const { return playSettings_; }
     void setPlaySettings(const PlaySettings& settings);
-    /// Goes to a time of the open video, s.
     void seekVideo(double seconds) {
         if (player_) player_->seek(seconds);
     }
-    /// Sets the area for the picture, px of the screen.
-    void setArea(cv::Size area);
-    /// Moves a Native in its window, px.
-    void panBy(cv::Point by);
+    void setArea(cv::Size area); ///< For the picture, px of the screen.
+    void panBy(cv::Point by);    ///< Of a Native in its window, px.
     /// Sets the focus to the depth at a position of the picture, x and y 0..1.
     void focusAt(double x, double y);
 
@@ -144,7 +132,6 @@ class Controller : public QObject {
     void endStroke();
     /// A brush's radius in widths of the picture in the window. @param radius see Paint
     double brushRadius(double radius) const;
-    /// Whether the depth of the current photo was painted.
     bool isPainted() const { return !paintedNow().depth.empty(); }
     /// Discards what was painted on the current photo; the user can undo it.
     void unpaint();
@@ -159,7 +146,6 @@ class Controller : public QObject {
     /// Enlarges the content around a place of the picture, x and y 0..1.
     /// @param factor > 0 @param gesture as for turn()
     void zoomFrame(cv::Point2d at, double factor, int gesture);
-    /// Shows the middle without zoom again.
     void resetFrame();
 
     /// If true, also makes the whole Native after every change and emits nativeReady().
@@ -199,11 +185,9 @@ class Controller : public QObject {
     void exportProgress(double done);
     /// @param problem empty if the file was written or the export was cancelled
     void exportEnded(const QString& file, const QString& problem);
-    /// As exportEnded(), of startExportAll().
     void exportAllEnded(const BatchReport& report);
 
   private:
-    class Turn;
     /// File, its depth image, its reading, and where its depth is from.
     using PaintKey = std::tuple<std::filesystem::path, std::filesystem::path, int, std::string>;
     struct Painted {

@@ -26,48 +26,35 @@ QString nameOf(PaintTool tool) {
     return Controller::tr(kNames[static_cast<int>(tool)]);
 }
 
-// A change that can be undone.
+// A change that can be undone; those of one gesture are one.
 class Step : public QUndoCommand {
   public:
-    Step(const QString& what, std::function<void()> undo, std::function<void()> redo)
-        : QUndoCommand(what), undo_(std::move(undo)), redo_(std::move(redo)) {}
+    Step(const QString& what, std::function<void()> undo, std::function<void()> redo,
+         int gesture = 0)
+        : QUndoCommand(what), undo_(std::move(undo)), redo_(std::move(redo)), gesture_(gesture) {}
 
     void undo() override { undo_(); }
     void redo() override { redo_(); }
-
-  private:
-    std::function<void()> undo_;
-    std::function<void()> redo_;
-};
-
-} // namespace
-
-// A change of settings that can be undone; those of one gesture are one.
-class Controller::Turn : public QUndoCommand {
-  public:
-    Turn(Controller& controller, Knobs before, Knobs after, const QString& what, int gesture)
-        : QUndoCommand(what), controller_(controller), before_(std::move(before)),
-          after_(std::move(after)), gesture_(gesture) {}
-
-    void undo() override { controller_.setKnobs(before_); }
-    void redo() override { controller_.setKnobs(after_); }
     int id() const override { return gesture_ > 0 ? gesture_ : -1; }
     bool mergeWith(const QUndoCommand* other) override {
-        after_ = static_cast<const Turn*>(other)->after_;
+        redo_ = static_cast<const Step*>(other)->redo_;
         return true;
     }
 
   private:
-    Controller& controller_;
-    Knobs before_;
-    Knobs after_;
+    std::function<void()> undo_;
+    std::function<void()> redo_;
     int gesture_;
 };
+
+} // namespace
 
 void Controller::turn(const Knobs& knobs, const QString& what, int gesture) {
     if (knobs == knobs_) return;
     if (gesture != 0) restTimer_.start();
-    undoStack_.push(new Turn(*this, knobs_, knobs, what, gesture));
+    undoStack_.push(new Step(
+        what, [this, before = knobs_] { setKnobs(before); }, [this, knobs] { setKnobs(knobs); },
+        gesture));
 }
 
 void Controller::resetKnobs() {

@@ -62,19 +62,15 @@ BatchReport exportBatch(const std::vector<BatchItem>& items,
         const auto tell = [&](double done) {
             return progress((static_cast<double>(i) + done) / static_cast<double>(items.size()));
         };
+        report.cancelled = !tell(0);
+        if (report.cancelled) break;
         try {
-            if (!tell(0)) {
-                report.cancelled = true;
-                break;
-            }
             if (isOneOf(items, items[i].native))
                 throw Error(ErrorCode::WriteFailed, items[i].native.string(),
                             "is one of the photos, expected another folder");
             const Setup setup = setupOf(items[i], display, *depthMaker, studio);
-            if (writeProduct(setup, Product::Native, items[i].native, tell).empty()) {
-                report.cancelled = true;
-                break;
-            }
+            report.cancelled = writeProduct(setup, Product::Native, items[i].native, tell).empty();
+            if (report.cancelled) break;
             ++report.written;
         } catch (const std::exception& error) {
             report.problems.push_back(tools::sentenceOf(error));

@@ -193,8 +193,7 @@ KnobStore::KnobStore(fs::path file) : file_(std::move(file)) {
 
 std::vector<KnobStore::Entry> KnobStore::read(const fs::path& file, std::string& note) {
     std::vector<Entry> entries;
-    std::error_code error;
-    if (!fs::exists(file, error)) return entries;
+    if (!tools::isThere(file)) return entries;
     Json json;
     try {
         json = Json::parse(readFile(file, kMaxBytes), nullptr, false);

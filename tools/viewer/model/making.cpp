@@ -49,8 +49,7 @@ Scene fittedTiles(const Setup& setup) {
 
 // Views of two pictures in one directory would be taken for one picture.
 void requireNoViews(const fs::path& directory) {
-    std::error_code error;
-    if (!fs::is_directory(directory, error)) return;
+    if (!tools::isDirectory(directory)) return;
     for (const fs::path& picture : listImages(directory)) {
         if (picture.filename().string().rfind("view_", 0) != 0) continue;
         throw Error(ErrorCode::WriteFailed, directory.string(),
@@ -201,9 +200,8 @@ cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
 std::function<cv::Mat(const cv::Mat&)> quiltConverter(const fs::path& file,
                                                       const QuiltLayout& layout,
                                                       const Display& display, bool isVideo) {
-    std::error_code error;
     std::optional<QuiltShape> shape;
-    if (!fs::is_directory(file, error)) shape.emplace(file, layout, display);
+    if (!tools::isDirectory(file)) shape.emplace(file, layout, display);
     QuiltSampling sampling; // as in quilt2native
     if (!isVideo) sampling.inTile = TileSampling::Linear;
     const auto converter =

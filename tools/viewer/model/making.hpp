@@ -33,7 +33,6 @@ void layFlatDepth(Setup& setup);
 /// The layout of the quilt: the document's own if it is a quilt, else layoutOf().
 QuiltLayout quiltLayout(const Setup& setup);
 
-/// The part of a photo that the panel shows.
 Framing framingOf(const Setup& setup);
 
 /// How a photo is fitted, with the margins that its views show. @param size of the views
@@ -70,7 +69,6 @@ std::function<cv::Mat(const cv::Mat&)> quiltConverter(const std::filesystem::pat
 /// A result that can be exported.
 enum class Product { Native, Quilt, Views, Depth, SwayVideo };
 
-/// The products of a kind of document.
 std::vector<Product> productsOf(Kind kind);
 
 /// The file that writeProduct() writes for a name: a quilt's layout is appended to its name.

@@ -42,7 +42,6 @@ constexpr double kSeekStep = 5; ///< s of one key press.
 /// and drops those that are over 30 ms late, but delivers at least one in 0.25 s if it can.
 class VideoPlayer {
   public:
-    /// Numbers of pictures so far.
     struct Counts {
         std::int64_t shown = 0;
         std::int64_t dropped = 0;
@@ -63,7 +62,6 @@ class VideoPlayer {
     ///        AtEnd::Finish; it is the last call
     VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
                 std::function<void(const std::string&)> done, const PlaySettings& settings = {});
-    /// Calls end().
     ~VideoPlayer();
     VideoPlayer(const VideoPlayer&) = delete;
     VideoPlayer& operator=(const VideoPlayer&) = delete;

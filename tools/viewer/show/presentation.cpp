@@ -180,8 +180,7 @@ int presentStream(int& argc, char** argv, const ShowJob& job, tools::Messages& m
 
 int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     ShowFiles files(job.files);
-    for (const Note& note : files.notes())
-        messages.warn(note.text);
+    messages.warn(files.notes());
     const bool isSingle = files.files().size() == 1 && files.folders().empty();
     SlideShow::Settings settings = job.slides;
     settings.loops = settings.loops || isSingle;

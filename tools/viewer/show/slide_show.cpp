@@ -321,9 +321,8 @@ bool ShowFiles::refresh(double now) {
         single.clear();
     };
     for (const fs::path& name : names_) {
-        std::error_code error;
         if (std::find(folders_.begin(), folders_.end(), name) == folders_.end()) {
-            if (fs::exists(name, error)) single.push_back(name);
+            if (tools::isThere(name)) single.push_back(name);
             continue;
         }
         addSingle();

@@ -15,7 +15,6 @@
 
 namespace altiro3D::viewer {
 
-/// Whether two sources are the same: their file and depth are.
 inline bool isSame(const Source& a, const Source& b) {
     return a.file == b.file && a.depth == b.depth;
 }
@@ -92,7 +91,6 @@ class SlideShow {
 
     /// Sets the files of the show, in their natural order.
     void setFiles(const std::vector<Source>& files);
-    /// A slide that was to be made.
     void put(const Slide& slide);
     /// Goes on to the time `now`, in s; time does not go back.
     void tick(double now);
@@ -103,17 +101,13 @@ class SlideShow {
     void previous() {
         if (list_.previous()) wanted_ = list_.current();
     }
-    /// Stays with the picture that is shown.
     void setPaused(bool paused) { isPaused_ = paused; }
-    /// The video that is shown has ended.
     void endVideo();
 
     bool isPaused() const { return isPaused_; }
     /// True after the last file, or if no file can be shown.
     bool isOver() const { return isOver_; }
-    /// True if at least one file was shown.
     bool hasShown() const { return shown_.has_value(); }
-    /// True while one picture fades into the next.
     bool isFading() const { return !before_.empty(); }
     /// The slide that is shown; null before the first one. Valid until the next call of tick().
     const Slide* shown() const { return shown_ ? &*shown_ : nullptr; }
@@ -125,7 +119,6 @@ class SlideShow {
     /// @param native its Native, or that of a frame of its video
     /// @param blended the picture to show; shares memory with `native` when nothing fades
     void blend(const cv::Mat& native, cv::Mat& blended) const;
-    /// Number of slides in memory.
     std::size_t slidesKept() const { return kept_.size() + (shown_ ? 1U : 0U); }
 
   private:
@@ -165,7 +158,6 @@ class SteadyFiles {
     /// @param now s, from any start
     /// @return the files that are steady
     std::set<std::filesystem::path> look(const FileStamps& stamps, double now);
-    /// Whether some were not steady at the last look.
     bool isWaiting() const { return isWaiting_; }
 
   private:

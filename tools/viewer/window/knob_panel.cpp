@@ -25,14 +25,6 @@ namespace {
 constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
 constexpr int kAutoFit = -1;        // cover, with the part that is chosen
 
-// A field with its name for tests, and that for screen readers, which do not see what stands beside
-// it.
-template <class Field>
-Field* named(Field* field, const char* object, const QString& words, const QString& tip = {}) {
-    name(field, object, words, tip);
-    return field;
-}
-
 QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
     auto* row = new QHBoxLayout;
     row->addWidget(first, 1);
@@ -109,7 +101,7 @@ KnobSlider::KnobSlider(const char* object, const QString& words, double low, dou
     row->addWidget(slider_, 1);
     row->addWidget(number_);
     setValue(standard);
-    name(this, object, words);
+    named(this, object, words);
     slider_->setAccessibleName(words);
     number_->setAccessibleName(words);
     connect(slider_, &QSlider::sliderPressed, this, [this] { gesture_ = nextGesture(); });
@@ -131,8 +123,7 @@ double KnobSlider::value() const {
 }
 
 void KnobSlider::setValue(double value) {
-    const QSignalBlocker sliderBlocker(slider_);
-    const QSignalBlocker numberBlocker(number_);
+    const QSignalBlocker blockers[] = {QSignalBlocker(slider_), QSignalBlocker(number_)};
     slider_->setValue(static_cast<int>(std::lround(value * steps_)));
     number_->setValue(value);
 }

@@ -19,7 +19,7 @@ namespace altiro3D::viewer {
 class KnobSlider : public QWidget {
     Q_OBJECT
   public:
-    /// @param object, words its names, see name()
+    /// @param object, words its names, see named()
     /// @param decimals digits after the decimal point, for slider and number field
     KnobSlider(const char* object, const QString& words, double low, double high, int decimals,
                double standard, const QString& suffix);

@@ -76,8 +76,7 @@ MainWindow::~MainWindow() {
 }
 
 void MainWindow::buildFiles() {
-    files_->setObjectName("files");
-    files_->setAccessibleName(tr("Open files"));
+    named(files_, "files", tr("Open files"));
     files_->setMinimumWidth(150);
     files_->setTextElideMode(Qt::ElideMiddle);
     files_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
@@ -168,7 +167,7 @@ void MainWindow::connectController() {
             [this](double done) { progress_->setValue(qRound(done * 100)); });
     connect(&controller_, &Controller::exportEnded, this,
             [this](const QString& file, const QString& problem) {
-                endProgress();
+                showProgress(false);
                 if (!problem.isEmpty())
                     warn(this, tr("Export"), problem);
                 else if (file.isEmpty())
@@ -178,11 +177,8 @@ void MainWindow::connectController() {
             });
     connect(&controller_, &Controller::exportAllEnded, this, &MainWindow::endExportAll);
 
-    connect(knobs_, &KnobPanel::turned, this,
-            [this](const Knobs& knobs, const QString& what, int gesture) {
-                controller_.turn(knobs, what, gesture);
-            });
-    connect(knobs_, &KnobPanel::resetWanted, this, [this] { controller_.resetKnobs(); });
+    connect(knobs_, &KnobPanel::turned, &controller_, &Controller::turn);
+    connect(knobs_, &KnobPanel::resetWanted, &controller_, &Controller::resetKnobs);
     connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
     connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
     connect(knobs_, &KnobPanel::readingChosen, this, [this](Reading reading) {
@@ -194,8 +190,7 @@ void MainWindow::connectController() {
         const QSize size = picture_->deviceSize();
         controller_.setArea({size.width(), size.height()});
     });
-    connect(picture_, &PictureView::clicked, this,
-            [this](double x, double y) { controller_.focusAt(x, y); });
+    connect(picture_, &PictureView::clicked, &controller_, &Controller::focusAt);
     connect(picture_, &PictureView::dragged, this, [this](const QPoint& by, int gesture) {
         const QSize size = picture_->target();
         controller_.panBy({by.x(), by.y()});
@@ -241,10 +236,8 @@ void MainWindow::showDocument() {
         any ? &controller_.sources()[static_cast<std::size_t>(controller_.current())] : nullptr;
     setWindowTitle(any ? tr("%1 – altiro3D").arg(toName(source->file.filename())) : tr("altiro3D"));
     if (!controller_.problem().isEmpty()) {
-        if (document)
-            picture_->setWords(tr("This cannot be shown"), controller_.problem());
-        else
-            picture_->setWords(tr("This file cannot be opened"), controller_.problem());
+        picture_->setWords(document ? tr("This cannot be shown") : tr("This file cannot be opened"),
+                           controller_.problem());
     } else if (!any) {
         picture_->setWords(tr("Drop a photo here"),
                            tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "

@@ -71,8 +71,7 @@ class MainWindow : public QMainWindow {
     void exportDialog(Product product);
     void exportAllDialog();
     void endExportAll(const BatchReport& report);
-    void beginProgress();
-    void endProgress();
+    void showProgress(bool runs); ///< Of an export.
     void select(int index);
     void showStrip();
     bool mayLosePaintedDepth();

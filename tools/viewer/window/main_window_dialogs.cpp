@@ -123,27 +123,20 @@ void MainWindow::exportDialog(Product product) {
         return;
     }
     // the dialog has asked about the name that was typed only
-    std::error_code error;
-    if (file != toPath(name) && fs::exists(file, error) &&
+    if (file != toPath(name) && tools::isThere(file) &&
         !agrees(this, title, tr("%1 exists already. Replace it?").arg(toName(file))))
         return;
     for (const std::string& loss : lossesOf(product, file)) {
         if (!agrees(this, title, tr("%1. Write it anyway?").arg(QString::fromStdString(loss))))
             return;
     }
-    if (controller_.startExport(product, file)) beginProgress();
+    if (controller_.startExport(product, file)) showProgress(true);
 }
 
-void MainWindow::beginProgress() {
+void MainWindow::showProgress(bool runs) {
     progress_->setValue(0);
-    progress_->show();
-    cancel_->show();
-    showDocument();
-}
-
-void MainWindow::endProgress() {
-    progress_->hide();
-    cancel_->hide();
+    progress_->setVisible(runs);
+    cancel_->setVisible(runs);
     showDocument();
 }
 
@@ -163,11 +156,11 @@ void MainWindow::exportAllDialog() {
                 tr("%1 of the files exist already in %2. Replace them?").arg(there).arg(name)))
         return;
     QSettings().setValue("exportFolder", name);
-    if (controller_.startExportAll(folder)) beginProgress();
+    if (controller_.startExportAll(folder)) showProgress(true);
 }
 
 void MainWindow::endExportAll(const BatchReport& report) {
-    endProgress();
+    showProgress(false);
     const QString written = tr("%1 Natives written").arg(report.written);
     say(report.cancelled ? tr("Cancelled, %1").arg(written) : written, 15000);
     if (report.problems.empty()) return;

@@ -1,11 +1,12 @@
 #include "viewer/window/paint_bar.hpp"
 
+#include "viewer/window/window_words.hpp"
+
 #include <QAction>
 #include <QActionGroup>
 #include <QCheckBox>
 #include <QLabel>
 #include <QSlider>
-#include <algorithm>
 #include <cmath>
 
 namespace altiro3D::viewer {
@@ -85,14 +86,11 @@ PaintBar::PaintBar(QWidget* parent) : QToolBar(parent) {
     connect(edges_, &QCheckBox::toggled, this, &PaintBar::changed);
 }
 
-QSlider* PaintBar::addSlider(const QString& label, const QString& tip, const QString& name) {
+QSlider* PaintBar::addSlider(const QString& label, const QString& tip, const char* name) {
     auto* words = new QLabel(" " + label + " ");
-    auto* slider = new QSlider(Qt::Horizontal);
+    auto* slider = named(new QSlider(Qt::Horizontal), name, QString(label).remove('&'), tip);
     slider->setRange(1, kSteps);
     slider->setMaximumWidth(110);
-    slider->setToolTip(tip);
-    slider->setObjectName(name);
-    slider->setAccessibleName(QString(label).remove('&'));
     words->setBuddy(slider);
     addWidget(words);
     addWidget(slider);

@@ -33,7 +33,7 @@ class PaintBar : public QToolBar {
     void discardWanted();
 
   private:
-    QSlider* addSlider(const QString& label, const QString& tip, const QString& name);
+    QSlider* addSlider(const QString& label, const QString& tip, const char* name);
     int& strengthOf(PaintTool tool) {
         return tool == PaintTool::Smooth || tool == PaintTool::Copy ? replace_ : lift_;
     }

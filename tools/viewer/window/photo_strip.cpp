@@ -35,8 +35,7 @@ QImage reducedJpeg(const fs::path& file, int side) {
 
 PhotoStrip::PhotoStrip(QWidget* parent)
     : QListView(parent), thumbnails_(new Thumbnails(devicePixelRatioF(), this)) {
-    setObjectName("strip");
-    setAccessibleName(tr("Strip of photos"));
+    named(this, "strip", tr("Strip of photos"));
     setModel(thumbnails_);
     setViewMode(QListView::IconMode);
     setMovement(QListView::Static);

@@ -29,7 +29,6 @@ class PictureView : public QWidget {
     /// @param radius of the brush, in widths of the picture
     void setPointer(Pointer pointer, double radius);
     Pointer pointer() const { return pointer_; }
-    /// Shows a headline and advice instead of a picture.
     void setWords(const QString& headline, const QString& advice);
 
     /// Shows a widget above the picture and owns it; null: none.

@@ -61,7 +61,7 @@ void VideoBar::buildControls() {
     }
     row->setStretchFactor(position_, 1);
     const auto tell = [](QWidget* control, const char* object, const QString& words) {
-        name(control, object, words, words);
+        named(control, object, words, words);
     };
     tell(play_, "playVideo", tr("Play or stop (P)"));
     tell(position_, "videoPosition", tr("Position in the video (Shift+Left, Shift+Right)"));

@@ -93,12 +93,14 @@ inline QString nameOf(Product product) {
     return QObject::tr(kProducts[static_cast<int>(product)].name);
 }
 
-/// Names a widget: for tests and styles, and for people, also for screen readers.
-inline void name(QWidget* widget, const char* object, const QString& words,
-                 const QString& tip = {}) {
+/// Names a widget for tests and styles, and for people, also for screen readers, which do not see
+/// what stands beside it. @return the widget
+template <class Widget>
+Widget* named(Widget* widget, const char* object, const QString& words, const QString& tip = {}) {
     widget->setObjectName(object);
     widget->setAccessibleName(words);
     widget->setToolTip(tip);
+    return widget;
 }
 
 } // namespace altiro3D::viewer

@@ -63,8 +63,8 @@ TEST(ViewerDocument, NamesOfHalvesCountIfTheHalvesAgree) {
     joinRgbd(eyes.left, ramp, DepthSide::Left, both);
     const Document rgbd = opened("a_rgbd.png", both);
     EXPECT_TRUE(samePicture(rgbd.picture, eyes.left));
-    EXPECT_EQ(rgbd.facts(), "Photo, 400 x 300 px, with depth (depth half of the picture (left, by "
-                            "its name, rgbd))");
+    EXPECT_EQ(rgbd.facts(), "Photo, 400 x 300 px; depth half of the picture (left, by "
+                            "its name, rgbd)");
     for (const char* name : {"b_LR.png", "b_rgbd.png"}) {
         const Document plain = opened(name, randomPhoto({90, 60}, 4));
         EXPECT_EQ(plain.facts(), "Photo, 90 x 60 px") << name;
@@ -106,7 +106,7 @@ TEST(ViewerDocument, DepthThatComesWithAPhotoIsUsed) {
     writePhotoWithDepth(directory / "a.jpg", photo, depth);
     const Document inside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
     EXPECT_EQ(inside.facts(),
-              "Photo, 90 x 60 px, with depth in the file (Dynamic Depth, 90 x 60 px)");
+              "Photo, 90 x 60 px; depth in the photo's file (Dynamic Depth, 90 x 60 px)");
     EXPECT_GT(inside.rawDepth.at<float>(30, 85), inside.rawDepth.at<float>(30, 5));
     cv::Mat small(6, 9, CV_8UC1, cv::Scalar(7));
     writeImage(directory / "a_depth.png", small); // flat: of no use
@@ -117,7 +117,8 @@ TEST(ViewerDocument, DepthThatComesWithAPhotoIsUsed) {
     small.colRange(0, 4) = 90;
     writeImage(directory / "a_depth.png", small);
     const Document beside = readDocument({directory / "a.jpg", {}, Reading::Automatic}, display);
-    EXPECT_EQ(beside.facts(), "Photo, 90 x 60 px, with depth beside it (a_depth.png)");
+    EXPECT_EQ(beside.facts(), "Photo, 90 x 60 px; depth image beside the photo (" +
+                                  (directory / "a_depth.png").string() + ")");
     EXPECT_EQ(beside.rawDepth.size(), cv::Size(9, 6));
 }
 
@@ -129,7 +130,9 @@ TEST(ViewerDocument, StereoPairsGetTheirDepthByMatching) {
     writeImage(directory / "r.jpg", eyes.right);
     spill(directory / "a.mpo", mpoFile(slurp(directory / "l.jpg"), slurp(directory / "r.jpg")));
     const Document mpo = readDocument({directory / "a.mpo", {}, Reading::Automatic}, display);
-    EXPECT_EQ(mpo.facts().find("Photo, 400 x 300 px, with depth of a stereo pair (MPO; shift "), 0u)
+    EXPECT_EQ(mpo.facts().find("Photo, 400 x 300 px; stereo pair (MPO), depth by "
+                               "matching; shift "),
+              0u)
         << mpo.facts();
     EXPECT_TRUE(mpo.notes.empty()) << mpo.notes.front().text;
     EXPECT_EQ(mpo.rawDepth.size(), eyes.left.size());

@@ -237,8 +237,9 @@ ALTIRO3D_EXPORT void refuseVrName(const std::filesystem::path& file);
 
 /// What storedDepthOr() takes from a photo's file.
 struct PhotoDepthOptions {
-    bool useDepth = true;   ///< Use depth in the file or next to it.
-    bool unblurred = false; ///< Read the sharp original where the file has one.
+    bool useDepth = true;    ///< Use depth in the file or next to it.
+    bool unblurred = false;  ///< Read the sharp original where the file has one.
+    bool namedHalves = true; ///< With useDepth: also readNamedHalves().
 };
 
 /// Depth that comes with the photo: first the depth image next to it (findDepthBeside()), then

@@ -49,35 +49,23 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
     return tools::isQuiltPicture(*found, size, display.quilt) ? Reading::Quilt : Reading::Photo;
 }
 
-template <typename Value, std::size_t N>
-std::optional<Value> find(const std::pair<Reading, Value> (&pairs)[N], Reading reading) {
-    for (const auto& [known, value] : pairs)
-        if (known == reading) return value;
-    return std::nullopt;
+// The side or layout of a reading from `first` to `last`, which are in the order of `Half`.
+template <typename Half>
+std::optional<Half> halfOf(Reading reading, Reading first, Reading last) {
+    if (reading < first || reading > last) return std::nullopt;
+    return static_cast<Half>(static_cast<int>(reading) - static_cast<int>(first));
 }
 
 std::optional<DepthSide> sideOf(Reading reading) {
-    constexpr std::pair<Reading, DepthSide> kSides[] = {{Reading::RgbdRight, DepthSide::Right},
-                                                        {Reading::RgbdLeft, DepthSide::Left},
-                                                        {Reading::RgbdTop, DepthSide::Top},
-                                                        {Reading::RgbdBottom, DepthSide::Bottom}};
-    return find(kSides, reading);
+    return halfOf<DepthSide>(reading, Reading::RgbdRight, Reading::RgbdBottom);
 }
 
 std::optional<StereoLayout> eyesOf(Reading reading) {
-    constexpr std::pair<Reading, StereoLayout> kEyes[] = {
-        {Reading::EyesLeftRight, StereoLayout::LeftRight},
-        {Reading::EyesRightLeft, StereoLayout::RightLeft},
-        {Reading::EyesTopBottom, StereoLayout::TopBottom}};
-    return find(kEyes, reading);
+    return halfOf<StereoLayout>(reading, Reading::EyesLeftRight, Reading::EyesTopBottom);
 }
 
 Document documentOfViews(const Source& source, const Display& display) {
-    const std::vector<fs::path> files = listImages(source.file);
-    if (files.empty()) {
-        throw Error(ErrorCode::NotFound, source.file.string(),
-                    "holds no pictures, expected one file for each view");
-    }
+    const std::vector<fs::path> files = tools::listViews(source.file);
     Document document;
     document.source = source;
     document.kind = Kind::Quilt;
@@ -92,15 +80,14 @@ Document documentOfViews(const Source& source, const Display& display) {
 }
 
 // The left picture is shown; pairs that do not match have no depth.
-void addPair(Document& document, const StereoPair& pair, Notes& notes) {
+void addPair(Document& document, const StereoPair& pair) {
     document.picture = pair.left;
     document.origin = DepthOrigin::Matched;
     const StereoMatch match =
         matchStereo(pair.left, pair.right, document.rawDepth, &document.hidden);
-    const Notes remarks = match.remarks(pair.origin);
-    notes.insert(notes.end(), remarks.begin(), remarks.end());
+    document.notes = match.remarks(pair.origin);
     if (match.isReliable) {
-        document.depthOrigin = "of a stereo pair (" + pair.origin + "; " + match.text() + ")";
+        document.depthOrigin = "stereo pair (" + pair.origin + "), " + match.text();
     } else {
         document.rawDepth.release();
     }
@@ -120,47 +107,37 @@ void checkDirection(const Document& document, Notes& notes) {
     notes.push_back({NoteCode::Inverted, tools::invertedText(file, DepthKind::NearWhite, isHalf)});
 }
 
-bool takeDepthBeside(Document& document, Notes& notes) {
-    const fs::path beside = findDepthBeside(document.source.file);
-    if (beside.empty()) return false;
-    std::string problem;
-    try {
-        document.rawDepth = readDepthSamples(beside, &notes);
-        problem = reasonAgainstDepth(document.rawDepth, document.picture.size());
-        if (!problem.empty()) problem = beside.string() + ": is not used as depth: " + problem;
-    } catch (const Error& error) {
-        if (error.code() == ErrorCode::OutOfMemory) throw;
-        problem = std::string(error.what()) + "; it is not used";
-    }
-    if (problem.empty()) {
-        document.depthOrigin = "beside it (" + beside.filename().string() + ")";
-        return true;
-    }
-    document.rawDepth.release();
-    notes.push_back({NoteCode::LeftOut, problem});
-    return false;
-}
+// Gives the photo that is read already, for depth that comes with it.
+class ReadPhotoSource : public DepthSource {
+  public:
+    explicit ReadPhotoSource(const cv::Mat& photo) { found_.photo = photo; }
 
-// Depth that comes with the photo.
+    std::string description() const override { return {}; }
+    DepthKind kind() const override { return DepthKind::NearWhite; }
+    PhotoDepth readPhoto(const PhotoFile& /*file*/, Notes* /*notes*/) override { return found_; }
+    void read(const cv::Mat& /*image*/, cv::Mat& /*photo*/, cv::Mat& /*raw*/) override {}
+
+  private:
+    PhotoDepth found_;
+};
+
 void addPhotoDepth(Document& document, const PhotoFile& file, Notes& notes) {
-    if (takeDepthBeside(document, notes)) return;
-    if (const auto depth = readEmbeddedDepth(file, &notes)) {
-        document.rawDepth = depth->depth;
-        document.depthOrigin = "in the file (" + depth->text() + ")";
-    } else if (const auto pair = readStereoPair(file, &notes)) {
-        notes.erase(std::remove_if(notes.begin(), notes.end(), // the second picture is used
+    PhotoDepthOptions options;
+    options.namedHalves = document.source.reading == Reading::Automatic;
+    Notes own;
+    PhotoDepth found = storedDepthOr(std::make_shared<ReadPhotoSource>(document.picture), options)
+                           ->readPhoto(file, &own);
+    if (found.origin == DepthOrigin::Matched) { // the second picture is used
+        notes.erase(std::remove_if(notes.begin(), notes.end(),
                                    [](const Note& note) { return note.code == NoteCode::LeftOut; }),
                     notes.end());
-        addPair(document, *pair, notes);
-    } else if (document.source.reading != Reading::Automatic) {
-        return;
-    } else if (auto halves = readNamedHalves(file, document.picture, &notes)) {
-        document.picture = halves->photo;
-        document.rawDepth = halves->rawDepth;
-        document.hidden = std::move(halves->hidden);
-        document.origin = halves->origin;
-        document.depthOrigin = "(" + halves->text + ")";
     }
+    notes.insert(notes.end(), own.begin(), own.end());
+    document.picture = found.photo;
+    document.rawDepth = found.rawDepth;
+    document.hidden = std::move(found.hidden);
+    document.origin = found.origin;
+    document.depthOrigin = found.text;
 }
 
 // Whether the files of a folder are views of one scene.
@@ -189,8 +166,9 @@ std::string Document::facts() const {
         break;
     }
     return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
-           (rawDepth.empty() ? "" : ", with depth") +
-           (depthOrigin.empty() ? "" : " " + depthOrigin);
+           (rawDepth.empty()      ? ""
+            : depthOrigin.empty() ? ", with depth"
+                                  : "; " + depthOrigin);
 }
 
 const std::vector<std::string>& pictureEndings() {
@@ -249,8 +227,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
     }
     document.picture = eightBit(picture);
     if (const auto eyes = eyesOf(reading)) {
-        addPair(document, splitStereoPair(document.picture, *eyes, halvesOf(source.file)),
-                document.notes);
+        addPair(document, splitStereoPair(document.picture, *eyes, halvesOf(source.file)));
     } else if (reading == Reading::Quilt) {
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
@@ -285,8 +262,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
 }
 
 Document readDocument(const Source& source, const Display& display) {
-    std::error_code error;
-    if (fs::is_directory(source.file, error)) return documentOfViews(source, display);
+    if (tools::isDirectory(source.file)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);
         Document document = documentOf(source, firstPicture(source.file), display);

@@ -59,7 +59,7 @@ struct Document {
     int scene = 0;
     Notes notes; ///< Remarks about the files.
 
-    /// "Photo, 900 x 1200 px, with depth in the file (GDepth, 768 x 1024 px)"
+    /// "Photo, 900 x 1200 px; depth in the photo's file (GDepth, 768 x 1024 px)"
     std::string facts() const;
 };
 

@@ -142,6 +142,7 @@ class PhotoDepthSource : public FoundDepthSource {
         if (!options_.useDepth || !found.rawDepth.empty()) return withPhoto(found, photo, notes);
         addNotes(notes, found.notes);
         if (pair) return withPhoto(matchPair(*pair, file), photo, notes);
+        if (!options_.namedHalves) return withPhoto({}, photo, notes);
         Notes own;
         const std::optional<PhotoDepth> halves = readNamedHalves(file, photo, &own);
         putNameBefore(own, file.path());

@@ -122,6 +122,13 @@ auto orOutOfMemory(const std::string& subject, const std::string& problem, const
     }
 }
 
+/// orOutOfMemory() for a file of a picture.
+template <class Work>
+auto withinMemory(const std::filesystem::path& file, const Work& work) {
+    return orOutOfMemory(file.string(), "does not fit into memory, expected a smaller picture",
+                         work);
+}
+
 /// Adds a remark for a caller who wants remarks.
 inline void addNote(Notes* notes, NoteCode code, const std::string& text) {
     if (notes != nullptr) notes->push_back({code, text});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -27,6 +28,12 @@ enum class AlphaKind {
     Straight,      ///< Colours are independent of alpha.
     Premultiplied, ///< Colours are already multiplied by alpha.
     Unstated       ///< The file does not state it.
+};
+
+/// Why a picture file cannot be read: half a sentence, without the name of the file.
+class PictureFailure : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
 };
 
 /// Whether libheif reads a format.

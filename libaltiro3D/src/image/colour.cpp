@@ -2,7 +2,7 @@
 
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
-#include "image/jpeg_walk.hpp"
+#include "image/file_walk.hpp"
 #include "image/tiff_file.hpp"
 
 #include <algorithm>
@@ -19,20 +19,11 @@ using std::string_view;
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{16} << 20; // the largest in use have 3 MB
 
-// A copy of a profile; empty if it is longer than one may be.
-std::string profileOf(string_view part) {
-    return part.size() <= kMaxProfileBytes ? std::string(part) : std::string();
-}
-
 ColourFacts ofPng(string_view bytes) {
     const ByteReader reader(bytes, false);
     ColourFacts facts;
     bool hasProfile = false;
-    for (std::uint64_t at = 8; reader.holds(at, 12);) {
-        const std::uint64_t size = reader.u32(at);
-        const std::uint64_t data = at + 8;
-        const string_view name = reader.text(at + 4, 4);
-        if (!reader.holds(data, size + 4) || name == "IDAT") break; // colours come first
+    walkPng(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
         if (name == "cICP" && size == 4) {
             facts.code = ColourCode{static_cast<int>(reader.u8(data)),
                                     static_cast<int>(reader.u8(data + 1))};
@@ -51,8 +42,8 @@ ColourFacts ofPng(string_view bytes) {
             for (unsigned i = 0; i < 8; ++i)
                 (*facts.chromaticities)[i] = reader.u32(data + std::uint64_t{4} * i) / 100000.0;
         }
-        at = data + size + 4;
-    }
+        return name != "IDAT"; // colours come first
+    });
     return facts;
 }
 
@@ -73,23 +64,20 @@ std::string iccOfJpeg(string_view bytes) {
 }
 
 std::string iccOfWebP(string_view bytes) {
-    const ByteReader reader(bytes, true);
-    for (std::uint64_t at = 12; reader.holds(at, 8);) {
-        const std::uint64_t size = reader.u32(at + 4);
-        if (reader.text(at, 4) == "ICCP") return profileOf(reader.text(at + 8, size));
-        at += 8 + size + (size & 1);
-    }
-    return {};
+    std::string profile;
+    walkWebP(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
+        if (name != "ICCP") return true;
+        if (size <= kMaxProfileBytes) profile = ByteReader(bytes, true).text(data, size);
+        return false;
+    });
+    return profile;
 }
 
 ColourFacts ofTiff(string_view bytes) {
+    const TiffFile file(bytes);
     ColourFacts facts;
-    try {
-        const TiffFile file(bytes);
-        facts.icc = file.iccProfile();
-        if (file.facts().isLight) facts.gamma = 1;
-    } catch (const TiffFailure&) { // decoding reports it
-    }
+    facts.icc = file.iccProfile();
+    if (file.facts().isLight) facts.gamma = 1;
     return facts;
 }
 
@@ -127,25 +115,20 @@ ColourFacts ofHdr(string_view bytes) {
     return facts;
 }
 
-ColourFacts ofHeif(string_view bytes) {
-    try {
-        return readColourFacts(HeifFile(bytes));
-    } catch (const HeifFailure&) { // decoding reports it
-        return {};
-    }
-}
-
 } // namespace
 
 ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
-    if (isHeif(format)) return ofHeif(bytes);
-    if (format == ImageFormat::Png) return ofPng(bytes);
-    if (format == ImageFormat::Tiff) return ofTiff(bytes);
-    if (format == ImageFormat::Exr) return ofExr(bytes);
-    if (format == ImageFormat::Hdr) return ofHdr(bytes);
     ColourFacts facts;
-    if (format == ImageFormat::Jpeg) facts.icc = iccOfJpeg(bytes);
-    if (format == ImageFormat::WebP) facts.icc = iccOfWebP(bytes);
+    try {
+        if (isHeif(format)) return readColourFacts(HeifFile(bytes));
+        if (format == ImageFormat::Png) return ofPng(bytes);
+        if (format == ImageFormat::Tiff) return ofTiff(bytes);
+        if (format == ImageFormat::Exr) return ofExr(bytes);
+        if (format == ImageFormat::Hdr) return ofHdr(bytes);
+        if (format == ImageFormat::Jpeg) facts.icc = iccOfJpeg(bytes);
+        if (format == ImageFormat::WebP) facts.icc = iccOfWebP(bytes);
+    } catch (const PictureFailure&) { // decoding reports it
+    }
     return facts;
 }
 

@@ -32,7 +32,7 @@ ColourFacts readColourFacts(std::string_view bytes, ImageFormat format);
 
 /// The same for a picture of a HEIC or AVIF file.
 /// @param item its number; not given: the main picture
-/// @throws HeifFailure (no such picture)
+/// @throws PictureFailure (no such picture)
 ColourFacts readColourFacts(const HeifFile& file, std::optional<std::uint32_t> item = std::nullopt);
 
 /// Converts a picture to sRGB: relative colorimetric with black point compensation (lcms2). PQ and

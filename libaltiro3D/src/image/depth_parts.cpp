@@ -3,7 +3,7 @@
 #include "base/byte_reader.hpp"
 #include "base/image_format.hpp"
 #include "base/text.hpp"
-#include "image/jpeg_walk.hpp"
+#include "image/file_walk.hpp"
 #include "image/xmp.hpp"
 
 #include <algorithm>

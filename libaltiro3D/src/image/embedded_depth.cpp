@@ -75,15 +75,14 @@ std::optional<RawDepth> depthOfHeif(string_view bytes, ImageFormat format) {
     raw.part.form =
         format == ImageFormat::Avif ? EmbeddedDepthForm::Avif : EmbeddedDepthForm::AppleHeic;
     try {
-        const HeifFile file(bytes);
-        if (!file.hasDepth()) return std::nullopt;
-        const HeifDepth depth = file.decodeDepth(kMaxDepthPixels);
-        raw.samples = depth.samples;
-        raw.part.isNearBright = !depth.isDistance;
-        raw.part.isDistance = depth.isDistance;
-        raw.part.nearest = depth.zNear;
-        raw.part.farthest = depth.zFar;
-    } catch (const HeifFailure& failure) {
+        const std::optional<HeifDepth> depth = HeifFile(bytes).decodeDepth(kMaxDepthPixels);
+        if (!depth) return std::nullopt;
+        raw.samples = depth->samples;
+        raw.part.isNearBright = !depth->isDistance;
+        raw.part.isDistance = depth->isDistance;
+        raw.part.nearest = depth->zNear;
+        raw.part.farthest = depth->zFar;
+    } catch (const PictureFailure& failure) {
         raw.failure = failure.what();
     }
     return raw;
@@ -152,12 +151,6 @@ cv::Size uprightSize(const ImageHeader& header) {
     return header.orientation >= 5 ? cv::Size(size.height, size.width) : size;
 }
 
-template <class Work>
-auto reading(const fs::path& path, const Work& work) {
-    return orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture",
-                         work);
-}
-
 void addUnused(Notes* notes, const std::string& what, const std::string& why) {
     addNote(notes, NoteCode::LeftOut, what + " in the file is not used: " + why);
 }
@@ -210,7 +203,7 @@ std::string EmbeddedDepth::text() const {
 }
 
 std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* notes) {
-    return reading(photo.path(), [&]() -> std::optional<EmbeddedDepth> {
+    return withinMemory(photo.path(), [&]() -> std::optional<EmbeddedDepth> {
         const string_view bytes = photo.look();
         const ImageFormat format = imageFormat(bytes);
         std::optional<RawDepth> raw;
@@ -248,7 +241,7 @@ std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* no
 }
 
 cv::Mat readUnblurredPhoto(const PhotoFile& photo, Notes* notes) {
-    return reading(photo.path(), [&]() -> cv::Mat {
+    return withinMemory(photo.path(), [&]() -> cv::Mat {
         const string_view bytes = photo.look();
         if (imageFormat(bytes) != ImageFormat::Jpeg) return {};
         std::string decoded;
@@ -290,7 +283,7 @@ void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo
                     "has " + sizeText(depth.size()) + " px, expected the shape of the photo's " +
                         sizeText(photo.size()) + " px");
     }
-    orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture", [&] {
+    withinMemory(path, [&] {
         cv::Mat dark = depth.clone();
         cv::patchNaNs(dark, 0);
         cv::min(dark, 1, dark); // huge values would leave the range of int

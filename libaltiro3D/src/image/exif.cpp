@@ -4,6 +4,7 @@
 #include "base/pixel_rows.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <libexif/exif-data.h>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -35,24 +36,14 @@ std::string rawProfile(string_view text) {
     if (name == string_view::npos) return bytes;
     const std::size_t length = text.find('\n', name + 1);
     if (length == string_view::npos) return bytes;
-    int high = -1;
+    std::string digits;
     for (const char c : text.substr(length + 1)) {
-        int digit = 0;
-        if (c >= '0' && c <= '9') {
-            digit = c - '0';
-        } else if (c >= 'a' && c <= 'f') {
-            digit = c - 'a' + 10;
-        } else if (c >= 'A' && c <= 'F') {
-            digit = c - 'A' + 10;
-        } else {
-            continue;
-        }
-        if (high < 0) {
-            high = digit;
-        } else {
-            bytes.push_back(static_cast<char>(high * 16 + digit));
-            high = -1;
-        }
+        if (string_view("0123456789abcdefABCDEF").find(c) != string_view::npos) digits += c;
+    }
+    for (std::size_t i = 0; i + 1 < digits.size(); i += 2) {
+        unsigned char byte = 0;
+        std::from_chars(digits.data() + i, digits.data() + i + 2, byte, 16);
+        bytes.push_back(static_cast<char>(byte));
     }
     return bytes;
 }

@@ -1,6 +1,7 @@
 #include "image/heif_file.hpp"
 
 #include "altiro3D/image_io.hpp"
+#include "base/image_format.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -30,7 +31,7 @@ struct Release {
     void operator()(const heif_image* image) const { heif_image_release(image); }
 };
 using Context = std::unique_ptr<heif_context, Release>;
-using Handle = std::unique_ptr<const heif_image_handle, Release>;
+using Handle = std::shared_ptr<const heif_image_handle>;
 using Image = std::unique_ptr<const heif_image, Release>;
 
 void require(const heif_error& error) {
@@ -41,7 +42,7 @@ void require(const heif_error& error) {
     }
     std::string text = error.message != nullptr ? error.message : "no reason given";
     std::replace(text.begin(), text.end(), '\n', ' ');
-    throw HeifFailure("libheif: " + text.substr(0, kMaxMessage));
+    throw PictureFailure("libheif: " + text.substr(0, kMaxMessage));
 }
 
 // A private copy of a plane; 9 to 15 bits become 16.
@@ -52,7 +53,7 @@ cv::Mat planeOf(const heif_image& image, heif_channel channel, int channels) {
     const int rows = heif_image_get_height(&image, channel);
     const int bits = heif_image_get_bits_per_pixel_range(&image, channel);
     if (data == nullptr || columns < 1 || rows < 1 || bits < 1 || bits > 16 || step < 1) {
-        throw HeifFailure("the decoder gave no picture");
+        throw PictureFailure("the decoder gave no picture");
     }
     const int type = CV_MAKETYPE(bits > 8 ? CV_16U : CV_8U, channels);
     const cv::Mat plane(rows, columns, type, const_cast<std::uint8_t*>(data),
@@ -73,12 +74,12 @@ Image decoded(const heif_image_handle& handle, heif_colorspace space, heif_chrom
     return Image(image);
 }
 
-// @throws HeifFailure
+// @throws PictureFailure
 void requireSize(const heif_image_handle& handle, const std::string& what, double maxPixels) {
     const double columns = heif_image_handle_get_width(&handle);
     const double rows = heif_image_handle_get_height(&handle);
     if (columns >= 1 && rows >= 1 && columns * rows <= maxPixels) return;
-    throw HeifFailure(what + " has " + numberText(columns) + " x " + numberText(rows) + " px");
+    throw PictureFailure(what + " has " + numberText(columns) + " x " + numberText(rows) + " px");
 }
 
 // The picture as BGR or BGRA.
@@ -106,19 +107,20 @@ Context contextOf(string_view bytes, heif_error& error) {
     return context;
 }
 
-// @throws HeifFailure (no such picture)
-Handle handleOf(heif_context& context, std::uint32_t item) {
-    heif_image_handle* opened = nullptr;
-    require(heif_context_get_image_handle(&context, item, &opened));
-    return Handle(opened);
-}
-
 } // namespace
 
 struct HeifFile::Impl {
     std::string repaired; // of iOS 18
     Context context;
     Handle handle; // of the main picture
+
+    // @throws PictureFailure (no such picture)
+    Handle handleOf(std::optional<std::uint32_t> item) const {
+        if (!item) return handle;
+        heif_image_handle* opened = nullptr;
+        require(heif_context_get_image_handle(context.get(), *item, &opened));
+        return Handle(opened, Release());
+    }
 };
 
 bool hasHeif() {
@@ -134,10 +136,10 @@ HeifFile::HeifFile(string_view bytes) : impl_(std::make_unique<Impl>()) {
     }
     require(error);
     const std::string problem = heifProblem(bytes, kMaxImagePixels);
-    if (!problem.empty()) throw HeifFailure(problem);
+    if (!problem.empty()) throw PictureFailure(problem);
     heif_image_handle* handle = nullptr;
     require(heif_context_get_primary_image_handle(impl_->context.get(), &handle));
-    impl_->handle.reset(handle);
+    impl_->handle.reset(handle, Release());
 }
 
 HeifFile::~HeifFile() = default;
@@ -166,21 +168,19 @@ std::string HeifFile::exif() const {
 }
 
 std::string HeifFile::iccProfile(std::optional<std::uint32_t> item) const {
-    const Handle other = item ? handleOf(*impl_->context, *item) : Handle();
-    const heif_image_handle* const handle = item ? other.get() : impl_->handle.get();
-    const heif_color_profile_type type = heif_image_handle_get_color_profile_type(handle);
+    const Handle handle = impl_->handleOf(item);
+    const heif_color_profile_type type = heif_image_handle_get_color_profile_type(handle.get());
     if (type != heif_color_profile_type_prof && type != heif_color_profile_type_rICC) return {};
-    std::string profile(heif_image_handle_get_raw_color_profile_size(handle), '\0');
+    std::string profile(heif_image_handle_get_raw_color_profile_size(handle.get()), '\0');
     if (profile.empty() || profile.size() > kMaxMetadataBytes) return {};
-    require(heif_image_handle_get_raw_color_profile(handle, profile.data()));
+    require(heif_image_handle_get_raw_color_profile(handle.get(), profile.data()));
     return profile;
 }
 
 std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> item) const {
-    const Handle other = item ? handleOf(*impl_->context, *item) : Handle();
+    const Handle handle = impl_->handleOf(item);
     heif_color_profile_nclx* nclx = nullptr;
-    const heif_error error =
-        heif_image_handle_get_nclx_color_profile(item ? other.get() : impl_->handle.get(), &nclx);
+    const heif_error error = heif_image_handle_get_nclx_color_profile(handle.get(), &nclx);
     if (error.code != heif_error_Ok || nclx == nullptr) return std::nullopt;
     const ColourCode colours{nclx->color_primaries, nclx->transfer_characteristics};
     heif_nclx_color_profile_free(nclx);
@@ -191,29 +191,19 @@ bool HeifFile::isPremultiplied() const {
     return heif_image_handle_is_premultiplied_alpha(impl_->handle.get()) != 0;
 }
 
-bool HeifFile::hasDepth() const {
-    return heif_image_handle_has_depth_image(impl_->handle.get()) != 0;
-}
-
-cv::Mat HeifFile::decode() const {
-    return pictureOf(*impl_->context, *impl_->handle);
-}
-
-cv::Mat HeifFile::decodeItem(std::uint32_t item, double maxPixels) const {
-    const Handle handle = handleOf(*impl_->context, item);
-    requireSize(*handle, "its picture " + std::to_string(item), maxPixels);
+cv::Mat HeifFile::decode(std::optional<std::uint32_t> item) const {
+    const Handle handle = impl_->handleOf(item);
+    if (item) requireSize(*handle, "its picture " + std::to_string(*item), kMaxImagePixels);
     return pictureOf(*impl_->context, *handle);
 }
 
-HeifDepth HeifFile::decodeDepth(double maxPixels) const {
+std::optional<HeifDepth> HeifFile::decodeDepth(double maxPixels) const {
     const heif_image_handle* const photo = impl_->handle.get();
     heif_item_id id = 0;
-    if (heif_image_handle_get_list_of_depth_image_IDs(photo, &id, 1) < 1) {
-        throw HeifFailure("it has no depth image");
-    }
+    if (heif_image_handle_get_list_of_depth_image_IDs(photo, &id, 1) < 1) return std::nullopt;
     heif_image_handle* opened = nullptr;
     require(heif_image_handle_get_depth_image_handle(photo, id, &opened));
-    const Handle handle(opened);
+    const Handle handle(opened, Release());
     requireSize(*handle, "its depth image", maxPixels);
     HeifDepth depth;
     const Image image = decoded(*handle, heif_colorspace_undefined, heif_chroma_undefined);
@@ -240,7 +230,7 @@ bool hasHeif() {
 }
 
 HeifFile::HeifFile(std::string_view /*bytes*/) {
-    throw HeifFailure("this build has no libheif");
+    throw PictureFailure("this build has no libheif");
 }
 
 HeifFile::~HeifFile() = default;
@@ -269,20 +259,12 @@ bool HeifFile::isPremultiplied() const {
     return false;
 }
 
-bool HeifFile::hasDepth() const {
-    return false;
-}
-
-cv::Mat HeifFile::decode() const {
+cv::Mat HeifFile::decode(std::optional<std::uint32_t> /*item*/) const {
     return {};
 }
 
-cv::Mat HeifFile::decodeItem(std::uint32_t /*item*/, double /*maxPixels*/) const {
-    return {};
-}
-
-HeifDepth HeifFile::decodeDepth(double /*maxPixels*/) const {
-    return {};
+std::optional<HeifDepth> HeifFile::decodeDepth(double /*maxPixels*/) const {
+    return std::nullopt;
 }
 
 #endif

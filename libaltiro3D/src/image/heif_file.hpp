@@ -5,7 +5,6 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -13,12 +12,6 @@ namespace altiro3D {
 
 /// Whether this build reads HEIC and AVIF files: whether libheif was there when it was built.
 bool hasHeif();
-
-/// Why a HEIC or AVIF file cannot be read: half a sentence, without the name of the file.
-class HeifFailure : public std::runtime_error {
-  public:
-    using std::runtime_error::runtime_error;
-};
 
 /// Colours as ITU-T H.273 numbers them.
 struct ColourCode {
@@ -43,7 +36,7 @@ class HeifFile {
   public:
     /// Reads the structure of the file, and decodes nothing.
     /// @param bytes the whole file; must outlive the object
-    /// @throws HeifFailure
+    /// @throws PictureFailure
     explicit HeifFile(std::string_view bytes);
     ~HeifFile();
     HeifFile(const HeifFile&) = delete;
@@ -57,32 +50,25 @@ class HeifFile {
     std::string exif() const;
     /// The ICC profile of a picture; empty if there is none.
     /// @param item its number; not given: the main picture
-    /// @throws HeifFailure (no such picture)
+    /// @throws PictureFailure (no such picture)
     std::string iccProfile(std::optional<std::uint32_t> item = std::nullopt) const;
     /// The colours of a picture if the file states them as numbers. @param item as iccProfile()
     std::optional<ColourCode> colours(std::optional<std::uint32_t> item = std::nullopt) const;
     /// Whether the colours are multiplied by alpha.
     bool isPremultiplied() const;
-    /// Whether there is a depth image.
-    bool hasDepth() const;
 
-    /// Decodes the main picture, upright.
+    /// Decodes a picture, upright.
+    /// @param item as iccProfile(); more than kMaxImagePixels are refused before allocation
     /// @return [rows x cols, CV_8UC3, CV_8UC4, CV_16UC3 or CV_16UC4, BGR and alpha]; samples of 9
     ///         to 15 bits are scaled to 16
-    /// @throws HeifFailure; std::bad_alloc
-    cv::Mat decode() const;
-
-    /// Decodes another picture of the file, upright.
-    /// @param item its number
-    /// @param maxPixels larger ones are refused before allocation
-    /// @return as decode()
-    /// @throws HeifFailure (also without such a picture); std::bad_alloc
-    cv::Mat decodeItem(std::uint32_t item, double maxPixels) const;
+    /// @throws PictureFailure (also without such a picture); std::bad_alloc
+    cv::Mat decode(std::optional<std::uint32_t> item = std::nullopt) const;
 
     /// Decodes the depth image, upright.
     /// @param maxPixels larger ones are refused before allocation
-    /// @throws HeifFailure (also without a depth image); std::bad_alloc
-    HeifDepth decodeDepth(double maxPixels) const;
+    /// @return nothing if there is none
+    /// @throws PictureFailure; std::bad_alloc
+    std::optional<HeifDepth> decodeDepth(double maxPixels) const;
 
   private:
     struct Impl;

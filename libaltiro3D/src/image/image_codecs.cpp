@@ -1,6 +1,7 @@
 #include "image/image_codecs.hpp"
 
 #include "base/byte_reader.hpp"
+#include "image/file_walk.hpp"
 #include "image/image_header.hpp"
 #include "image/opencv_codecs.hpp"
 
@@ -137,17 +138,12 @@ struct WebPFrame {
 WebPFrame firstWebPFrame(std::string_view bytes) {
     constexpr std::uint64_t kFrameHeader = 16;
     const ByteReader reader(bytes, true);
-    for (std::uint64_t at = 12; reader.holds(at, 8);) {
-        const std::uint64_t size = reader.u32(at + 4);
-        const std::uint64_t data = at + 8;
-        if (reader.text(at, 4) != "ANMF" || size < kFrameHeader || !reader.holds(data, size)) {
-            at = data + size + (size & 1);
-            continue;
-        }
+    WebPFrame frame;
+    walkWebP(bytes, [&](std::string_view name, std::uint64_t data, std::uint64_t size) {
+        if (name != "ANMF" || size < kFrameHeader || !reader.holds(data, size)) return true;
         const auto number = [&](std::uint64_t offset) {
             return static_cast<int>(reader.number(data + offset, 3));
         };
-        WebPFrame frame;
         frame.area = {2 * number(0), 2 * number(3), number(6) + 1, number(9) + 1};
         const std::string_view chunks = reader.text(data + kFrameHeader, size - kFrameHeader);
         std::string body = "WEBP";
@@ -157,9 +153,9 @@ WebPFrame firstWebPFrame(std::string_view bytes) {
         }
         body += chunks;
         frame.file = "RIFF" + littleEndian(body.size(), 4) + body;
-        return frame;
-    }
-    return {};
+        return false;
+    });
+    return frame;
 }
 
 // a * b / largest, rounded; 8 and 16 bits.

@@ -3,8 +3,8 @@
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
+#include "image/file_walk.hpp"
 #include "image/heif_file.hpp"
-#include "image/jpeg_walk.hpp"
 #include "image/tiff_file.hpp"
 
 #include <algorithm>
@@ -41,12 +41,8 @@ void readPng(string_view bytes, ImageHeader& header) {
     ExifFacts exif;
     ExifFacts text;
     unsigned textProfiles = 0;
-    for (std::uint64_t at = 8; reader.holds(at, 12);) {
-        const std::uint64_t size = reader.u32(at);
-        const string_view name = reader.text(at + 4, 4);
-        const string_view chunk = reader.text(at + 8, size);
-        const std::uint64_t data = at + 8;
-        if (!reader.holds(data, size + 4)) break;
+    walkPng(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
+        const string_view chunk = reader.text(data, size);
         if (name == "IHDR" && size >= 13 && !hasStart) { // decoders also use the first one
             hasStart = true;
             header.columns = reader.u32(data);
@@ -70,12 +66,10 @@ void readPng(string_view bytes, ImageHeader& header) {
                 ++textProfiles;
                 text = completed(text, *facts);
             }
-        } else if (name == "IEND") {
-            hasEnd = true;
-            break;
         }
-        at = data + size + 4;
-    }
+        hasEnd = name == "IEND";
+        return !hasEnd;
+    });
     useExif(completed(exif, text), header);
     header.isCutOff = !hasEnd;
 }
@@ -126,22 +120,18 @@ void readJpeg(string_view bytes, ImageHeader& header) {
 // --------------------------------------------------------------------------------------- TIFF
 
 void readTiff(string_view bytes, ImageHeader& header) {
-    try {
-        const TiffFacts facts = TiffFile(bytes).facts();
-        header.columns = facts.columns;
-        header.rows = facts.rows;
-        header.orientation = validOrientation(facts.orientation);
-        header.pictures = facts.pages;
-        header.alpha = facts.alpha;
-        header.isCmyk = facts.colours == TiffColours::Inks;
-        header.isSigned = facts.isSigned;
-        header.largestSample = facts.largestSample;
-        header.unusedChannels = facts.unusedChannels;
-        header.unreadable = facts.unreadable;
-        if (facts.isDng) header.otherFormat = "DNG";
-    } catch (const TiffFailure& failure) {
-        header.decoderMessage = failure.what();
-    }
+    const TiffFacts facts = TiffFile(bytes).facts();
+    header.columns = facts.columns;
+    header.rows = facts.rows;
+    header.orientation = validOrientation(facts.orientation);
+    header.pictures = facts.pages;
+    header.alpha = facts.alpha;
+    header.isCmyk = facts.colours == TiffColours::Inks;
+    header.isSigned = facts.isSigned;
+    header.largestSample = facts.largestSample;
+    header.unusedChannels = facts.unusedChannels;
+    header.unreadable = facts.unreadable;
+    if (facts.isDng) header.otherFormat = "DNG";
 }
 
 // Raw pictures of cameras are TIFF files with other extensions.
@@ -161,10 +151,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, true);
     bool hasPicture = false;
     unsigned frames = 0;
-    for (std::uint64_t at = 12; reader.holds(at, 8);) {
-        const string_view name = reader.text(at, 4);
-        const std::uint64_t size = reader.u32(at + 4);
-        const std::uint64_t data = at + 8;
+    walkWebP(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
         if (name == "VP8X") {
             header.isAnimated = (reader.u8(data) & 2u) != 0;
             if (header.columns == 0) {
@@ -190,8 +177,8 @@ void readWebP(string_view bytes, ImageHeader& header) {
             useExif(readExif(reader.text(data, size)), header);
         }
         if (!reader.holds(data, size)) header.isCutOff = true;
-        at = data + size + (size & 1);
-    }
+        return true;
+    });
     header.pictures = std::max(1u, frames);
     if (!hasPicture && frames == 0) header.isCutOff = true;
 }
@@ -333,15 +320,11 @@ void readJpeg2000(string_view bytes, ImageHeader& header) {
 
 // Turning and mirroring belong to the format and are done by its decoder; EXIF only repeats them.
 void readHeif(string_view bytes, ImageHeader& header) {
-    try {
-        const HeifFile file(bytes);
-        header.columns = static_cast<std::uint64_t>(file.size().width);
-        header.rows = static_cast<std::uint64_t>(file.size().height);
-        header.pictures = std::max(file.pictures(), heifFrames(bytes));
-        header.focalLength35mm = readExif(file.exif()).focalLength35mm;
-    } catch (const HeifFailure& failure) {
-        header.decoderMessage = failure.what();
-    }
+    const HeifFile file(bytes);
+    header.columns = static_cast<std::uint64_t>(file.size().width);
+    header.rows = static_cast<std::uint64_t>(file.size().height);
+    header.pictures = std::max(file.pictures(), heifFrames(bytes));
+    header.focalLength35mm = readExif(file.exif()).focalLength35mm;
 }
 
 void readUnknown(string_view bytes, ImageHeader& header) {
@@ -359,7 +342,11 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
     ImageHeader header;
     header.format = imageFormat(bytes);
     const ImageFormat format = header.format;
-    kReaders[static_cast<int>(format)](bytes, header);
+    try {
+        kReaders[static_cast<int>(format)](bytes, header);
+    } catch (const PictureFailure& failure) {
+        header.decoderMessage = failure.what();
+    }
     if (format == ImageFormat::Jpeg && extension == ".mpo")
         header.pictures = 2; // at least; the first one is used
     if (format == ImageFormat::Tiff) nameRaw(extension, header);

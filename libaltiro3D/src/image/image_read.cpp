@@ -130,39 +130,30 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
     }
 }
 
-cv::Mat decodeHeif(const fs::path& path, ImageHeader& header, const std::string& bytes) {
-    try {
+// [1, 2, 3 or 4 channels, CV_8U, CV_16U or CV_32F]; four are BGR and alpha, or inks of 8 bits
+cv::Mat decodeTiff(const std::string& bytes) {
+    TiffFile file(bytes);
+    cv::Mat picture = file.decode();
+    switch (file.facts().colours) {
+    case TiffColours::Inks:
+        return picture.depth() == CV_16U ? toEightBits(picture) : picture;
+    case TiffColours::Lab:
+        return labToSrgb(picture);
+    case TiffColours::LightXyz:
+        return xyzToRgb(picture);
+    default:
+        return picture;
+    }
+}
+
+// @throws PictureFailure of HeifFile and TiffFile
+cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes) {
+    if (isHeif(header.format)) {
         const HeifFile file(bytes);
         header.alpha = file.isPremultiplied() ? AlphaKind::Premultiplied : AlphaKind::Straight;
         return file.decode();
-    } catch (const HeifFailure& failure) {
-        failDecoder(path, header, failure.what());
     }
-}
-
-// [1, 2, 3 or 4 channels, CV_8U, CV_16U or CV_32F]; four are BGR and alpha, or inks of 8 bits
-cv::Mat decodeTiff(const fs::path& path, const ImageHeader& header, const std::string& bytes) {
-    try {
-        TiffFile file(bytes);
-        cv::Mat picture = file.decode();
-        switch (file.facts().colours) {
-        case TiffColours::Inks:
-            return picture.depth() == CV_16U ? toEightBits(picture) : picture;
-        case TiffColours::Lab:
-            return labToSrgb(picture);
-        case TiffColours::LightXyz:
-            return xyzToRgb(picture);
-        default:
-            return picture;
-        }
-    } catch (const TiffFailure& failure) {
-        failDecoder(path, header, failure.what());
-    }
-}
-
-cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes) {
-    if (isHeif(header.format)) return decodeHeif(path, header, bytes);
-    if (header.format == ImageFormat::Tiff) return decodeTiff(path, header, bytes);
+    if (header.format == ImageFormat::Tiff) return decodeTiff(bytes);
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
     std::string mended;
@@ -201,8 +192,7 @@ struct LoadedPicture {
 template <class Work>
 auto reading(const fs::path& path, const Work& work) {
     try {
-        return orOutOfMemory(path.string(), "does not fit into memory, expected a smaller picture",
-                             work);
+        return withinMemory(path, work);
     } catch (const cv::Exception& exception) {
         throw Error(ErrorCode::BadFormat, path.string(),
                     "cannot be decoded (" + exception.err + "), expected an ordinary picture");
@@ -220,7 +210,7 @@ cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string&
     const bool isTiff = header.format == ImageFormat::Tiff;
     const bool isInverted = !isTiff && !header.isUnmarkedCmyk;
     // empty if the file is damaged
-    const cv::Mat inks = isTiff ? decodeTiff(path, header, bytes) : decodeCmykJpeg(bytes);
+    const cv::Mat inks = isTiff ? decodeTiff(bytes) : decodeCmykJpeg(bytes);
     cv::Mat picture;
     if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, isInverted);
     if (picture.empty())
@@ -287,8 +277,13 @@ LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
     checkHeader(path, header);
     ColourFacts facts =
         colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
-    cv::Mat picture =
-        header.isCmyk ? decodeInks(path, header, bytes, facts, notes) : decode(path, header, bytes);
+    cv::Mat picture;
+    try {
+        picture = header.isCmyk ? decodeInks(path, header, bytes, facts, notes)
+                                : decode(path, header, bytes);
+    } catch (const PictureFailure& failure) {
+        failDecoder(path, header, failure.what());
+    }
     const bool hasAlpha = picture.channels() == 2 || picture.channels() == 4;
     if (colours == Colours::ToSrgb || hasAlpha) spread(picture, header.largestSample);
     picture = withoutAlpha(picture, header);

@@ -7,10 +7,10 @@
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
 #include "image/exif.hpp"
+#include "image/file_walk.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
-#include "image/jpeg_walk.hpp"
 #include "image/picture_halves.hpp"
 #include "image/pixel_values.hpp"
 
@@ -138,7 +138,7 @@ std::optional<StereoPair> pairOfJpeg(const PhotoFile& photo, string_view bytes, 
 }
 
 cv::Mat eyeOf(const HeifFile& file, std::uint32_t item, Notes* notes) {
-    cv::Mat picture = file.decodeItem(item, kMaxImagePixels);
+    cv::Mat picture = file.decode(item);
     if (picture.channels() == 4) cv::cvtColor(picture, picture, cv::COLOR_BGRA2BGR);
     ColourFacts colours = readColourFacts(file, item);
     if (colours.icc.empty() && !colours.code) colours = readColourFacts(file);
@@ -156,7 +156,7 @@ std::optional<StereoPair> pairOfHeif(string_view bytes, ImageFormat format, Note
         pair.right = eyeOf(file, eyes->right, nullptr);
         pair.origin = format == ImageFormat::Avif ? "stereo AVIF" : "spatial HEIC";
         return checked(std::move(pair), notes);
-    } catch (const HeifFailure& failure) {
+    } catch (const PictureFailure& failure) {
         addUnused(notes, failure.what());
         return std::nullopt;
     }
@@ -232,42 +232,34 @@ EyesMark markOfJpeg(string_view bytes) {
 EyesMark markOfPng(string_view bytes) {
     const ByteReader reader(bytes, false);
     EyesMark mark;
-    for (std::uint64_t at = 8; reader.holds(at, 12);) {
-        const std::uint64_t size = reader.u32(at);
-        const string_view name = reader.text(at + 4, 4);
-        if (name == "IDAT" || !reader.holds(at + 8, size + 4)) break;
-        if (name == "sTER") {
-            const unsigned mode = reader.u8(at + 8);
-            if (size != 1 || mode > 1) {
-                mark.damage = "it states a layout that does not exist";
-                break;
-            }
-            StatedEyes& eyes = mark.eyes.emplace();
-            eyes.layout = mode == 0 ? StereoLayout::RightLeft : StereoLayout::LeftRight;
-            eyes.gap = static_cast<int>((16 - reader.u32(16) % 16) % 16); // 16 is IHDR's width
-            if (eyes.gap > 7) eyes.gap = 0; // not as the chunk demands: halves
-            break;
+    walkPng(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
+        if (name != "sTER") return name != "IDAT";
+        const unsigned mode = reader.u8(data);
+        if (size != 1 || mode > 1) {
+            mark.damage = "it states a layout that does not exist";
+            return false;
         }
-        at += size + 12;
-    }
+        StatedEyes& eyes = mark.eyes.emplace();
+        eyes.layout = mode == 0 ? StereoLayout::RightLeft : StereoLayout::LeftRight;
+        eyes.gap = static_cast<int>((16 - reader.u32(16) % 16) % 16); // 16 is IHDR's width
+        if (eyes.gap > 7) eyes.gap = 0; // not as the chunk demands: halves
+        return false;
+    });
     return mark;
 }
 
 } // namespace
 
 std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) {
-    return orOutOfMemory(photo.path().string(),
-                         "does not fit into memory, expected a smaller picture",
-                         [&]() -> std::optional<StereoPair> {
-                             const string_view bytes = photo.look();
-                             const MarkedEyes marked = findMarkedEyes(photo.path(), bytes, notes);
-                             if (marked.eyes) return pairOfMarked(photo, marked, notes);
-                             const ImageFormat format = imageFormat(bytes);
-                             if (format == ImageFormat::Jpeg)
-                                 return pairOfJpeg(photo, bytes, notes);
-                             if (isHeif(format)) return pairOfHeif(bytes, format, notes);
-                             return std::nullopt;
-                         });
+    return withinMemory(photo.path(), [&]() -> std::optional<StereoPair> {
+        const string_view bytes = photo.look();
+        const MarkedEyes marked = findMarkedEyes(photo.path(), bytes, notes);
+        if (marked.eyes) return pairOfMarked(photo, marked, notes);
+        const ImageFormat format = imageFormat(bytes);
+        if (format == ImageFormat::Jpeg) return pairOfJpeg(photo, bytes, notes);
+        if (isHeif(format)) return pairOfHeif(bytes, format, notes);
+        return std::nullopt;
+    });
 }
 
 std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo) {

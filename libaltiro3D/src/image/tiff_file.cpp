@@ -63,8 +63,6 @@ int mapSource(thandle_t handle, void** base, toff_t* size) {
     return 1;
 }
 
-void unmapSource(thandle_t /*handle*/, void* /*base*/, toff_t /*size*/) {}
-
 int keepComplaint(TIFF* /*file*/, void* source, const char* /*module*/, const char* format,
                   va_list values) {
     auto& complaint = static_cast<Source*>(source)->complaint;
@@ -89,8 +87,7 @@ File open(Source& source) {
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), keepComplaint, &source);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignoreWarning, nullptr);
     return File(TIFFClientOpenExt("TIFF", "r", &source, readSource, writeSource, seekSource,
-                                  closeSource, sizeOfSource, mapSource, unmapSource,
-                                  options.get()));
+                                  closeSource, sizeOfSource, mapSource, nullptr, options.get()));
 }
 
 // A field of one number; a fallback if the file does not state it.
@@ -134,7 +131,7 @@ unsigned choosePage(TIFF* file) {
 cv::Mat coloursOfPalette(TIFF* file, unsigned bits, const cv::Mat& indices) {
     std::array<std::uint16_t*, 3> columns{}; // blue, green, red
     if (TIFFGetField(file, TIFFTAG_COLORMAP, &columns[2], &columns[1], &columns[0]) != 1)
-        throw TiffFailure("its palette is missing");
+        throw PictureFailure("its palette is missing");
     const bool isDeep = std::any_of(columns.begin(), columns.end(), [&](const auto* column) {
         return std::any_of(column, column + (std::size_t{1} << bits),
                            [](unsigned v) { return v > 255; });
@@ -315,9 +312,10 @@ struct TiffFile::Impl {
 
     [[noreturn]] void fail() const {
         std::string text = source.complaint.data();
-        if (text.empty()) throw TiffFailure("a part is damaged or missing"); // tiles, for instance
+        if (text.empty())
+            throw PictureFailure("a part is damaged or missing"); // tiles, for instance
         std::replace(text.begin(), text.end(), '\n', ' ');
-        throw TiffFailure("libtiff: " + text);
+        throw PictureFailure("libtiff: " + text);
     }
     cv::Mat samplesOf(std::vector<std::uint8_t>& block, cv::Size size, int samples) const;
     cv::Mat decodeSamples() const;
@@ -428,13 +426,13 @@ cv::Mat TiffFile::Impl::decodeSamples() const {
         const unsigned height = field<std::uint32_t>(tiff, TIFFTAG_TILELENGTH, 0);
         bytes = TIFFTileSize64(tiff);
         if (width < 1 || height < 1 || bytes > kMaxTileBytes)
-            throw TiffFailure("its tiles are empty or too large");
+            throw PictureFailure("its tiles are empty or too large");
         block = {static_cast<int>(width), static_cast<int>(height)};
     }
     const unsigned perBlock = page->isPlanar ? 1 : page->samples;
     if (bytes / static_cast<unsigned>(block.height) * 8 <
         std::uint64_t{page->bits} * perBlock * static_cast<unsigned>(block.width))
-        throw TiffFailure("its size is damaged");
+        throw PictureFailure("its size is damaged");
     cv::Mat picture(static_cast<int>(page->rows), static_cast<int>(page->columns),
                     CV_MAKETYPE(page->depth(), channels));
     std::vector<std::uint8_t> buffer(bytes);

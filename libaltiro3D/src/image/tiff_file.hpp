@@ -5,17 +5,10 @@
 #include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 namespace altiro3D {
-
-/// Why a TIFF file cannot be read: half a sentence, without the name of the file.
-class TiffFailure : public std::runtime_error {
-  public:
-    using std::runtime_error::runtime_error;
-};
 
 /// What the samples of a TIFF picture mean.
 enum class TiffColours {
@@ -49,7 +42,7 @@ class TiffFile {
   public:
     /// Reads the directories, and decodes nothing.
     /// @param bytes the whole file; must outlive the object
-    /// @throws TiffFailure
+    /// @throws PictureFailure
     explicit TiffFile(std::string_view bytes);
     ~TiffFile();
     TiffFile(const TiffFile&) = delete;
@@ -62,7 +55,7 @@ class TiffFile {
     /// Decodes the picture, not turned. Whole numbers keep their values; 0 is black.
     /// @return [rows x cols, CV_8U, CV_16U or CV_32F], channels as the colours; Grey and Rgb have
     ///         one more if there is alpha
-    /// @throws TiffFailure; std::bad_alloc
+    /// @throws PictureFailure; std::bad_alloc
     cv::Mat decode();
 
   private:

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <string_view>
 
@@ -51,12 +52,8 @@ JpegEnd walkJpeg(std::string_view bytes, const Visit& visit) {
     end.usableBytes = bytes.size();
     std::size_t at = 2;
     while (at + 1 < bytes.size()) {
-        if (static_cast<unsigned char>(bytes[at]) != 0xff) {
-            ++at;
-            continue;
-        }
         const unsigned marker = reader.u8(at + 1);
-        if (marker == 0xff) {
+        if (reader.u8(at) != 0xff || marker == 0xff) {
             ++at;
             continue;
         }
@@ -87,6 +84,31 @@ JpegEnd walkJpeg(std::string_view bytes, const Visit& visit) {
         }
     }
     return end;
+}
+
+/// Visits the chunks of a PNG up to the first one that is cut off.
+/// @param visit `bool(std::string_view name, std::uint64_t at, std::uint64_t size)`: a chunk, the
+///        position and the size of its data; false ends the walk
+template <class Visit>
+void walkPng(std::string_view bytes, const Visit& visit) {
+    const ByteReader reader(bytes, false);
+    for (std::uint64_t at = 8; reader.holds(at, 12);) {
+        const std::uint64_t size = reader.u32(at);
+        if (!reader.holds(at + 8, size + 4) || !visit(reader.text(at + 4, 4), at + 8, size)) return;
+        at += size + 12;
+    }
+}
+
+/// Visits the chunks of a WebP. The data of the last one may be cut off.
+/// @param visit as for walkPng()
+template <class Visit>
+void walkWebP(std::string_view bytes, const Visit& visit) {
+    const ByteReader reader(bytes, true);
+    for (std::uint64_t at = 12; reader.holds(at, 8);) {
+        const std::uint64_t size = reader.u32(at + 4);
+        if (!visit(reader.text(at, 4), at + 8, size)) return;
+        at += 8 + size + (size & 1);
+    }
 }
 
 } // namespace altiro3D

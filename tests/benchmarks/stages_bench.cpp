@@ -113,7 +113,7 @@ class BenchDisplay {
 
     const cv::Mat& quilt() const {
         if (quilt_.empty()) {
-            Depth2Quilt(layout, methodOf(ViewMethod::Fast)).render(photo(), depth(), quilt_);
+            Depth2Quilt(layout, methodOf(ViewMethod::Fast)).render({photo(), depth()}, quilt_);
         }
         return quilt_;
     }
@@ -405,11 +405,11 @@ Stage quilts(ViewMethod method) {
     return [method](benchmark::State& state, const BenchDisplay& display) {
         const Depth2Quilt maker(display.layout, methodOf(method));
         cv::Mat result;
-        maker.render(display.photo(), display.depth(), result);
+        maker.render({display.photo(), display.depth()}, result);
         cv::Mat view; // the first tile is the leftmost view
-        maker.renderView(display.photo(), display.depth(), -1, view);
+        maker.renderView({display.photo(), display.depth()}, -1, view);
         require(equal(result(display.layout.tile(0)), view), "quilt");
-        measure(state, result, [&] { maker.render(display.photo(), display.depth(), result); });
+        measure(state, result, [&] { maker.render({display.photo(), display.depth()}, result); });
     };
 }
 
@@ -539,15 +539,15 @@ void renderNatives(benchmark::State& state, const BenchDisplay& display, const D
     const NativeRenderer renderer(display.calibration, display.layout.viewCount, path.options,
                                   path.positions);
     cv::Mat native;
-    renderer.render(photo, depth, native);
+    renderer.render({photo, depth}, native);
     if (path.positions == ViewPositions::Discrete && !path.panelPixels) {
         cv::Mat quilt;
         cv::Mat expected;
-        Depth2Quilt(display.layout, path.options).render(photo, depth, quilt);
+        Depth2Quilt(display.layout, path.options).render({photo, depth}, quilt);
         Quilt2Native(display.lut()).render(quilt, expected);
         require(equal(native, expected), "the Native of the quilt");
     }
-    measure(state, native, [&] { renderer.render(photo, depth, native); });
+    measure(state, native, [&] { renderer.render({photo, depth}, native); });
 }
 
 Stage natives(const DirectPath& path) {

@@ -120,7 +120,7 @@ TEST_F(Tradeoff, WritesWhatIsAskedForAndReplacesItOnlyWithY) {
     for (const NamedViewOptions& method : defaultSettings()) {
         cv::Mat view;
         Depth2Quilt({1, 1, stereo.photo.size(), 1}, stereo.options(method.options))
-            .renderView(stereo.photo, stereo.depth, 1, view);
+            .renderView({stereo.photo, stereo.depth}, 1, view);
         EXPECT_TRUE(samePicture(readBack(sandbox_ / ("views/" + method.name + ".png")), view))
             << method.name;
     }
@@ -166,7 +166,7 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
     layered.method = ViewMethod::Layered;
     cv::Mat view;
     Depth2Quilt({1, 1, stereo.photo.size(), 1}, stereo.options(layered))
-        .renderView(stereo.photo, depth, 1, view);
+        .renderView({stereo.photo, depth}, 1, view);
     const ViewAccuracy accuracy = compareViews(view, stereo.truth, stereo.band());
     EXPECT_NEAR(row.at("psnrInside").get<double>(), accuracy.psnrInside, 1e-9);
     EXPECT_NEAR(row.at("ssimWhole").get<double>(), accuracy.ssimWhole, 1e-9);

@@ -871,7 +871,7 @@ TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
         fs::copy(studio_ / "depth.png", studio_ / name);
     cv::Mat web; // a quilt whose name does not say it
     Depth2Quilt({4, 5, {140, 100}, 20})
-        .render(scenery({140, 100}, 3), randomDepth({140, 100}), web);
+        .render({scenery({140, 100}, 3), randomDepth({140, 100})}, web);
     writeImage(studio_ / "in/web.png", web);
     for (const char* name : {"in/b.MOV", "in/c.mp4", "in/d.xyz", "in/e.xyz", "in/.hidden"})
         spill(studio_ / name, "not a picture");

@@ -33,7 +33,7 @@ cv::Mat movingQuilt(int number) {
 cv::Mat quiltOfAScene() {
     const cv::Mat photo = scenery({140, 100}, 3);
     cv::Mat quilt;
-    Depth2Quilt({4, 5, {140, 100}, 20}).render(photo, randomDepth({140, 100}), quilt);
+    Depth2Quilt({4, 5, {140, 100}, 20}).render({photo, randomDepth({140, 100})}, quilt);
     return quilt;
 }
 

@@ -1233,7 +1233,7 @@ TEST_F(Video2NativeFolder, VideosOfQuiltsWithoutANameAreLeftOut) {
     fs::create_directory(studio / "in");
     const QuiltLayout layout{4, 5, {140, 100}, 20};
     cv::Mat quilt;
-    Depth2Quilt(layout).render(scenery({140, 100}, 3), randomDepth({140, 100}), quilt);
+    Depth2Quilt(layout).render({scenery({140, 100}, 3), randomDepth({140, 100})}, quilt);
     writeLossless(studio / "in/film.mkv", {quilt, quilt, quilt});
     writeLossless(studio / "in/flat.mkv", {scenery(layout.size(), 7)});
     const Outcome outcome = studio.convert(kTool, "--codec ffv1 in out");

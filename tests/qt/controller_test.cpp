@@ -129,7 +129,7 @@ TEST_F(ViewerController, ShowsAPhotoFromTheMiddleAndFromTheSide) {
     cv::Mat expected;
     cv::Mat depth;
     boxDepth({300, 400}).convertTo(depth, CV_32F, 1 / 255.0);
-    Depth2Quilt({1, 1, {300, 400}, 1}).renderView(detailedPhoto({300, 400}), depth, 1, expected);
+    Depth2Quilt({1, 1, {300, 400}, 1}).renderView({detailedPhoto({300, 400}), depth}, 1, expected);
     EXPECT_TRUE(samePicture(picture(), expected));
 }
 

@@ -217,7 +217,7 @@ TEST(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {
 TEST(ViewerDocument, QuiltsWithoutANameAreFound) {
     const QuiltLayout layout{4, 5, {140, 100}, 20};
     cv::Mat picture;
-    Depth2Quilt(layout).render(scenery({140, 100}, 3), randomDepth({140, 100}), picture);
+    Depth2Quilt(layout).render({scenery({140, 100}, 3), randomDepth({140, 100})}, picture);
     const Document quilt =
         documentOf({"web.png", {}, Reading::Automatic}, picture, sampleDisplay());
     EXPECT_EQ(quilt.kind, Kind::Quilt);
@@ -267,7 +267,7 @@ TEST(ViewerDocument, AFolderIsItsFilesUnlessTheyAreViewsOfOneScene) {
     EXPECT_TRUE(holds(errorOf([&] { filesOfFolder(folder.path()); }), "holds no pictures and no"));
     cv::Mat quilt;
     const QuiltLayout layout{4, 3, {60, 80}, 12};
-    Depth2Quilt(layout).render(detailedPhoto({60, 80}), randomDepth({60, 80}), quilt);
+    Depth2Quilt(layout).render({detailedPhoto({60, 80}), randomDepth({60, 80})}, quilt);
     for (int i = 0; i < layout.viewCount; ++i)
         writeImage(inFolder("v" + std::to_string(i) + ".png"), quilt(layout.tile(i)));
     EXPECT_EQ(filesOfFolder(folder.path()).files.front().file, folder.path());

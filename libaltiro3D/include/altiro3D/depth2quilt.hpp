@@ -45,11 +45,6 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (sizes differ),
     ///         OutOfMemory
     void render(const Scene& scene, cv::Mat& quilt) const;
-    /// The same without a hidden layer.
-    /// @param photo of the scene @param depth of the scene @param quilt as above
-    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& quilt) const {
-        render(Scene{photo, depth}, quilt);
-    }
 
     /// Makes one view.
     ///
@@ -58,13 +53,6 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// @param view [as the photo without margins, CV_8UC3, BGR]; always newly allocated
     /// @throws Error InvalidArgument (position) and as render()
     void renderView(const Scene& scene, double position, cv::Mat& view) const;
-    /// The same without a hidden layer.
-    /// @param photo of the scene @param depth of the scene @param position as above
-    /// @param view as above
-    void renderView(const cv::Mat& photo, const cv::Mat& depth, double position,
-                    cv::Mat& view) const {
-        renderView(Scene{photo, depth}, position, view);
-    }
 
   private:
     QuiltLayout layout_;

@@ -22,11 +22,6 @@ enum class NetworkOutput {
     MetricDepth   ///< Distance, larger = farther (FastDepth).
 };
 
-/// The meaning of a network's output for normalizeDepth().
-/// @param output from the network's profile
-/// @return DepthNormalization::kind
-[[nodiscard]] ALTIRO3D_EXPORT DepthKind kindOf(NetworkOutput output);
-
 /// Order of the colour planes in a network's input.
 enum class ChannelOrder { Rgb, Bgr };
 

@@ -51,13 +51,6 @@ class ALTIRO3D_EXPORT NativeRenderer {
                    ViewPositions positions = ViewPositions::Discrete,
                    InvertViews invert = InvertViews::Auto);
 
-    /// Size of the Native. @return columns x rows in px
-    [[nodiscard]] cv::Size panelSize() const;
-    /// Number of views. @return as given to the constructor
-    [[nodiscard]] int viewCount() const;
-    /// The options in use. @return as given to the constructor
-    [[nodiscard]] const ViewOptions& options() const;
-
     /// Renders one Native.
     ///
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
@@ -68,11 +61,6 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
     ///         (sizes differ), OutOfMemory
     void render(const Scene& scene, cv::Mat& native) const;
-    /// The same without a hidden layer.
-    /// @param photo of the scene @param depth of the scene @param native as above
-    void render(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& native) const {
-        render(Scene{photo, depth}, native);
-    }
 
   private:
     struct Impl;

@@ -44,15 +44,12 @@ struct ALTIRO3D_EXPORT QuiltLayout {
     [[nodiscard]] std::string text() const;
 };
 
-/// Equal layouts.
-/// @param a one layout
-/// @param b another one
-/// @return true if all fields are equal
-ALTIRO3D_EXPORT bool operator==(const QuiltLayout& a, const QuiltLayout& b);
-/// Different layouts.
-/// @param a one layout
-/// @param b another one
-/// @return true unless all fields are equal
+/// Whether layouts are equal. @param a one @param b the other @return true if all fields are
+[[nodiscard]] inline bool operator==(const QuiltLayout& a, const QuiltLayout& b) {
+    return a.columns == b.columns && a.rows == b.rows && a.tileSize == b.tileSize &&
+           a.viewCount == b.viewCount;
+}
+/// Whether layouts differ. @param a one @param b the other @return true if a field does
 [[nodiscard]] inline bool operator!=(const QuiltLayout& a, const QuiltLayout& b) {
     return !(a == b);
 }

@@ -82,14 +82,9 @@ class ALTIRO3D_EXPORT Quilt2Native {
     Quilt2Native(const Calibration& calibration, const QuiltLayout& quilt, QuiltSampling sampling,
                  InvertViews invert = InvertViews::Auto);
 
-    /// Size of the Native. @return columns x rows in px
-    [[nodiscard]] cv::Size panelSize() const;
-    /// Layout of the quilts that render() accepts. @return the layout
-    [[nodiscard]] const QuiltLayout& quilt() const;
-
     /// Renders one Native.
     ///
-    /// @param quilt [quilt().size(), CV_8UC3, BGR], or of another size that fitQuilt() accepts
+    /// @param quilt [size of the layout, CV_8UC3, BGR], or of another size that fitQuilt() accepts
     /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
     ///        memory with the quilt
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)

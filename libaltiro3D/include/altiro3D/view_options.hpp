@@ -32,11 +32,6 @@ struct RealOptions {
     }
 };
 
-/// Checks options.
-/// @param options the options to check
-/// @throws Error InvalidArgument that names the field, its value and the range
-ALTIRO3D_EXPORT void validate(const RealOptions& options);
-
 /// How views are rendered from a photo and its depth.
 enum class ViewMethod {
     Fast,   ///< Backward mapping, depth read at the destination pixel: no holes, soft edges.

@@ -17,17 +17,9 @@ namespace {
 // columns x rows in a quilt of the given size; the tile size is rounded down.
 DisplayModel model(const char* name, const char* prefix, cv::Size panel, double dpi, double cone,
                    QuiltGrid grid, cv::Size quilt) {
-    DisplayModel m;
-    m.name = name;
-    m.serialPrefix = prefix;
-    m.panelSize = panel;
-    m.dpi = dpi;
-    m.viewConeDegrees = cone;
-    m.quilt.columns = grid.columns;
-    m.quilt.rows = grid.rows;
-    m.quilt.tileSize = {quilt.width / grid.columns, quilt.height / grid.rows};
-    m.quilt.viewCount = grid.columns * grid.rows;
-    return m;
+    const cv::Size tile(quilt.width / grid.columns, quilt.height / grid.rows);
+    return {name, prefix, panel,
+            dpi,  cone,   {grid.columns, grid.rows, tile, grid.columns * grid.rows}};
 }
 
 std::string upper(std::string text) {

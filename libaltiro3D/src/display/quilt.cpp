@@ -132,11 +132,6 @@ std::string QuiltLayout::text() const {
     return text;
 }
 
-bool operator==(const QuiltLayout& a, const QuiltLayout& b) {
-    return a.columns == b.columns && a.rows == b.rows && a.tileSize == b.tileSize &&
-           a.viewCount == b.viewCount;
-}
-
 void validate(const QuiltLayout& layout) {
     const auto fail = [](ErrorCode code, const std::string& problem) {
         throw Error(code, "quilt layout", problem);

@@ -68,8 +68,6 @@ struct NativeRenderer::Impl {
     ViewOptions options;
     ViewPositions positions;
 
-    cv::Size panelSize() const { return {lens.geometry().panelWidth, lens.geometry().panelHeight}; }
-
     // p S/2 in px of each view of a photo
     std::vector<double> shiftsOfAllViews(int shownWidth) const {
         std::vector<double> shifts;
@@ -100,18 +98,6 @@ NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
           "is real, which makes only whole views, expected fast or layered, or a quilt");
     impl_ = std::make_shared<const Impl>(
         Impl{LensPhases(lensGeometry(calibration, invert)), viewCount, options, positions});
-}
-
-cv::Size NativeRenderer::panelSize() const {
-    return impl_->panelSize();
-}
-
-int NativeRenderer::viewCount() const {
-    return impl_->viewCount;
-}
-
-const ViewOptions& NativeRenderer::options() const {
-    return impl_->options;
 }
 
 // Reads each sub-pixel separately.
@@ -230,7 +216,7 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
     const LensGeometry& geometry = self.lens.geometry();
     checkApart(native, photo, "native", "photo");
     checkApart(native, scene.depth, "native", "depth");
-    native.create(self.panelSize(), CV_8UC3);
+    native.create(geometry.panelHeight, geometry.panelWidth, CV_8UC3);
     const cv::Range shown = shownColumns(scene);
     const bool isExact =
         self.positions == ViewPositions::Continuous && renderer->readsBetweenColumns();

@@ -154,14 +154,6 @@ Quilt2Native::Quilt2Native(const Calibration& calibration, const QuiltLayout& qu
     impl_ = std::move(impl);
 }
 
-cv::Size Quilt2Native::panelSize() const {
-    return impl_->panelSize;
-}
-
-const QuiltLayout& Quilt2Native::quilt() const {
-    return impl_->quilt;
-}
-
 void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     const cv::Mat source = fitQuilt(quilt, impl_->quilt);

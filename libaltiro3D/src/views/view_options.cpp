@@ -9,11 +9,6 @@
 
 namespace altiro3D {
 
-void validate(const RealOptions& options) {
-    checkNumber(options.inpaintingRadius >= 1 && options.inpaintingRadius <= 20, "inpaintingRadius",
-                options.inpaintingRadius, "1..20 px");
-}
-
 void validate(const ViewOptions& options) {
     checkNumber(options.strengthPercent >= 0 && options.strengthPercent <= 10000, "strength",
                 options.strengthPercent, "0..10000 % of the width");
@@ -21,7 +16,8 @@ void validate(const ViewOptions& options) {
                 "a depth of 0 (farthest) .. 1 (nearest)");
     checkNumber(options.refinement >= 0 && options.refinement <= 16, "refinement",
                 options.refinement, "0..16 steps");
-    validate(options.real);
+    checkNumber(options.real.inpaintingRadius >= 1 && options.real.inpaintingRadius <= 20,
+                "inpaintingRadius", options.real.inpaintingRadius, "1..20 px");
     checkNumber(options.layered.tearPixels > 0 && options.layered.tearPixels <= 1000, "tear",
                 options.layered.tearPixels, "more than 0 and at most 1000 px");
     checkNumber(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,

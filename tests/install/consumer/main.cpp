@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
         const cv::Mat depth(layout.tileSize, CV_32FC1, cv::Scalar(0.5));
         cv::Mat quilt;
         cv::Mat native;
-        altiro3D::Depth2Quilt(layout).render(photo, depth, quilt);
+        altiro3D::Depth2Quilt(layout).render({photo, depth}, quilt);
         altiro3D::Quilt2Native(altiro3D::NativeLut(display, layout)).render(quilt, native);
         std::cout << native.cols << " x " << native.rows << " altiro3D " << altiro3D::version()
                   << "\n";

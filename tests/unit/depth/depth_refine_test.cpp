@@ -463,7 +463,7 @@ TEST(DepthRefine, ViewsOfWrongDepthComeNearerToTrueOnes) {
     const auto quality = [&](const cv::Mat& depth) {
         cv::Mat view;
         Depth2Quilt({1, 1, scene.photo.size(), 1}, scene.options({}))
-            .renderView(scene.photo, depth, 1, view);
+            .renderView({scene.photo, depth}, 1, view);
         return compareViews(view, scene.truth, scene.band());
     };
     EXPECT_TRUE(samePicture(refined(scene.photo, scene.depth), scene.depth));
@@ -494,7 +494,7 @@ TEST(DepthRefine, ViewsOfSoftPhotosComeNearerToTrueOnes) {
             const auto quality = [&](const cv::Mat& depth) {
                 cv::Mat view;
                 Depth2Quilt({1, 1, photo.size(), 1}, scene.options(options))
-                    .renderView(photo, depth, 1, view);
+                    .renderView({photo, depth}, 1, view);
                 return compareViews(view, truth, scene.band());
             };
             const ViewAccuracy before = quality(scene.depth);

@@ -130,7 +130,8 @@ TEST(NativeRenderer, FastGivesTheNativeOfTheQuiltForAnyWidthAndParallax) {
                 const ViewOptions options =
                     optionsOf(ViewMethod::Fast, std::min(200 * halfParallax / width, 1e4), focus);
                 cv::Mat native;
-                NativeRenderer(calibration, layout.viewCount, options).render(photo, depth, native);
+                NativeRenderer(calibration, layout.viewCount, options)
+                    .render({photo, depth}, native);
                 EXPECT_TRUE(
                     samePicture(native, overTheQuilt(calibration, layout, options, {photo, depth})))
                     << width << " " << halfParallax << " " << focus;
@@ -144,7 +145,7 @@ void expectContinuous(const Calibration& calibration, int views, const ViewOptio
                       const cv::Mat& photo, const cv::Mat& depth) {
     cv::Mat native;
     NativeRenderer(calibration, views, options, ViewPositions::Continuous)
-        .render(photo, depth, native);
+        .render({photo, depth}, native);
     const LensGeometry geometry = lensGeometry(calibration);
     cv::RNG rng(4);
     int unlike = 0;
@@ -157,7 +158,7 @@ void expectContinuous(const Calibration& calibration, int views, const ViewOptio
         const double position =
             views > 1 ? std::clamp((2 * z * views - views) / (views - 1), -1.0, 1.0) : 0;
         cv::Mat view;
-        Depth2Quilt({1, 1, {9, 9}, 1}, options).renderView(photo, depth, position, view);
+        Depth2Quilt({1, 1, {9, 9}, 1}, options).renderView({photo, depth}, position, view);
         const int seenX = geometry.mirrorX ? native.cols - 1 - x : x;
         const int seenY = geometry.mirrorY ? native.rows - 1 - y : y;
         const cv::Vec3b expected =
@@ -234,9 +235,9 @@ TEST(NativeRenderer, ManyViewsComeNearToContinuousPositions) {
         cv::Mat discrete;
         cv::Mat continuous;
         const ViewOptions options = optionsOf(ViewMethod::Fast, 20, 0.5);
-        NativeRenderer(calibration, views, options).render(photo, depth, discrete);
+        NativeRenderer(calibration, views, options).render({photo, depth}, discrete);
         NativeRenderer(calibration, views, options, ViewPositions::Continuous)
-            .render(photo, depth, continuous);
+            .render({photo, depth}, continuous);
         return compare(discrete, continuous).mean;
     };
     EXPECT_LT(meanDifference(200), 0.25 * meanDifference(12));
@@ -249,7 +250,7 @@ TEST(NativeRenderer, APhotoOfThePanelsSizeIsSampledPixelByPixel) {
     const cv::Mat flat(photo.size(), CV_32FC1, cv::Scalar(0.5));
     for (const ViewMethod method : {ViewMethod::Fast, ViewMethod::Layered}) {
         cv::Mat native;
-        NativeRenderer(calibration, 48, optionsOf(method, 10, 0.5)).render(photo, flat, native);
+        NativeRenderer(calibration, 48, optionsOf(method, 10, 0.5)).render({photo, flat}, native);
         EXPECT_TRUE(samePicture(native, photo));
     }
 }
@@ -296,7 +297,7 @@ TEST(NativeRenderer, ThePanelsResolutionAndContinuousPositionsComeNearerToTheTru
         const PhotoFit fit = fitPhoto(world.photo.size(), 0.75, size);
         applyFit(world.photo, fit, photo);
         applyFitToDepth(world.depth, world.photo.size(), fit, photo, options.focus, depth);
-        NativeRenderer(calibration, kViews, options, positions).render(photo, depth, native);
+        NativeRenderer(calibration, kViews, options, positions).render({photo, depth}, native);
         return psnr(native, truth);
     };
     const double tile = accuracy({25, 33}, ViewPositions::Discrete);
@@ -361,12 +362,12 @@ TEST(NativeRenderer, ThreadsReuseAndSubMatricesDoNotMatter) {
         const NativeRenderer renderer(calibration, 48, options);
         cv::setNumThreads(1);
         cv::Mat one;
-        renderer.render(largePhoto(part).clone(), largeDepth(part).clone(), one);
+        renderer.render({largePhoto(part).clone(), largeDepth(part).clone()}, one);
         for (const int threads : {2, 3, 7}) {
             cv::setNumThreads(threads);
-            cv::Mat many(renderer.panelSize(), CV_8UC3, cv::Scalar::all(7));
+            cv::Mat many(one.size(), CV_8UC3, cv::Scalar::all(7));
             const uchar* memory = many.data;
-            renderer.render(largePhoto(part), largeDepth(part), many);
+            renderer.render({largePhoto(part), largeDepth(part)}, many);
             EXPECT_EQ(many.data, memory);
             EXPECT_TRUE(samePicture(many, one));
         }
@@ -385,10 +386,10 @@ TEST(NativeRenderer, AllInstructionSetsGiveTheSameBytes) {
                  {ViewPositions::Discrete, ViewPositions::Continuous}) {
                 const NativeRenderer renderer(calibration, 48, options, positions);
                 cv::Mat expected;
-                renderer.render(photo, depth, expected);
+                renderer.render({photo, depth}, expected);
                 forEachInstructionSet([&](const char* name) {
                     cv::Mat native;
-                    renderer.render(photo, depth, native);
+                    renderer.render({photo, depth}, native);
                     EXPECT_TRUE(samePicture(native, expected)) << name;
                 });
             }
@@ -446,24 +447,12 @@ TEST(NativeRenderer, DepthAtItsLimitsIsDefined) {
                 const NativeRenderer renderer(calibration, 48, options);
                 cv::Mat a;
                 cv::Mat b;
-                renderer.render(photo, wild, a);
-                renderer.render(photo, tame, b);
+                renderer.render({photo, wild}, a);
+                renderer.render({photo, tame}, b);
                 EXPECT_TRUE(samePicture(a, b)) << value << size;
             }
         }
     }
-}
-
-TEST(NativeRenderer, TellsWhatItWasMadeWith) {
-    ViewOptions options = optionsOf(ViewMethod::Fast, 12, 0.25);
-    options.refinement = 3;
-    const NativeRenderer renderer(stripePanel(64, 48), 33, options);
-    EXPECT_EQ(renderer.panelSize(), cv::Size(64, 48));
-    EXPECT_EQ(renderer.viewCount(), 33);
-    EXPECT_EQ(renderer.options().method, ViewMethod::Fast);
-    EXPECT_EQ(renderer.options().strengthPercent, 12);
-    EXPECT_EQ(renderer.options().focus, 0.25);
-    EXPECT_EQ(renderer.options().refinement, 3);
 }
 
 TEST(NativeRenderer, WrongInputsAreRefusedByName) {
@@ -480,16 +469,22 @@ TEST(NativeRenderer, WrongInputsAreRefusedByName) {
     const cv::Mat depth(48, 64, CV_32FC1, cv::Scalar(0));
     cv::Mat native;
     EXPECT_NE(errorOf([&] {
-                  renderer.render(photo, depth.colRange(0, 9), native);
+                  renderer.render({photo, depth.colRange(0, 9)}, native);
               }).find("depth: has 9 x 48 px"),
               std::string::npos);
-    EXPECT_NE(errorOf([&] { renderer.render(depth, depth, native); }).find("photo: "),
+    EXPECT_NE(errorOf([&] {
+                  renderer.render({depth, depth}, native);
+              }).find("photo: "),
               std::string::npos);
-    EXPECT_NE(errorOf([&] { renderer.render(photo, depth, photo); }).find("shares its memory"),
+    EXPECT_NE(errorOf([&] {
+                  renderer.render({photo, depth}, photo);
+              }).find("shares its memory"),
               std::string::npos);
     cv::Mat large(90, 120, CV_8UC3, cv::Scalar::all(0)); // would be reallocated
     const cv::Mat largeDepth(large.size(), CV_32FC1, cv::Scalar(0));
-    EXPECT_NE(errorOf([&] { renderer.render(large, largeDepth, large); }).find("shares its memory"),
+    EXPECT_NE(errorOf([&] {
+                  renderer.render({large, largeDepth}, large);
+              }).find("shares its memory"),
               std::string::npos);
 }
 
@@ -500,15 +495,19 @@ TEST(NativeRenderer, PhotoAndNativeMayBePartsOfOneCanvas) {
     cv::Mat photo = canvas(cv::Rect(64, 5, 61, 37));
     randomPhoto({61, 37}).copyTo(photo);
     cv::Mat expected;
-    renderer.render(photo.clone(), depth, expected);
+    renderer.render({photo.clone(), depth}, expected);
     for (const cv::Point corner : {cv::Point(0, 0), cv::Point(125, 5), cv::Point(64, 42)}) {
         cv::Mat native = canvas(cv::Rect(corner, expected.size()));
-        renderer.render(photo, depth, native);
+        renderer.render({photo, depth}, native);
         EXPECT_TRUE(samePicture(canvas(cv::Rect(corner, expected.size())), expected)) << corner;
     }
     for (const cv::Point corner : {cv::Point(1, 0), cv::Point(124, 5), cv::Point(64, 41)}) {
         cv::Mat native = canvas(cv::Rect(corner, expected.size()));
-        EXPECT_NE(errorOf([&] { renderer.render(photo, depth, native); }), "(no error)") << corner;
+        EXPECT_NE(errorOf([&] {
+                      renderer.render({photo, depth}, native);
+                  }),
+                  "(no error)")
+            << corner;
     }
 }
 

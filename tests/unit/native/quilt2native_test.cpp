@@ -255,18 +255,6 @@ TEST(Quilt2Native, ALayoutWithoutTilesIsRefused) {
               "quilt layout: 8 columns x 0 rows, expected 1..1024 of each");
 }
 
-TEST(Quilt2Native, TellsWhatItWasMadeFor) {
-    const QuiltLayout layout{5, 9, {8, 4}, 44};
-    for (const Quilt2Native& renderer :
-         {Quilt2Native(NativeLut(panel(120, 80), layout)),
-          Quilt2Native(panel(120, 80), layout, {ViewFilter::Linear, TileSampling::Linear})}) {
-        EXPECT_EQ(renderer.panelSize(), cv::Size(120, 80));
-        EXPECT_EQ(renderer.quilt().size(), cv::Size(40, 36));
-        EXPECT_EQ(renderer.quilt().columns, 5);
-        EXPECT_EQ(renderer.quilt().viewCount, 44);
-    }
-}
-
 TEST(Quilt2Native, WrongSizesTypesAndSharedMemoryAreRefused) {
     const QuiltLayout layout{2, 2, {60, 40}, 4};
     const Quilt2Native renderer{NativeLut(panel(120, 80), layout)};

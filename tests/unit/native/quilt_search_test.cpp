@@ -34,7 +34,7 @@ cv::Mat quiltOf(const QuiltLayout& layout, int seed, double strengthPercent) {
     options.method = ViewMethod::Fast;
     options.strengthPercent = strengthPercent;
     cv::Mat quilt;
-    Depth2Quilt(layout, options).render(seen.photo, seen.depth, quilt);
+    Depth2Quilt(layout, options).render({seen.photo, seen.depth}, quilt);
     return quilt;
 }
 
@@ -288,7 +288,7 @@ TEST(FindQuiltLayout, ARowOfTwelveViewsIsNotTakenForFewer) {
         options.method = ViewMethod::Fast;
         options.strengthPercent = 5;
         cv::Mat quilt;
-        Depth2Quilt(layout, options).render(fitted.photo, fitted.depth, quilt);
+        Depth2Quilt(layout, options).render({fitted.photo, fitted.depth}, quilt);
         EXPECT_EQ(textOf(quilt), "12 x 1") << name;
     }
 }

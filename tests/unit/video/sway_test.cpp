@@ -167,11 +167,11 @@ TEST(SwayView, OfAPhotoIsTheViewOfTheQuilt) {
             cv::Mat expected;
             for (const double position : {-1.0, -0.37, 0.0, 0.001, 0.5, 1.0}) {
                 view(position, picture);
-                Depth2Quilt(QuiltLayout(), options).renderView(photo, depth, position, expected);
+                Depth2Quilt(QuiltLayout(), options).renderView({photo, depth}, position, expected);
                 EXPECT_TRUE(samePicture(picture, expected)) << position;
             }
             view(5, picture); // beyond the end is the end
-            Depth2Quilt(QuiltLayout(), options).renderView(photo, depth, 1, expected);
+            Depth2Quilt(QuiltLayout(), options).renderView({photo, depth}, 1, expected);
             EXPECT_TRUE(samePicture(picture, expected));
         }
     }

@@ -35,7 +35,7 @@ TEST(Depth2Quilt, FastIsTheFormulaUpToRemapsFixedPoint) {
         const cv::Mat depth = randomDepth(size);
         for (double position : {-1.0, -0.4, 0.3, 1.0}) {
             cv::Mat view;
-            maker(20, 0.4).renderView(photo, depth, position, view);
+            maker(20, 0.4).renderView({photo, depth}, position, view);
             const cv::Mat reference =
                 referenceFast(photo, depth, position * 0.2 * size.width / 2, 0.4);
             cv::Mat expected;
@@ -100,7 +100,7 @@ TEST(Depth2Quilt, RefinementReadsDepthWhereThePixelComesFrom) {
     const auto largestError = [&](int refinement) {
         cv::Mat view;
         Depth2Quilt({1, 1, {9, 9}, 1}, viewsOf(40, 0.5, refinement))
-            .renderView(photo, depth, 1, view);
+            .renderView({photo, depth}, 1, view);
         double largest = 0;
         for (int x = 0; x < size.width; ++x) {
             const double from = (x + shift * (0.1 - 0.5)) / (1 - shift * 0.004);
@@ -124,15 +124,17 @@ TEST(Depth2Quilt, WrongInputsAreRefusedByName) {
     const cv::Mat photo(48, 64, CV_8UC3);
     const cv::Mat depth(48, 64, CV_32FC1);
     const auto error = [&](const cv::Mat& p, const cv::Mat& d) {
-        return errorOf([&] { maker(10, 0.5).render(p, d, out); });
+        return errorOf([&] { maker(10, 0.5).render({p, d}, out); });
     };
     EXPECT_TRUE(contains(error(cv::Mat(), depth), "photo: "));
     EXPECT_TRUE(contains(error(cv::Mat(48, 64, CV_8UC1), depth), "CV_8UC1"));
     EXPECT_TRUE(
         contains(error(photo, cv::Mat(48, 64, CV_8UC1)), "depth: is 64 x 48 px of CV_8UC1"));
     EXPECT_TRUE(contains(error(photo, cv::Mat(47, 64, CV_32FC1)), "depth: has 64 x 47 px"));
-    EXPECT_TRUE(contains(
-        errorOf([&] { maker(10, 0.5).renderView(photo, depth, std::nan(""), out); }), "position"));
+    EXPECT_TRUE(contains(errorOf([&] {
+                             maker(10, 0.5).renderView({photo, depth}, std::nan(""), out);
+                         }),
+                         "position"));
     EXPECT_TRUE(contains(errorOf([] { maker(-1, 0.5); }), "strength: is -1"));
     EXPECT_TRUE(contains(errorOf([] { maker(std::nan(""), 0.5); }), "strength: is nan"));
     EXPECT_TRUE(contains(errorOf([] { maker(10, 1.5); }), "focus: is 1.5, expected a depth"));
@@ -143,9 +145,13 @@ TEST(Depth2Quilt, ItsInputsAreNoPlaceForTheQuilt) {
     for (const cv::Size size : {quilt, cv::Size(400, 300)}) { // fits the quilt, and is reallocated
         cv::Mat photo = randomPhoto(size);
         cv::Mat depth = randomDepth(size);
-        EXPECT_EQ(errorOf([&] { maker(10, 0.5).render(photo, depth, photo); }),
+        EXPECT_EQ(errorOf([&] {
+                      maker(10, 0.5).render({photo, depth}, photo);
+                  }),
                   "quilt: shares its memory with the photo, expected a picture of its own");
-        EXPECT_EQ(errorOf([&] { maker(10, 0.5).render(photo, depth, depth); }),
+        EXPECT_EQ(errorOf([&] {
+                      maker(10, 0.5).render({photo, depth}, depth);
+                  }),
                   "quilt: shares its memory with the depth, expected a picture of its own");
         EXPECT_EQ(photo.size(), size);
     }
@@ -157,13 +163,13 @@ TEST(Depth2Quilt, PartsOfOneCanvasThatLieApartArePicturesOfTheirOwn) {
     cv::Mat photo = canvas(cv::Rect(200, 60, 64, 48)); // to the right of the quilt, in its rows
     randomPhoto({64, 48}).copyTo(photo);
     cv::Mat expected;
-    maker(20, 0.5).render(photo.clone(), depth, expected);
+    maker(20, 0.5).render({photo.clone(), depth}, expected);
     cv::Mat quilt = canvas(cv::Rect(8, 40, 192, 96));
-    maker(20, 0.5).render(photo, depth, quilt);
+    maker(20, 0.5).render({photo, depth}, quilt);
     EXPECT_TRUE(samePicture(canvas(cv::Rect(8, 40, 192, 96)), expected));
     EXPECT_TRUE(samePicture(photo, randomPhoto({64, 48})));
     cv::Mat touching = canvas(cv::Rect(9, 107, 192, 93)); // the photo's last row, one column
-    EXPECT_NE(errorOf([&] { maker(20, 0.5).render(photo, depth, touching); }), "(no error)");
+    EXPECT_NE(errorOf([&] { maker(20, 0.5).render({photo, depth}, touching); }), "(no error)");
 }
 
 TEST(AdjacentParallax, IsTheFormulaInBothUnits) {

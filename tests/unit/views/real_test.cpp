@@ -178,8 +178,8 @@ TEST(ViewsReal, InpaintingIsAChoice) {
         real(photo, boardDepth(size), 40, 0.5, published(Inpainting::NavierStokes));
     EXPECT_GT(compare(telea, other).count, 100U);
     EXPECT_EQ(errorOf([] {
-                  RealOptions options;
-                  options.inpaintingRadius = 0.5;
+                  ViewOptions options;
+                  options.real.inpaintingRadius = 0.5;
                   validate(options);
               }),
               "inpaintingRadius: is 0.5, expected 1..20 px");

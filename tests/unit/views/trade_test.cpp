@@ -38,7 +38,7 @@ TEST(StereoScene, ViewAtTheRightIsMovedByTheDisparity) {
     for (const NamedViewOptions& method : defaultSettings()) {
         cv::Mat view;
         Depth2Quilt({1, 1, photo.size(), 1}, scene.options(method.options))
-            .renderView(photo, scene.depth, 1, view);
+            .renderView({photo, scene.depth}, 1, view);
         EXPECT_EQ(view.at<cv::Vec3b>(1, 15)[1], 250) << method.name;
         EXPECT_EQ(view.at<cv::Vec3b>(1, 20)[1], 0) << method.name;
     }

@@ -92,13 +92,13 @@ class ViewMethods : public ::testing::TestWithParam<ViewMethod> {
     cv::Mat viewOf(const cv::Mat& photo, const cv::Mat& depth, double position,
                    const ViewOptions& options) const {
         cv::Mat view;
-        Depth2Quilt({1, 1, {9, 9}, 1}, options).renderView(photo, depth, position, view);
+        Depth2Quilt({1, 1, {9, 9}, 1}, options).renderView({photo, depth}, position, view);
         return view;
     }
     cv::Mat quiltOf(const cv::Mat& photo, const cv::Mat& depth, const QuiltLayout& layout,
                     const ViewOptions& options) const {
         cv::Mat quilt;
-        Depth2Quilt(layout, options).render(photo, depth, quilt);
+        Depth2Quilt(layout, options).render({photo, depth}, quilt);
         return quilt;
     }
 };
@@ -349,7 +349,7 @@ TEST_P(ViewMethods, SubMatricesGiveTheSameBytesAndNothingAroundThemCounts) {
         samePicture(quiltOf(largePhoto(part), largeDepth(part), layout, options()), expected));
     cv::Mat around(2 * 37 + 5, 2 * 61 + 9, CV_8UC3, cv::Scalar::all(9)); // a quilt in a larger one
     cv::Mat quilt = around(cv::Rect(4, 3, 2 * 61, 2 * 37));
-    Depth2Quilt(layout, options()).render(largePhoto(part), largeDepth(part), quilt);
+    Depth2Quilt(layout, options()).render({largePhoto(part), largeDepth(part)}, quilt);
     EXPECT_TRUE(samePicture(around(cv::Rect(4, 3, 2 * 61, 2 * 37)), expected));
     quilt.setTo(cv::Scalar::all(9));
     EXPECT_EQ(cv::countNonZero(around.clone().reshape(1) != 9), 0);
@@ -366,7 +366,9 @@ TEST(ViewMethods, LackOfMemoryIsNamed) {
         const Depth2Quilt maker(QuiltLayout(), options);
         cv::Mat quilt(maker.layout().size(), CV_8UC3);
         const MemoryLimit limit(40);
-        EXPECT_EQ(errorOf([&] { maker.render(photo, depth, quilt); }),
+        EXPECT_EQ(errorOf([&] {
+                      maker.render({photo, depth}, quilt);
+                  }),
                   "photo: no memory for views of 8000 x 6000 px, expected a smaller photo");
     }
 }

@@ -346,7 +346,8 @@ void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide
     cv::Mat raw;
     orOutOfMemory(impl_->file.string(), kNoMemory, [&] { impl_->infer(photo, side, raw); });
     DepthNormalization options;
-    options.kind = kindOf(impl_->profile.output);
+    const bool isMetric = impl_->profile.output == NetworkOutput::MetricDepth;
+    options.kind = isMetric ? DepthKind::Metric : DepthKind::NearWhite;
     normalizeDepth(raw, depth, options);
 }
 

@@ -246,10 +246,6 @@ Json readJsonObject(const fs::path& path, const std::string& expected) {
 
 } // namespace
 
-DepthKind kindOf(NetworkOutput output) {
-    return output == NetworkOutput::MetricDepth ? DepthKind::Metric : DepthKind::NearWhite;
-}
-
 bool canRun(const NetworkProfile& profile) {
     return profile.engine != InferenceEngine::OnnxRuntime || hasOnnxRuntime();
 }

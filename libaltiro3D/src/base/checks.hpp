@@ -28,6 +28,13 @@ inline void checkNumber(bool condition, const std::string& field, double value,
                 "is " + numberText(value) + ", expected " + expected);
 }
 
+/// Throws InvalidArgument ("is 1.5, expected 0..1 px") unless the value is within the limits.
+inline void checkRange(const std::string& field, double value, double low, double high,
+                       const std::string& unit = {}) {
+    checkNumber(value >= low && value <= high, field, value,
+                numberText(low) + ".." + numberText(high) + unit);
+}
+
 /// "is 640 x 480 px of CV_8UC3"
 inline std::string shapeText(const cv::Mat& picture) {
     if (picture.empty()) return "is empty";

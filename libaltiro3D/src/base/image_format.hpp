@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -28,6 +31,42 @@ enum class AlphaKind {
     Straight,      ///< Colours are independent of alpha.
     Premultiplied, ///< Colours are already multiplied by alpha.
     Unstated       ///< The file does not state it.
+};
+
+/// The colour that means "transparent" (PNG's tRNS chunk), in the file's sample values.
+struct ColorKey {
+    unsigned red = 0;   ///< The grey value for grey pictures.
+    unsigned green = 0; ///< The grey value for grey pictures.
+    unsigned blue = 0;  ///< The grey value for grey pictures.
+};
+
+/// Properties of a picture file, read without decoding.
+struct ImageHeader {
+    ImageFormat format = ImageFormat::Unknown;
+    std::string otherFormat;      ///< For Unknown: an unsupported format ("GIF"), or empty.
+    std::string unreadable;       ///< An unsupported feature ("XYZE HDR"), or empty.
+    std::string decoderMessage;   ///< HEIC, AVIF, TIFF: why the header could not be read, or empty.
+    bool isText = false;          ///< For Unknown: the file holds text.
+    std::uint64_t columns = 0;    ///< 0 if the header could not be read.
+    std::uint64_t rows = 0;       ///< 0 if the header could not be read.
+    int orientation = 1;          ///< EXIF and TIFF orientation, 1..8.
+    unsigned focalLength35mm = 0; ///< EXIF focal length of a 35 mm camera, mm; 0 = not given.
+    int bitsPerSample = 8;        ///< PNG: bits of a channel.
+    AlphaKind alpha = AlphaKind::Straight;
+    std::optional<ColorKey> transparentColor; ///< PNG grey and RGB without alpha.
+    /// PNM, TIFF, JPEG 2000: sample value of white; 0 = the largest of the decoded type, or 1 for
+    /// floats.
+    unsigned largestSample = 0;
+    bool isSigned = false;       ///< TIFF: whole numbers with sign.
+    unsigned unusedChannels = 0; ///< TIFF: channels that are neither colours nor alpha.
+    bool isCutOff = false;       ///< The file ends before the picture does.
+    std::size_t usableBytes = 0; ///< JPEG: bytes before a last, incomplete segment.
+    bool hasWholeScan = false;   ///< JPEG: progressive, and at least its first pass is complete.
+    bool isCmyk = false;         ///< JPEG, TIFF: four components, which are inks.
+    bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's marker.
+    bool isAnimated = false;     ///< WebP: its pictures are those of an animation.
+    bool isNative = false;       ///< PNG: marked as a Native by writeImage().
+    unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.
 };
 
 /// Why a picture file cannot be read: half a sentence, without the name of the file.

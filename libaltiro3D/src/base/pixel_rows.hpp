@@ -1,8 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <opencv2/core/utility.hpp>
+#include <opencv2/core.hpp>
 #include <vector>
 
 namespace altiro3D {
@@ -23,6 +24,18 @@ void overRows(int rows, const Work& work) {
         for (int y = range.start; y < range.end; ++y)
             work(y);
     });
+}
+
+/// The picture of function(sample) for all samples, on all threads.
+/// @tparam From type of the samples @tparam To type of the result's samples
+template <class From, class To, class Function>
+cv::Mat mapped(const cv::Mat& picture, const Function& function) {
+    cv::Mat result(picture.size(), CV_MAKETYPE(cv::DataType<To>::depth, picture.channels()));
+    overRows(picture.rows, [&](int y) {
+        const From* const from = picture.ptr<From>(y);
+        std::transform(from, from + picture.cols * picture.channels(), result.ptr<To>(y), function);
+    });
+    return result;
 }
 
 /// On a side of `samples` px, the pixel under the centre of pixel `index` of a side of `count` px:

@@ -52,6 +52,10 @@ inline bool startsWith(std::string_view text, std::string_view prefix) {
     return text.substr(0, prefix.size()) == prefix;
 }
 
+inline bool isDigit(char c) {
+    return c >= '0' && c <= '9';
+}
+
 /// A..Z as a..z, independent of the locale.
 inline char lowerCase(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 
 namespace altiro3D {
 
@@ -66,24 +67,22 @@ class FieldReader {
     FieldReader(const Json& object, std::string source)
         : object_(object), source_(std::move(source)) {}
 
-    double required(const char* field, const std::string& expected) const {
+    // @param fallback not given: the field is required
+    double read(const char* field, const std::string& expected,
+                std::optional<double> fallback = std::nullopt) const {
         const Json* value = find(field);
-        if (value == nullptr)
-            fail(source_, std::string(field) + " is missing, expected " + expected);
-        return number(*value, field, expected);
+        if (value != nullptr) return number(*value, field, expected);
+        if (fallback) return *fallback;
+        fail(source_, std::string(field) + " is missing, expected " + expected);
     }
 
-    double optional(const char* field, double fallback, const std::string& expected) const {
-        const Json* value = find(field);
-        return value == nullptr ? fallback : number(*value, field, expected);
-    }
-
-    int requiredInteger(const char* field, const std::string& expected) const {
-        return integer(required(field, expected), field, expected);
-    }
-
-    int optionalInteger(const char* field, int fallback, const std::string& expected) const {
-        return integer(optional(field, fallback, expected), field, expected);
+    int readInteger(const char* field, const std::string& expected,
+                    std::optional<double> fallback = std::nullopt) const {
+        const double value = read(field, expected, fallback);
+        if (!(std::abs(value) <= 1e9) || value != std::floor(value)) {
+            fail(source_, std::string(field) + " is " + show(value) + ", expected " + expected);
+        }
+        return static_cast<int>(value);
     }
 
     std::string text(const char* field) const {
@@ -113,13 +112,6 @@ class FieldReader {
     }
 
   private:
-    int integer(double value, const char* field, const std::string& expected) const {
-        if (!(std::abs(value) <= 1e9) || value != std::floor(value)) {
-            fail(source_, std::string(field) + " is " + show(value) + ", expected " + expected);
-        }
-        return static_cast<int>(value);
-    }
-
     const Json& object_;
     std::string source_;
 };
@@ -156,8 +148,8 @@ std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string
         const FieldReader cellReader((*list)[i], name);
         SubpixelCell cell;
         for (std::size_t k = 0; k < 3; ++k) {
-            cell.x[k] = cellReader.required(kNames[k][0], kExpectedOffset);
-            cell.y[k] = cellReader.required(kNames[k][1], kExpectedOffset);
+            cell.x[k] = cellReader.read(kNames[k][0], kExpectedOffset);
+            cell.y[k] = cellReader.read(kNames[k][1], kExpectedOffset);
         }
         cells.push_back(cell);
     }
@@ -174,22 +166,22 @@ Calibration readFields(const Json& object, const std::string& source) {
     Calibration c;
     c.configVersion = reader.text("configVersion");
     c.serial = reader.text("serial");
-    c.pitch = reader.required("pitch", kExpectedPitch);
-    c.slope = reader.required("slope", kExpectedSlope);
-    c.center = reader.required("center", kExpectedNumber);
-    c.DPI = reader.required("DPI", kExpectedDpi);
-    c.screenW = reader.requiredInteger("screenW", kExpectedSide);
-    c.screenH = reader.requiredInteger("screenH", kExpectedSide);
-    c.fringe = reader.optional("fringe", c.fringe, kExpectedNumber);
-    c.viewCone = reader.optional("viewCone", c.viewCone, kExpectedCone);
-    c.invView = reader.optional("invView", c.invView, kExpectedNumber);
-    c.verticalAngle = reader.optional("verticalAngle", c.verticalAngle, kExpectedNumber);
-    c.flipImageX = reader.optional("flipImageX", c.flipImageX, kExpectedNumber);
-    c.flipImageY = reader.optional("flipImageY", c.flipImageY, kExpectedNumber);
-    c.flipSubp = reader.optional("flipSubp", c.flipSubp, kExpectedNumber);
+    c.pitch = reader.read("pitch", kExpectedPitch);
+    c.slope = reader.read("slope", kExpectedSlope);
+    c.center = reader.read("center", kExpectedNumber);
+    c.DPI = reader.read("DPI", kExpectedDpi);
+    c.screenW = reader.readInteger("screenW", kExpectedSide);
+    c.screenH = reader.readInteger("screenH", kExpectedSide);
+    c.fringe = reader.read("fringe", kExpectedNumber, c.fringe);
+    c.viewCone = reader.read("viewCone", kExpectedCone, c.viewCone);
+    c.invView = reader.read("invView", kExpectedNumber, c.invView);
+    c.verticalAngle = reader.read("verticalAngle", kExpectedNumber, c.verticalAngle);
+    c.flipImageX = reader.read("flipImageX", kExpectedNumber, c.flipImageX);
+    c.flipImageY = reader.read("flipImageY", kExpectedNumber, c.flipImageY);
+    c.flipSubp = reader.read("flipSubp", kExpectedNumber, c.flipSubp);
     const char* pattern =
         reader.find("CellPatternMode") != nullptr ? "CellPatternMode" : "cellPatternMode";
-    c.CellPatternMode = reader.optionalInteger(pattern, c.CellPatternMode, kExpectedPattern);
+    c.CellPatternMode = reader.readInteger(pattern, kExpectedPattern, c.CellPatternMode);
     c.subpixelCells = readCells(reader, source);
     validate(c, source);
     return c;

@@ -87,17 +87,14 @@ QuiltLayout defaultQuilt(const Calibration& calibration) {
     if (const DisplayModel* m = findDisplayModel(calibration)) return m->quilt;
     // 48 views of the panel's shape on about 4096 x 4096 px.
     const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
-    QuiltLayout layout;
-    layout.columns = aspect < 1 ? 8 : 6;
-    layout.rows = aspect < 1 ? 6 : 8;
-    layout.viewCount = layout.columns * layout.rows;
-    const double area = 4096.0 * 4096.0 / layout.viewCount;
+    constexpr int kViews = 48;
+    const double area = 4096.0 * 4096.0 / kViews;
     const double limit = static_cast<double>(kMaxQuiltSide) / 8;
     const auto side = [limit](double px) {
         return static_cast<int>(std::lround(std::min(std::max(px, 1.0), limit)));
     };
-    layout.tileSize = {side(std::sqrt(area * aspect)), side(std::sqrt(area / aspect))};
-    return layout;
+    const cv::Size tile(side(std::sqrt(area * aspect)), side(std::sqrt(area / aspect)));
+    return aspect < 1 ? QuiltLayout{8, 6, tile, kViews} : QuiltLayout{6, 8, tile, kViews};
 }
 
 Notes calibrationWarnings(const Calibration& c) {

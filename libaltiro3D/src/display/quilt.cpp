@@ -16,10 +16,6 @@ constexpr double kAspectTolerance = 0.05;
 constexpr const char* kGrid = "quilt grid";
 constexpr const char* kTile = "view size";
 
-bool isDigit(char c) {
-    return c >= '0' && c <= '9';
-}
-
 // What is left of a text that is read from its beginning.
 struct Reading {
     std::string_view left;

@@ -77,7 +77,7 @@ ColourFacts ofTiff(string_view bytes) {
     const TiffFile file(bytes);
     ColourFacts facts;
     facts.icc = file.iccProfile();
-    if (file.facts().isLight) facts.gamma = 1;
+    if (file.isLight()) facts.gamma = 1;
     return facts;
 }
 

@@ -131,14 +131,9 @@ cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Numbe
 }
 
 // Values without a number are 0, and infinite ones as large as half floats can be.
-void makeFinite(cv::Mat& picture) {
+float finite(float value) {
     constexpr float kLargest = 65504;
-    picture = picture.clone();
-    for (int y = 0; y < picture.rows; ++y) {
-        float* const row = picture.ptr<float>(y);
-        for (int i = 0; i < picture.cols * picture.channels(); ++i)
-            row[i] = std::isnan(row[i]) ? 0 : std::clamp(row[i], -kLargest, kLargest);
-    }
+    return std::isnan(value) ? 0 : std::clamp(value, -kLargest, kLargest);
 }
 
 bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
@@ -146,7 +141,7 @@ bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
     constexpr cmsUInt32Number kColours[] = {TYPE_BGR_8, TYPE_BGR_16, TYPE_BGR_FLT};
     const int depth = picture.depth();
     const int type = depth == CV_8U ? 0 : depth == CV_16U ? 1 : 2;
-    if (depth == CV_32F) makeFinite(picture);
+    if (depth == CV_32F) picture = mapped<float, float>(picture, finite);
     const cv::Mat result =
         converted(picture, profile, isGrey ? kGrey[type] : kColours[type], depth);
     if (result.empty()) return false;

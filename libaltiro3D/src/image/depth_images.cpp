@@ -265,12 +265,7 @@ cv::Mat smallGrey(const cv::Mat& picture) {
     cv::Mat grey;
     cv::extractChannel(picture, grey, 1);
     grey.convertTo(grey, CV_32F);
-    for (int y = 0; y < grey.rows; ++y) {
-        float* const row = grey.ptr<float>(y);
-        for (int x = 0; x < grey.cols; ++x) {
-            if (!std::isfinite(row[x])) row[x] = 0;
-        }
-    }
+    grey = mapped<float, float>(grey, [](float v) { return std::isfinite(v) ? v : 0.0F; });
     const double scale = kMaxSide / std::max(grey.cols, grey.rows);
     if (scale >= 1) return grey;
     const cv::Size size(std::max(1, static_cast<int>(std::lround(grey.cols * scale))),

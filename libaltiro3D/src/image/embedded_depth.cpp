@@ -3,6 +3,7 @@
 #include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "image/colour.hpp"
 #include "image/depth_parts.hpp"
 #include "image/exif.hpp"
@@ -116,15 +117,9 @@ cv::Mat depthMapOf(const RawDepth& raw) {
     std::vector<float> table(static_cast<std::size_t>(levels));
     for (int i = 0; i < levels; ++i)
         table[static_cast<std::size_t>(i)] = nearness(i / (levels - 1.0));
-    cv::Mat depth(raw.samples.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        float* const to = depth.ptr<float>(y);
-        for (int x = 0; x < depth.cols; ++x) {
-            to[x] = levels == 256 ? table[raw.samples.at<std::uint8_t>(y, x)]
-                                  : table[raw.samples.at<std::uint16_t>(y, x)];
-        }
-    }
-    return depth;
+    const auto look = [&](auto sample) { return table[sample]; };
+    return levels == 256 ? mapped<std::uint8_t, float>(raw.samples, look)
+                         : mapped<std::uint16_t, float>(raw.samples, look);
 }
 
 // Without the extremes, which may be single px.

@@ -13,7 +13,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <png.h>
 #include <turbojpeg.h>
-#include <type_traits>
 #include <vector>
 
 namespace altiro3D {
@@ -23,15 +22,12 @@ namespace {
 constexpr int kJpegQuality = 95;
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30; // as OpenCV
 
-struct CloseTurboJpeg {
-    void operator()(void* handle) const { tjDestroy(handle); }
-};
-using TurboJpeg = std::unique_ptr<std::remove_pointer_t<tjhandle>, CloseTurboJpeg>;
+using TurboJpeg = std::unique_ptr<void, decltype(&tjDestroy)>;
 
 // Empty if the file is unusual or damaged: OpenCV shows more of some.
 // @param cmyk inks are wanted, else grey or colours
 cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, bool cmyk = false) {
-    const TurboJpeg jpeg(tjInitDecompress());
+    const TurboJpeg jpeg(tjInitDecompress(), tjDestroy);
     const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
     int columns = 0;
     int rows = 0;
@@ -238,7 +234,7 @@ cv::Mat decodeCmykJpeg(std::string_view bytes) {
 }
 
 std::vector<unsigned char> encodeJpeg(const cv::Mat& image) {
-    const TurboJpeg jpeg(tjInitCompress());
+    const TurboJpeg jpeg(tjInitCompress(), tjDestroy);
     if (jpeg == nullptr) return {};
     const bool isGrey = image.channels() == 1;
     unsigned char* encoded = nullptr;

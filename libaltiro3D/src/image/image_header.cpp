@@ -120,18 +120,7 @@ void readJpeg(string_view bytes, ImageHeader& header) {
 // --------------------------------------------------------------------------------------- TIFF
 
 void readTiff(string_view bytes, ImageHeader& header) {
-    const TiffFacts facts = TiffFile(bytes).facts();
-    header.columns = facts.columns;
-    header.rows = facts.rows;
-    header.orientation = validOrientation(facts.orientation);
-    header.pictures = facts.pages;
-    header.alpha = facts.alpha;
-    header.isCmyk = facts.colours == TiffColours::Inks;
-    header.isSigned = facts.isSigned;
-    header.largestSample = facts.largestSample;
-    header.unusedChannels = facts.unusedChannels;
-    header.unreadable = facts.unreadable;
-    if (facts.isDng) header.otherFormat = "DNG";
+    TiffFile(bytes).describe(header);
 }
 
 // Raw pictures of cameras are TIFF files with other extensions.

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <fstream>
 #include <set>
 #include <string_view>
 #include <system_error>
@@ -96,9 +95,9 @@ bool isRunningNumber(const fs::path& file, const Word& word) {
             continue;
         const std::string number =
             other.substr(before.size(), other.size() - before.size() - after.size());
-        const bool isNumber =
-            std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
-        if (isNumber && number != "180" && number != "360") return true;
+        if (std::all_of(number.begin(), number.end(), isDigit) && number != "180" &&
+            number != "360")
+            return true;
     }
     return false;
 }
@@ -114,18 +113,10 @@ const Word* findVr(const fs::path& file, const std::vector<Word>& words) {
     return nullptr;
 }
 
-bool isDigit(char c) {
-    return c >= '0' && c <= '9';
-}
-
 // Whether a file without an extension is a picture by its first bytes.
 bool isNamelessPicture(const fs::path& file) {
-    if (!file.extension().empty()) return false;
-    std::string start(512, '\0');
-    std::ifstream stream(file, std::ios::binary);
-    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-    start.resize(static_cast<std::size_t>(stream.gcount()));
-    return imageFormat(start) != ImageFormat::Unknown;
+    return file.extension().empty() &&
+           imageFormat(PhotoFile(file).start(512)) != ImageFormat::Unknown;
 }
 
 } // namespace

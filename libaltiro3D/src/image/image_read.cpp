@@ -105,28 +105,24 @@ void checkHeader(const fs::path& path, const ImageHeader& header) {
 }
 
 void addNotes(const ImageHeader& header, const std::string& extension, Notes* notes) {
-    if (notes == nullptr) return;
-    if (header.format == ImageFormat::Jpeg && header.isCutOff) {
-        notes->push_back({NoteCode::CutOff,
-                          header.hasWholeScan ? "the file is cut off: its fine detail is missing"
-                                              : "the file is cut off: its lower part is missing"});
-    }
-    if (header.unusedChannels > 0) {
-        notes->push_back({NoteCode::LeftOut,
-                          "the file has channels that are neither colours nor alpha (" +
-                              std::to_string(header.unusedChannels) + "): they are left out"});
-    }
+    if (header.format == ImageFormat::Jpeg && header.isCutOff)
+        addNote(notes, NoteCode::CutOff,
+                header.hasWholeScan ? "the file is cut off: its fine detail is missing"
+                                    : "the file is cut off: its lower part is missing");
+    if (header.unusedChannels > 0)
+        addNote(notes, NoteCode::LeftOut,
+                "the file has channels that are neither colours nor alpha (" +
+                    std::to_string(header.unusedChannels) + "): they are left out");
+    const bool isMain = isHeif(header.format);
+    const char* const kind = header.format == ImageFormat::Tiff ? " pages"
+                             : isMain                           ? " pictures"
+                                                                : " frames";
     if (extension == ".mpo" && header.format == ImageFormat::Jpeg) {
-        notes->push_back(
-            {NoteCode::LeftOut, "the file holds several pictures: the first one is read"});
+        addNote(notes, NoteCode::LeftOut, "the file holds several pictures: the first one is read");
     } else if (header.pictures > 1) {
-        notes->push_back(
-            {NoteCode::LeftOut,
-             "the file holds " + std::to_string(header.pictures) +
-                 (header.format == ImageFormat::Tiff ? " pages"
-                  : isHeif(header.format)            ? " pictures"
-                                                     : " frames") +
-                 (isHeif(header.format) ? ": the main one is read" : ": the first one is read")});
+        addNote(notes, NoteCode::LeftOut,
+                "the file holds " + std::to_string(header.pictures) + kind +
+                    (isMain ? ": the main one is read" : ": the first one is read"));
     }
 }
 
@@ -134,16 +130,11 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
 cv::Mat decodeTiff(const std::string& bytes) {
     TiffFile file(bytes);
     cv::Mat picture = file.decode();
-    switch (file.facts().colours) {
-    case TiffColours::Inks:
-        return picture.depth() == CV_16U ? toEightBits(picture) : picture;
-    case TiffColours::Lab:
-        return labToSrgb(picture);
-    case TiffColours::LightXyz:
-        return xyzToRgb(picture);
-    default:
-        return picture;
-    }
+    const TiffColours colours = file.colours();
+    if (colours == TiffColours::Lab) return labToSrgb(picture);
+    if (colours == TiffColours::LightXyz) return xyzToRgb(picture);
+    const bool isDeep = colours == TiffColours::Inks && picture.depth() == CV_16U;
+    return isDeep ? toEightBits(picture) : picture;
 }
 
 // @throws PictureFailure of HeifFile and TiffFile
@@ -235,9 +226,9 @@ void addFloatNotes(const cv::Mat& picture, const ImageHeader& header, const Colo
                    Notes* notes) {
     if (notes == nullptr || picture.depth() != CV_32F) return;
     if (facts.icc.empty() && facts.gamma <= 0 && header.largestSample == 0) {
-        notes->push_back({NoteCode::Doubtful,
-                          "the file holds floats without a colour profile: they are read as sRGB "
-                          "from 0, black, to 1, white, and not as linear light"});
+        addNote(notes, NoteCode::Doubtful,
+                "the file holds floats without a colour profile: they are read as sRGB from 0, "
+                "black, to 1, white, and not as linear light");
     }
     std::size_t bright = 0;
     for (int y = 0; y < picture.rows; ++y) {
@@ -246,11 +237,10 @@ void addFloatNotes(const cv::Mat& picture, const ImageHeader& header, const Colo
             bright += *std::max_element(px, px + picture.channels()) > 1.001F ? 1 : 0;
     }
     const std::size_t percent = (100 * bright + picture.total() / 2) / picture.total();
-    if (percent > 0) {
-        notes->push_back({NoteCode::AsItIs, std::to_string(percent) +
-                                                " % of the picture is brighter than white and "
-                                                "shown as white"});
-    }
+    if (percent > 0)
+        addNote(notes, NoteCode::AsItIs,
+                std::to_string(percent) +
+                    " % of the picture is brighter than white and shown as white");
 }
 
 using PhotoPart = std::function<cv::Rect(cv::Size)>;
@@ -356,15 +346,8 @@ cv::Mat readPhoto(const PhotoFile& file, Notes* notes) {
         cv::Mat picture = readImage(file, notes);
         if (picture.depth() == CV_8U) return picture;
         if (picture.depth() == CV_16U) return toEightBits(picture);
-        cv::Mat photo(picture.size(), CV_8UC3);
-        for (int y = 0; y < picture.rows; ++y) {
-            const float* from = picture.ptr<float>(y);
-            std::uint8_t* to = photo.ptr<std::uint8_t>(y);
-            for (int i = 0; i < 3 * picture.cols; ++i) {
-                to[i] = toWhole<std::uint8_t>(from[i], 255.0f);
-            }
-        }
-        return photo;
+        return mapped<float, std::uint8_t>(
+            picture, [](float value) { return toWhole<std::uint8_t>(value, 255.0f); });
     });
 }
 

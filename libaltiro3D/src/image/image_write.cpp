@@ -71,14 +71,8 @@ void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
                     "its extension names no picture format that is written, expected .png, .jpg, "
                     ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
     }
-    const int type = picture.type();
-    if (picture.empty() || picture.dims != 2 ||
-        (type != CV_8UC1 && type != CV_8UC3 && type != CV_16UC1 && type != CV_16UC3)) {
-        throw Error(
-            ErrorCode::InvalidArgument, "picture",
-            (picture.empty() ? std::string("is empty") : "has the type " + cv::typeToString(type)) +
-                ", expected 8 or 16 bits and 1 or 3 channels");
-    }
+    checkType(picture, {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}, "picture",
+              "8 or 16 bits and 1 or 3 channels");
     if (std::max(picture.cols, picture.rows) > writer->longestSide) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     sizeText(picture.size()) + " px are too many for " + writer->format +

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "base/pixel_rows.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -23,15 +25,8 @@ inline std::uint8_t toEightBits(std::uint16_t value) {
 
 /// Converts a 16-bit picture to 8 bits. [rows x cols, CV_16UCn -> CV_8UCn]
 inline cv::Mat toEightBits(const cv::Mat& picture) {
-    cv::Mat result(picture.size(), CV_MAKETYPE(CV_8U, picture.channels()));
-    const int samples = picture.cols * picture.channels();
-    for (int y = 0; y < picture.rows; ++y) {
-        const std::uint16_t* from = picture.ptr<std::uint16_t>(y);
-        std::uint8_t* to = result.ptr<std::uint8_t>(y);
-        for (int i = 0; i < samples; ++i)
-            to[i] = toEightBits(from[i]);
-    }
-    return result;
+    return mapped<std::uint16_t, std::uint8_t>(
+        picture, [](std::uint16_t value) { return toEightBits(value); });
 }
 
 /// Converts 0..1 (clamped, NaN is 0) to a whole number 0..largest, rounded.

@@ -281,14 +281,9 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
 }
 
 EyesMark readEyesMark(string_view bytes) {
-    switch (imageFormat(bytes)) {
-    case ImageFormat::Jpeg:
-        return markOfJpeg(bytes);
-    case ImageFormat::Png:
-        return markOfPng(bytes);
-    default:
-        return {};
-    }
+    const ImageFormat format = imageFormat(bytes);
+    if (format == ImageFormat::Jpeg) return markOfJpeg(bytes);
+    return format == ImageFormat::Png ? markOfPng(bytes) : EyesMark();
 }
 
 } // namespace altiro3D

@@ -1,5 +1,7 @@
 #include "image/tiff_file.hpp"
 
+#include "image/exif.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdarg>
@@ -334,28 +336,34 @@ TiffFile::TiffFile(std::string_view bytes) : impl_(std::make_unique<Impl>()) {
 
 TiffFile::~TiffFile() = default;
 
-TiffFacts TiffFile::facts() const {
+TiffColours TiffFile::colours() const {
     const Page& page = *impl_->page;
-    TiffFacts facts;
-    facts.columns = page.columns;
-    facts.rows = page.rows;
-    facts.orientation = page.orientation;
-    facts.pages = impl_->pages;
-    facts.colours = page.isLab()                               ? TiffColours::Lab
-                    : page.isInks()                            ? TiffColours::Inks
-                    : page.photometric == PHOTOMETRIC_LOGLUV   ? TiffColours::LightXyz
-                    : page.colours() == 1 && !page.isPalette() ? TiffColours::Grey
-                                                               : TiffColours::Rgb;
-    facts.isLight = page.isLogLuv();
-    facts.isSigned = page.format == SAMPLEFORMAT_INT;
-    facts.isDng = page.isDng;
+    return page.isLab()                               ? TiffColours::Lab
+           : page.isInks()                            ? TiffColours::Inks
+           : page.photometric == PHOTOMETRIC_LOGLUV   ? TiffColours::LightXyz
+           : page.colours() == 1 && !page.isPalette() ? TiffColours::Grey
+                                                      : TiffColours::Rgb;
+}
+
+bool TiffFile::isLight() const {
+    return impl_->page->isLogLuv();
+}
+
+void TiffFile::describe(ImageHeader& header) const {
+    const Page& page = *impl_->page;
+    header.columns = page.columns;
+    header.rows = page.rows;
+    header.orientation = validOrientation(page.orientation);
+    header.pictures = impl_->pages;
+    header.isCmyk = page.isInks();
+    header.isSigned = page.format == SAMPLEFORMAT_INT;
+    if (page.isDng) header.otherFormat = "DNG";
     if (page.isWhole() && page.photometric <= PHOTOMETRIC_RGB && page.bits <= 32)
-        facts.largestSample = static_cast<unsigned>((std::uint64_t{1} << page.bits) - 1);
-    facts.alpha = page.alpha;
+        header.largestSample = static_cast<unsigned>((std::uint64_t{1} << page.bits) - 1);
+    header.alpha = page.alpha;
     if (page.samples > page.colours())
-        facts.unusedChannels = page.samples - page.colours() - (page.alphaAt >= 0 ? 1 : 0);
-    facts.unreadable = page.kindThatIsNotRead();
-    return facts;
+        header.unusedChannels = page.samples - page.colours() - (page.alphaAt >= 0 ? 1 : 0);
+    header.unreadable = page.kindThatIsNotRead();
 }
 
 std::string TiffFile::iccProfile() const {

@@ -19,22 +19,6 @@ enum class TiffColours {
     LightXyz ///< Three channels: light as X, Y, Z.
 };
 
-/// Properties of the picture of a TIFF file.
-struct TiffFacts {
-    std::uint32_t columns = 0; ///< Not checked.
-    std::uint32_t rows = 0;    ///< Not checked.
-    unsigned orientation = 1;  ///< As in the file.
-    unsigned pages = 1;        ///< Without reduced copies and masks; at least 1.
-    TiffColours colours = TiffColours::Grey;
-    bool isLight = false;       ///< The samples are light: not encoded for a screen.
-    bool isSigned = false;      ///< The samples are whole numbers with sign.
-    bool isDng = false;         ///< The file is a raw picture of a camera.
-    unsigned largestSample = 0; ///< White, for whole numbers that are not converted; else 0.
-    AlphaKind alpha = AlphaKind::Straight;
-    unsigned unusedChannels = 0; ///< Channels that are neither colours nor alpha.
-    std::string unreadable;      ///< The kind of file, if it is not read; else empty.
-};
-
 /// A TIFF file in memory, read by libtiff. Its picture is the first page that is neither a reduced
 /// copy nor a mask; if there is none, the first such directory below the first page, or the first
 /// page. One thread at a time.
@@ -48,7 +32,12 @@ class TiffFile {
     TiffFile(const TiffFile&) = delete;
     TiffFile& operator=(const TiffFile&) = delete;
 
-    TiffFacts facts() const;
+    /// Sets what the directories say: sizes, orientation, samples, and pages without reduced
+    /// copies and masks.
+    void describe(ImageHeader& header) const;
+    TiffColours colours() const;
+    /// Whether the samples are light: not encoded for a screen.
+    bool isLight() const;
     /// The ICC profile; empty if there is none.
     std::string iccProfile() const;
 

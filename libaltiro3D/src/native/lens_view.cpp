@@ -349,23 +349,19 @@ double viewConeDegrees(const Calibration& calibration) {
 }
 
 LensEye eyeAtAngle(const Calibration& calibration, double angleDegrees) {
-    check(std::isfinite(angleDegrees), "angleDegrees",
-          "is " + numberText(angleDegrees) + ", expected a finite number");
+    checkNumber(std::isfinite(angleDegrees), "angleDegrees", angleDegrees, "a finite number");
     return {0.5 + angleDegrees / viewConeDegrees(calibration), 0};
 }
 
 LensEye eyeAtView(int view, int viewCount) {
-    check(viewCount >= 1 && viewCount <= 4096, "viewCount",
-          "is " + std::to_string(viewCount) + ", expected 1..4096");
-    check(view >= 0 && view < viewCount, "view",
-          "is " + std::to_string(view) + ", expected 0.." + std::to_string(viewCount - 1));
+    checkRange("viewCount", viewCount, 1, 4096);
+    checkRange("view", view, 0, viewCount - 1);
     return {(view + 0.5) / viewCount, 1.0 / viewCount};
 }
 
 double eyeBlur(const Calibration& calibration, double distanceCentimetres) {
     constexpr double kPixels = 3; // of a Portrait at 50 cm
-    check(distanceCentimetres >= 10 && distanceCentimetres <= 1000, "distanceCentimetres",
-          "is " + numberText(distanceCentimetres) + ", expected 10..1000");
+    checkRange("distanceCentimetres", distanceCentimetres, 10, 1000);
     return std::min(kPixels * calibration.DPI / 324 * distanceCentimetres / 50, kMaxBlur);
 }
 
@@ -374,12 +370,10 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
     const LensPhases phases(lensGeometry(calibration, invert));
     const LensGeometry& g = phases.geometry();
     checkType(native, {CV_8UC3}, "native", "8-bit BGR");
-    check(std::isfinite(eye.phase), "phase",
-          "is " + numberText(eye.phase) + ", expected a finite number");
-    check(eye.spot == 0 || (eye.spot >= kMinSpot && eye.spot <= 1), "spot",
-          "is " + numberText(eye.spot) + ", expected 0 or 1/4096..1");
-    check(eye.blur >= 0 && eye.blur <= kMaxBlur, "blur",
-          "is " + numberText(eye.blur) + ", expected 0..64");
+    checkNumber(std::isfinite(eye.phase), "phase", eye.phase, "a finite number");
+    checkNumber(eye.spot == 0 || (eye.spot >= kMinSpot && eye.spot <= 1), "spot", eye.spot,
+                "0 or 1/4096..1");
+    checkRange("blur", eye.blur, 0, kMaxBlur);
     checkSize(native.size(), {g.panelWidth, g.panelHeight}, "native", "the panel's ");
     const cv::Mat source = shareMemory(native, seen) ? native.clone() : native;
     seen.create(source.size(), source.type());

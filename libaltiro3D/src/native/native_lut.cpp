@@ -4,9 +4,9 @@
 
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
-#include "base/pixel_rows.hpp"
 #include "base/posix_file.hpp"
 #include "display/lens_phase.hpp"
+#include "native/panel_table.hpp"
 
 #include <algorithm>
 #include <array>
@@ -138,9 +138,8 @@ void checkHeader(const Header& h, const std::string& name) {
     const auto fail = [&](const std::string& problem) {
         throw Error(ErrorCode::BadFormat, name, problem);
     };
-    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) {
-        throw Error(ErrorCode::BadFormat, name, "is not a look-up table, expected a .map file");
-    }
+    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0)
+        fail("is not a look-up table, expected a .map file");
     if (h.version != kVersion) {
         fail("has format version " + std::to_string(h.version) + ", expected " +
              std::to_string(kVersion));
@@ -172,20 +171,12 @@ void checkHeader(const Header& h, const std::string& name) {
 } // namespace
 
 void NativeLutTables::allocate() {
-    try {
-        const int rows = panelSize.height;
-        const cv::Mat all(3 * rows, panelSize.width, CV_16UC2);
-        requestLargePages(all);
-        for (int channel = 0; channel < 3; ++channel) {
-            channels[static_cast<std::size_t>(channel)] =
-                all.rowRange(channel * rows, (channel + 1) * rows);
-        }
-    } catch (const cv::Exception&) {
-        throw Error(ErrorCode::OutOfMemory, "look-up table",
-                    "no memory for a panel of " + sizeText(panelSize) + " px, expected " +
-                        std::to_string(12LL * panelSize.width * panelSize.height / 1000000) +
-                        " MB to be free");
-    }
+    const int rows = panelSize.height;
+    const cv::Mat all = panelTable(panelSize, CV_16UC2);
+    requestLargePages(all);
+    for (int channel = 0; channel < 3; ++channel)
+        channels[static_cast<std::size_t>(channel)] =
+            all.rowRange(channel * rows, (channel + 1) * rows);
 }
 
 NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, InvertViews invert) {
@@ -204,19 +195,16 @@ NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, I
     for (int view = 0; view < quilt.columns * quilt.rows; ++view)
         tiles.push_back(quilt.tile(view).tl());
     const auto width = static_cast<std::size_t>(g.panelWidth);
-    std::vector<int> inTile(width); // X inside a tile
-    for (int x = 0; x < g.panelWidth; ++x) {
-        const int seen = g.mirrorX ? g.panelWidth - 1 - x : x;
-        inTile[static_cast<std::size_t>(x)] =
-            nearestSample(seen, g.panelWidth, quilt.tileSize.width);
-    }
+    // places inside a tile
+    const std::vector<int> inTile = samplesUnder(g.panelWidth, quilt.tileSize.width, g.mirrorX);
+    const std::vector<int> rowsInTile =
+        samplesUnder(g.panelHeight, quilt.tileSize.height, g.mirrorY);
     cv::parallel_for_(cv::Range(0, g.panelHeight), [&](const cv::Range& rows) {
         std::vector<std::uint32_t> views(width);
         for (int channel = 0; channel < 3; ++channel) {
             cv::Mat& table = tables->channels[static_cast<std::size_t>(channel)];
             for (int y = rows.start; y < rows.end; ++y) {
-                const int seen = g.mirrorY ? g.panelHeight - 1 - y : y;
-                const int yInTile = nearestSample(seen, g.panelHeight, quilt.tileSize.height);
+                const int yInTile = rowsInTile[static_cast<std::size_t>(y)];
                 phases.viewsOfRow(y, channel, quilt.viewCount, views.data());
                 auto* out = table.ptr<std::uint16_t>(y);
                 for (std::size_t x = 0; x < width; ++x) {

@@ -4,6 +4,7 @@
 #include "base/pixel_rows.hpp"
 #include "base/text.hpp"
 #include "display/lens_phase.hpp"
+#include "native/panel_table.hpp"
 #include "native/shift_kernels.hpp"
 #include "native/view_columns.hpp"
 #include "views/view_methods.hpp"
@@ -23,10 +24,9 @@ constexpr double kSamplesPerSubpixel = 0.25;
 // For each px of a side of the panel, the px of the photo under it.
 // @param shown px of the photo that the panel shows
 std::vector<int> samplesOf(int panel, const cv::Range& shown, bool mirrored) {
-    std::vector<int> samples(static_cast<std::size_t>(panel));
-    for (int i = 0; i < panel; ++i)
-        samples[static_cast<std::size_t>(i)] =
-            shown.start + nearestSample(mirrored ? panel - 1 - i : i, panel, shown.size());
+    std::vector<int> samples = samplesUnder(panel, shown.size(), mirrored);
+    for (int& sample : samples)
+        sample += shown.start;
     return samples;
 }
 
@@ -92,8 +92,7 @@ NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
                                const ViewOptions& options, ViewPositions positions,
                                InvertViews invert) {
     validate(options);
-    check(viewCount >= 1 && viewCount <= kMaxViews, "view count",
-          "is " + std::to_string(viewCount) + ", expected 1.." + std::to_string(kMaxViews));
+    checkRange("view count", viewCount, 1, kMaxViews);
     check(options.method != ViewMethod::Real, "method",
           "is real, which makes only whole views, expected fast or layered, or a quilt");
     impl_ = std::make_shared<const Impl>(

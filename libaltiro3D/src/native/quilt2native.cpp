@@ -230,8 +230,7 @@ void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double vie
                      double panelAspect, FitMode mode, cv::Mat& fitted) {
     validate(layout);
     checkSize(quilt.size(), layout.size(), "quilt");
-    check(viewAspect >= 0.01 && viewAspect <= 100, "viewAspect",
-          "is " + numberText(viewAspect) + ", expected 0.01..100");
+    checkRange("viewAspect", viewAspect, 0.01, 100);
     // A tile has the shape viewAspect, independent of its px; the fit is computed for that shape.
     const int height = layout.tileSize.height;
     const cv::Size shown(std::max(1, static_cast<int>(std::lround(height * viewAspect))), height);

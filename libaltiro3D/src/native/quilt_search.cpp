@@ -311,10 +311,10 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
     found.confidence *= std::clamp((quilt.likeness - other) / kMinGap, 0.0, 1.0);
     found.confidence *= std::min(1.0, quilt.detail / kMinDetail);
     found.verdict = found.confidence >= kMinConfidence ? QuiltVerdict::Quilt : QuiltVerdict::Unsure;
-    found.layout.columns = quilt.columns.count;
-    found.layout.rows = quilt.rows.count;
-    found.layout.tileSize = {picture.cols / quilt.columns.count, picture.rows / quilt.rows.count};
-    found.layout.viewCount = quilt.tiles();
+    found.layout = {quilt.columns.count,
+                    quilt.rows.count,
+                    {picture.cols / quilt.columns.count, picture.rows / quilt.rows.count},
+                    quilt.tiles()};
     if (found.verdict == QuiltVerdict::Quilt && rowOrder(quilt) != RowOrder::Upward) {
         found.verdict = QuiltVerdict::Unsure;
         found.isFromTop = rowOrder(quilt) == RowOrder::Downward;

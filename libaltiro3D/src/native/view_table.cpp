@@ -1,8 +1,8 @@
 #include "native/view_table.hpp"
 
-#include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 #include "display/lens_phase.hpp"
+#include "native/panel_table.hpp"
 
 #include <atomic>
 #include <opencv2/core.hpp>
@@ -97,11 +97,7 @@ ViewTable emptyTable(cv::Size panelSize, const QuiltLayout& quilt) {
     t.panelSize = panelSize;
     t.quilt = quilt;
     const int type = tileCount(quilt) <= 256 ? CV_8U : CV_16U;
-    const auto bytes = 3LL * CV_ELEM_SIZE(type) * panelSize.width * panelSize.height;
-    orOutOfMemory("look-up table",
-                  "no memory for a panel of " + sizeText(panelSize) + " px, expected " +
-                      std::to_string(bytes / 1000000) + " MB to be free",
-                  [&] { t.views.create(3 * panelSize.height, panelSize.width, type); });
+    t.views = panelTable(panelSize, type);
     t.columns.resize(static_cast<std::size_t>(panelSize.width));
     t.rows.resize(static_cast<std::size_t>(panelSize.height));
     return t;
@@ -206,16 +202,10 @@ void ViewTable::render(const cv::Mat& source, cv::Mat& native) const {
 std::optional<ViewTable> viewTable(const LensGeometry& g, const QuiltLayout& quilt) {
     if (tileCount(quilt) > kMaxTiles) return std::nullopt;
     ViewTable t = emptyTable({g.panelWidth, g.panelHeight}, quilt);
-    for (int x = 0; x < g.panelWidth; ++x) {
-        const int seen = g.mirrorX ? g.panelWidth - 1 - x : x;
-        t.columns[static_cast<std::size_t>(x)] =
-            static_cast<std::uint32_t>(nearestSample(seen, g.panelWidth, quilt.tileSize.width));
-    }
-    for (int y = 0; y < g.panelHeight; ++y) {
-        const int seen = g.mirrorY ? g.panelHeight - 1 - y : y;
-        t.rows[static_cast<std::size_t>(y)] =
-            static_cast<std::uint32_t>(nearestSample(seen, g.panelHeight, quilt.tileSize.height));
-    }
+    const std::vector<int> columns = samplesUnder(g.panelWidth, quilt.tileSize.width, g.mirrorX);
+    t.columns.assign(columns.begin(), columns.end());
+    const std::vector<int> rows = samplesUnder(g.panelHeight, quilt.tileSize.height, g.mirrorY);
+    t.rows.assign(rows.begin(), rows.end());
     const LensPhases phases(g);
     overRows(3 * g.panelHeight, [&](int row) {
         const int channel = 2 - row % 3;

@@ -39,7 +39,7 @@ void checkFraming(const Framing& framing) {
         checkNumber(part >= 0 && part <= 1, "centre", part,
                     "0 (left or top edge) .. 1 (right or bottom edge)");
     }
-    checkNumber(framing.zoom >= 1 && framing.zoom <= 1000, "zoom", framing.zoom, "1..1000");
+    checkRange("zoom", framing.zoom, 1, 1000);
 }
 
 bool isInside(const cv::Rect& part, cv::Size whole) {
@@ -151,8 +151,7 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
           "has " + sizeText(picture) + " px, expected at least 1 x 1");
     check(result.width >= 1 && result.height >= 1, "fitted photo",
           "has " + sizeText(result) + " px, expected at least 1 x 1");
-    checkNumber(panelAspect >= 0.01 && panelAspect <= 100, "panel aspect", panelAspect,
-                "0.01..100");
+    checkRange("panel aspect", panelAspect, 0.01, 100);
     checkFraming(framing);
     // Sides of the window that fills the panel, in px of the picture; larger than it if bars show.
     cv::Size2d window = picture;
@@ -257,20 +256,15 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    switch (scene.edges) {
-    case DepthEdges::Unknown:
-        break;
-    case DepthEdges::Matched:
+    if (scene.edges == DepthEdges::Decided) {
+        DepthFlaws mixed;
+        mixed.mixedPixels = flaws.mixedPixels;
+        return mixed;
+    }
+    if (scene.edges == DepthEdges::Matched) {
         // Matching widens near things where the background is plain. Correction would erode all.
         flaws.growthPixels = 0;
         flaws.shiftPixels = {};
-        break;
-    case DepthEdges::Decided: {
-        const int mixedPixels = flaws.mixedPixels;
-        flaws = {};
-        flaws.mixedPixels = mixedPixels;
-        break;
-    }
     }
     return flaws;
 }

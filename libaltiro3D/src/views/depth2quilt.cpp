@@ -84,10 +84,7 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
 }
 
 void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view) const {
-    if (!std::isfinite(position)) {
-        throw Error(ErrorCode::InvalidArgument, "position",
-                    "is " + numberText(position) + ", expected a finite number");
-    }
+    checkNumber(std::isfinite(position), "position", position, "a finite number");
     const std::unique_ptr<ViewRenderer> renderer =
         makeRenderer(scene, options_, std::max(1.0, std::abs(position)));
     const cv::Range shown = shownColumns(scene);

@@ -14,17 +14,12 @@ namespace altiro3D {
 namespace {
 
 void checkPair(const cv::Mat& picture, const cv::Mat& truth) {
-    if (picture.empty() || picture.depth() != CV_8U) {
-        throw Error(ErrorCode::InvalidArgument, "picture",
-                    "is of type " + cv::typeToString(picture.type()) + " and size " +
-                        sizeText(picture.size()) + ", expected 8-bit samples");
-    }
-    if (picture.size() != truth.size() || picture.type() != truth.type()) {
-        throw Error(ErrorCode::Mismatch, "picture",
-                    "has " + sizeText(picture.size()) + " px of type " +
-                        cv::typeToString(picture.type()) + ", expected the truth's " +
-                        sizeText(truth.size()) + " px of type " + cv::typeToString(truth.type()));
-    }
+    check(!picture.empty() && picture.depth() == CV_8U, "picture",
+          shapeText(picture) + ", expected 8-bit samples");
+    if (picture.size() == truth.size() && picture.type() == truth.type()) return;
+    throw Error(ErrorCode::Mismatch, "picture",
+                shapeText(picture) + ", and the truth " + shapeText(truth) +
+                    ", expected the same of both");
 }
 
 // Local mean under the window.
@@ -65,10 +60,8 @@ double psnr(const cv::Mat& picture, const cv::Mat& truth) {
 
 double ssim(const cv::Mat& picture, const cv::Mat& truth) {
     checkPair(picture, truth);
-    if (picture.channels() > 4) { // size of OpenCV's Scalar
-        throw Error(ErrorCode::InvalidArgument, "picture",
-                    "has " + std::to_string(picture.channels()) + " channels, expected at most 4");
-    }
+    check(picture.channels() <= 4, "picture", // size of OpenCV's Scalar
+          "has " + std::to_string(picture.channels()) + " channels, expected at most 4");
     constexpr double kC1 = (0.01 * 255) * (0.01 * 255);
     constexpr double kC2 = (0.03 * 255) * (0.03 * 255);
     cv::Mat x;

@@ -1,6 +1,7 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "depth/map/depth_values.hpp"
 #include "views/view_methods.hpp"
 
@@ -13,20 +14,11 @@ namespace altiro3D {
 
 namespace {
 
-void requireSize(const cv::Mat& picture, cv::Size size, const std::string& name) {
-    if (picture.size() == size) return;
-    throw Error(ErrorCode::Mismatch, name,
-                "has pictures of " + sizeText(size) + " and " + sizeText(picture.size()) +
-                    " px, expected equal sizes");
-}
-
 // Disparity in px; NaN where it is unknown.
-void disparityRow(const float* raw, int width, double scale, float* row) {
-    for (int x = 0; x < width; ++x) {
-        const bool known = std::isfinite(raw[x]) && raw[x] > 0;
-        row[x] = known ? static_cast<float>(static_cast<double>(raw[x]) / scale)
-                       : std::numeric_limits<float>::quiet_NaN();
-    }
+float disparityOf(float raw, double scale) {
+    const bool known = std::isfinite(raw) && raw > 0;
+    return known ? static_cast<float>(static_cast<double>(raw) / scale)
+                 : std::numeric_limits<float>::quiet_NaN();
 }
 
 } // namespace
@@ -80,17 +72,12 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
 }
 
 ViewCost measureViews(const Scene& scene, const ViewOptions& options, int views, int repetitions) {
-    check(views >= 1 && views <= 1024, "views",
-          "is " + std::to_string(views) + ", expected 1..1024");
-    check(repetitions >= 1 && repetitions <= 1000, "repetitions",
-          "is " + std::to_string(repetitions) + ", expected 1..1000");
+    checkRange("views", views, 1, 1024);
+    checkRange("repetitions", repetitions, 1, 1000);
     checkType(scene.photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     // Tiles of the photo's size in a quilt that is as square as possible.
-    QuiltLayout layout;
-    layout.columns = static_cast<int>(std::ceil(std::sqrt(views)));
-    layout.rows = (views + layout.columns - 1) / layout.columns;
-    layout.tileSize = scene.photo.size();
-    layout.viewCount = views;
+    const int columns = static_cast<int>(std::ceil(std::sqrt(views)));
+    const QuiltLayout layout{columns, (views + columns - 1) / columns, scene.photo.size(), views};
     const auto milliseconds = [&](const auto& work) {
         double best = std::numeric_limits<double>::infinity();
         for (int i = 0; i < repetitions; ++i) {
@@ -139,17 +126,17 @@ StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
     checkType(truth, {CV_8UC3}, "truth", "CV_8UC3 (8-bit BGR)");
     check(scale > 0 && std::isfinite(scale), "disparity scale",
           "is " + numberText(scale) + ", expected a number > 0");
-    requireSize(rawDisparity, photo.size(), name);
-    requireSize(truth, photo.size(), name);
+    checkSize(rawDisparity.size(), photo.size(), name + ": disparity", "the photo's ");
+    checkSize(truth.size(), photo.size(), name + ": truth", "the photo's ");
     StereoScene scene;
     scene.name = name;
     scene.photo = photo;
     scene.truth = truth;
-    scene.depth.create(photo.size(), CV_32FC1);
+    scene.depth =
+        mapped<float, float>(rawDisparity, [=](float raw) { return disparityOf(raw, scale); });
     float largest = 0;
     for (int y = 0; y < photo.rows; ++y) {
         float* row = scene.depth.ptr<float>(y);
-        disparityRow(rawDisparity.ptr<float>(y), photo.cols, scale, row);
         if (!fillUnknown(row, photo.cols)) std::fill(row, row + photo.cols, 0.0F);
         largest = std::max(largest, *std::max_element(row, row + photo.cols));
     }

@@ -3,7 +3,6 @@
 #include "base/checks.hpp"
 #include "views/view_renderer.hpp"
 
-#include <new>
 #include <opencv2/core.hpp>
 
 namespace altiro3D {
@@ -30,11 +29,6 @@ std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& 
     return makeLayeredRenderer(photo, depth, options.focus, settings);
 }
 
-[[noreturn]] void failForMemory(cv::Size size) {
-    throw Error(ErrorCode::OutOfMemory, "photo",
-                "no memory for views of " + sizeText(size) + " px, expected a smaller photo");
-}
-
 } // namespace
 
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
@@ -49,16 +43,11 @@ std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions
     check(shown.start >= 0 && shown.end <= scene.photo.cols, "shown columns",
           "are " + std::to_string(shown.start) + ".." + std::to_string(shown.end - 1) +
               ", expected columns of the photo, 0.." + std::to_string(scene.photo.cols - 1));
-    checkNumber(scene.mixedPixels >= 0 && scene.mixedPixels <= 7, "mixed px", scene.mixedPixels,
-                "0..7 px");
-    try {
-        return rendererOf(scene, options, reach);
-    } catch (const std::bad_alloc&) {
-        failForMemory(scene.photo.size());
-    } catch (const cv::Exception& exception) {
-        if (exception.code != cv::Error::StsNoMem) throw;
-        failForMemory(scene.photo.size());
-    }
+    checkRange("mixed px", scene.mixedPixels, 0, 7, " px");
+    return orOutOfMemory("photo",
+                         "no memory for views of " + sizeText(scene.photo.size()) +
+                             " px, expected a smaller photo",
+                         [&] { return rendererOf(scene, options, reach); });
 }
 
 float halfParallaxOf(const ViewOptions& options, int width) {

@@ -10,18 +10,14 @@
 namespace altiro3D {
 
 void validate(const ViewOptions& options) {
-    checkNumber(options.strengthPercent >= 0 && options.strengthPercent <= 10000, "strength",
-                options.strengthPercent, "0..10000 % of the width");
+    checkRange("strength", options.strengthPercent, 0, 10000, " % of the width");
     checkNumber(options.focus >= 0 && options.focus <= 1, "focus", options.focus,
                 "a depth of 0 (farthest) .. 1 (nearest)");
-    checkNumber(options.refinement >= 0 && options.refinement <= 16, "refinement",
-                options.refinement, "0..16 steps");
-    checkNumber(options.real.inpaintingRadius >= 1 && options.real.inpaintingRadius <= 20,
-                "inpaintingRadius", options.real.inpaintingRadius, "1..20 px");
+    checkRange("refinement", options.refinement, 0, 16, " steps");
+    checkRange("inpaintingRadius", options.real.inpaintingRadius, 1, 20, " px");
     checkNumber(options.layered.tearPixels > 0 && options.layered.tearPixels <= 1000, "tear",
                 options.layered.tearPixels, "more than 0 and at most 1000 px");
-    checkNumber(options.layered.edgeDilationPixels >= 0 && options.layered.edgeDilationPixels <= 8,
-                "edge dilation", options.layered.edgeDilationPixels, "0..8 px");
+    checkRange("edge dilation", options.layered.edgeDilationPixels, 0, 8, " px");
 }
 
 AdjacentParallax adjacentParallax(const ViewOptions& options, const QuiltLayout& quilt,
@@ -118,16 +114,14 @@ Camera readCamera(const std::filesystem::path& path) {
 
 double focalLengthFromFieldOfView(int columns, double fovDegrees) {
     checkNumber(columns > 0, "columns", columns, "1 px or more");
-    checkNumber(fovDegrees >= 0.1 && fovDegrees <= 179, "field of view", fovDegrees,
-                "0.1..179 degrees");
+    checkRange("field of view", fovDegrees, 0.1, 179, " degrees");
     return columns / (2 * std::tan(fovDegrees * CV_PI / 360));
 }
 
 double focalLengthFrom35mm(cv::Size size, double focalLength35mm) {
     checkNumber(std::min(size.width, size.height) > 0, "size", std::min(size.width, size.height),
                 "1 px or more a side");
-    checkNumber(focalLength35mm >= 1 && focalLength35mm <= 10000, "35 mm focal length",
-                focalLength35mm, "1..10000 mm");
+    checkRange("35 mm focal length", focalLength35mm, 1, 10000, " mm");
     return focalLength35mm / 36 * std::max(size.width, size.height); // the frame is 36 x 24 mm
 }
 

@@ -979,7 +979,7 @@ TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
     EXPECT_EQ(problem("a.png", cv::Mat()),
               "picture: is empty, expected 8 or 16 bits and 1 or 3 channels");
     EXPECT_EQ(problem("a.png", cv::Mat(1, 1, CV_32FC3)),
-              "picture: has the type CV_32FC3, expected 8 or 16 bits and 1 or 3 channels");
+              "picture: is 1 x 1 px of CV_32FC3, expected 8 or 16 bits and 1 or 3 channels");
     EXPECT_EQ(problem("none/a.png", picture),
               "cannot be written: No such file or directory; its directory must exist");
     EXPECT_TRUE(fs::is_empty(directory.path()));

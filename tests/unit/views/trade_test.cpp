@@ -51,7 +51,7 @@ TEST(StereoScene, WrongPicturesAreNamed) {
                          "disparity scale"));
     EXPECT_TRUE(contains(
         errorOf([&] { makeStereoScene("cones", photo, disparity, 1, cv::Mat(4, 5, CV_8UC3)); }),
-        "cones: has pictures of 6 x 4 and 5 x 4 px"));
+        "cones: truth: has 5 x 4 px, expected the photo's 6 x 4 px"));
 }
 
 TEST(Trade, InsideLeavesTheBandsOut) {

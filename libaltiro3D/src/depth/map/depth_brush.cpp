@@ -204,10 +204,9 @@ DepthStroke::DepthStroke(const cv::Mat& photo, const cv::Mat& depth,
                          const DepthBrushOptions& options)
     : impl_(std::make_unique<Impl>()) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
-    checkNumber(options.radius >= 0.5 && options.radius <= kMaxRadius, "radius", options.radius,
-                "0.5..4096");
-    checkNumber(options.amount >= 0 && options.amount <= 1, "amount", options.amount, "0..1");
-    checkNumber(options.level >= 0 && options.level <= 1, "level", options.level, "0..1");
+    checkRange("radius", options.radius, 0.5, kMaxRadius);
+    checkRange("amount", options.amount, 0, 1);
+    checkRange("level", options.level, 0, 1);
     impl_->options = options;
     if (options.keepsEdges) impl_->photo = withoutGrain(photo);
     impl_->before = withinRange(depth);
@@ -247,11 +246,9 @@ const cv::Mat& DepthStroke::depth() const {
 cv::Rect liftDepth(const cv::Mat& photo, const cv::Mat& depth,
                    const std::vector<cv::Point2d>& outline, double amount, cv::Mat& lifted) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
-    checkNumber(amount >= -1 && amount <= 1, "amount", amount, "-1..1");
-    for (const cv::Point2d& point : outline) {
-        check(std::isfinite(point.x) && std::isfinite(point.y), "outline",
-              "has a point that is not finite, expected px of the photo");
-    }
+    checkRange("amount", amount, -1, 1);
+    check(std::all_of(outline.begin(), outline.end(), isFinite), "outline",
+          "has a point that is not finite, expected px of the photo");
     const cv::Mat before = withinRange(depth);
     lifted = before.clone();
     if (outline.size() < 3) return {};

@@ -244,14 +244,9 @@ void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& opt
 void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) {
     checkType(raw, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "depth",
               "one channel of 8-bit, 16-bit, float or double numbers");
-    const auto isWithin = [](double value, double low, double high) {
-        return value >= low && value <= high;
-    };
-    checkNumber(isWithin(options.lowPercentile, 0, 50), "lowPercentile", options.lowPercentile,
-                "0..50 %");
-    checkNumber(isWithin(options.highPercentile, 50, 100), "highPercentile", options.highPercentile,
-                "50..100 %");
-    checkNumber(isWithin(options.flatDepth, 0, 1), "flatDepth", options.flatDepth, "0..1");
+    checkRange("lowPercentile", options.lowPercentile, 0, 50, " %");
+    checkRange("highPercentile", options.highPercentile, 50, 100, " %");
+    checkRange("flatDepth", options.flatDepth, 0, 1);
     // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): keeps raw alive if it is depth
     const cv::Mat source = raw;
     if (source.depth() == CV_8U) return normalize<std::uint8_t>(source, depth, options);
@@ -262,13 +257,8 @@ void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization
 
 cv::Mat depthTo16Bit(const cv::Mat& depth) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
-    cv::Mat result(depth.size(), CV_16UC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        const float* from = depth.ptr<float>(y);
-        std::transform(from, from + depth.cols, result.ptr<std::uint16_t>(y),
-                       [](float value) { return toWhole<std::uint16_t>(value, 65535.0f); });
-    }
-    return result;
+    return mapped<float, std::uint16_t>(
+        depth, [](float value) { return toWhole<std::uint16_t>(value, 65535.0f); });
 }
 
 } // namespace altiro3D

@@ -18,14 +18,7 @@ inline float withinRange(float value) {
 
 /// A copy of a depth map with all values in 0..1; NaN becomes 0.
 inline cv::Mat withinRange(const cv::Mat& depth) {
-    cv::Mat result(depth.size(), CV_32FC1);
-    overRows(depth.rows, [&](int y) {
-        const float* const from = depth.ptr<float>(y);
-        float* const to = result.ptr<float>(y);
-        for (int x = 0; x < depth.cols; ++x)
-            to[x] = withinRange(from[x]);
-    });
-    return result;
+    return mapped<float, float>(depth, [](float value) { return withinRange(value); });
 }
 
 /// A depth map at another size: the values at the centres of its px, in 0..1; NaN becomes 0.

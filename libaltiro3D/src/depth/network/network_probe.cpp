@@ -72,8 +72,7 @@ bool waitFor(int descriptor, double seconds) {
 
 void probeNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size inputSize,
                   double seconds, InferenceEngine engine) {
-    check(seconds >= 0.1 && seconds <= 3600, "seconds",
-          "is " + numberText(seconds) + ", expected 0.1..3600");
+    checkRange("seconds", seconds, 0.1, 3600);
     int ends[2] = {-1, -1};
     const auto refuse = [&] {
         throw Error(ErrorCode::ReadFailed, file.string(),

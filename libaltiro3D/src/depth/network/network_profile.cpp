@@ -11,6 +11,7 @@
 #include <set>
 #include <sstream>
 #include <system_error>
+#include <type_traits>
 
 namespace altiro3D {
 
@@ -80,6 +81,12 @@ void checkFields(const NetworkProfile& profile, const Complain& complain) {
     }
 }
 
+bool isSide(const Json& value) {
+    if (!value.is_number_integer()) return false;
+    const bool isLarge = value.is_number_unsigned() && value.get<std::uint64_t>() > kMaxSide;
+    return !isLarge && value.get<std::int64_t>() >= 1;
+}
+
 // Reads the fields of one JSON object. Errors name the file and the field.
 class FieldReader {
   public:
@@ -103,44 +110,20 @@ class FieldReader {
         return nullptr;
     }
 
-    void read(const std::string& field, std::string& target, bool required = false) const {
-        const Json* value = find(field, required);
+    template <typename T>
+    void read(const std::string& field, T& target, bool required = false) const {
+        const Json* const value = find(field, required);
         if (value == nullptr) return;
-        if (!value->is_string()) failExpecting(field, *value, "a text");
-        target = value->get<std::string>();
-    }
-
-    void read(const std::string& field, bool& target) const {
-        const Json* value = find(field, false);
-        if (value == nullptr) return;
-        if (!value->is_boolean()) failExpecting(field, *value, "true or false");
-        target = value->get<bool>();
-    }
-
-    void read(const std::string& field, int& target, bool required = false) const {
-        const Json* value = find(field, required);
-        if (value == nullptr) return;
-        const std::string expected = "a whole number 1..4096";
-        if (!value->is_number_integer()) failExpecting(field, *value, expected);
-        const bool large = value->is_number_unsigned() && value->get<std::uint64_t>() > kMaxSide;
-        if (large || value->get<std::int64_t>() < 1) failExpecting(field, *value, expected);
-        target = value->get<int>();
-    }
-
-    void read(const std::string& field, std::uint64_t& target) const {
-        const Json* value = find(field, false);
-        if (value == nullptr) return;
-        if (!value->is_number_unsigned()) {
-            failExpecting(field, *value, "a whole number of bytes, 0 if unknown");
-        }
-        target = value->get<std::uint64_t>();
-    }
-
-    void read(const std::string& field, double& target) const {
-        const Json* value = find(field, false);
-        if (value == nullptr) return;
-        if (!value->is_number()) failExpecting(field, *value, "a number");
-        target = value->get<double>();
+        const auto expect = [&](bool isRight, const char* expected) {
+            if (!isRight) failExpecting(field, *value, expected);
+        };
+        if constexpr (std::is_same_v<T, std::string>) expect(value->is_string(), "a text");
+        if constexpr (std::is_same_v<T, bool>) expect(value->is_boolean(), "true or false");
+        if constexpr (std::is_same_v<T, double>) expect(value->is_number(), "a number");
+        if constexpr (std::is_same_v<T, std::uint64_t>)
+            expect(value->is_number_unsigned(), "a whole number of bytes, 0 if unknown");
+        if constexpr (std::is_same_v<T, int>) expect(isSide(*value), "a whole number 1..4096");
+        target = value->get<T>();
     }
 
     void read(const std::string& field, std::array<double, 3>& target) const {

@@ -23,14 +23,11 @@ namespace {
 constexpr int kBorder = cv::BORDER_REPLICATE | cv::BORDER_ISOLATED;
 
 void validate(const DepthFlaws& flaws) {
-    checkNumber(flaws.softnessPixels >= 0 && flaws.softnessPixels <= 64, "softness",
-                flaws.softnessPixels, "0..64 px");
-    checkNumber(flaws.growthPixels >= -7 && flaws.growthPixels <= 7, "growth", flaws.growthPixels,
-                "-7..7 px");
-    for (const int shift : {flaws.shiftPixels.x, flaws.shiftPixels.y})
-        checkNumber(shift >= -7 && shift <= 7, "shift", shift, "-7..7 px");
-    checkNumber(flaws.mixedPixels >= 0 && flaws.mixedPixels <= 7, "mixed px", flaws.mixedPixels,
-                "0..7 px");
+    checkRange("softness", flaws.softnessPixels, 0, 64, " px");
+    checkRange("growth", flaws.growthPixels, -7, 7, " px");
+    checkRange("shift", flaws.shiftPixels.x, -7, 7, " px");
+    checkRange("shift", flaws.shiftPixels.y, -7, 7, " px");
+    checkRange("mixed px", flaws.mixedPixels, 0, 7, " px");
 }
 
 // Moves the map back; px at the border are repeated.

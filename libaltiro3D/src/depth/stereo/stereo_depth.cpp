@@ -221,12 +221,8 @@ std::vector<double> certainOf(const cv::Mat& disparity, const cv::Mat& grey) {
 
 // Leaves out disparities beyond a range in px.
 void limit(cv::Mat& disparity, double low, double high) {
-    for (int y = 0; y < disparity.rows; ++y) {
-        auto* const row = disparity.ptr<std::int16_t>(y);
-        for (int x = 0; x < disparity.cols; ++x) {
-            if (row[x] < low * kOne || row[x] > high * kOne)
-                row[x] = static_cast<std::int16_t>(kUnknown);
-        }
+    for (std::int16_t& value : cv::Mat_<std::int16_t>(disparity)) {
+        if (value < low * kOne || value > high * kOne) value = static_cast<std::int16_t>(kUnknown);
     }
 }
 

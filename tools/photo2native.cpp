@@ -1,8 +1,11 @@
 // photo2native: turns photos into Natives.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/display_options.hpp"
 #include "cli/folders.hpp"
+#include "cli/quilt_options.hpp"
 #include "cluster/photo_chunks.hpp"
+#include "photo/photo_run.hpp"
 
 #include <ctime>
 #include <nlohmann/json.hpp>
@@ -15,27 +18,27 @@ namespace fs = std::filesystem;
 namespace {
 
 // A run of one photo.
-PhotosMade makeOnly(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
+PhotosMade makeOnePhoto(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
     PhotosMade made;
     const PhotoItem& item = plan.items.front();
     if (item.isMade) {
         messages.say(item.photo.string() + ": skipped, as " + item.native.string() + " exists");
         made.pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
     } else {
-        made.pictures.push_back(makePicture(item, run, messages));
+        made.pictures.push_back(makePhoto(item, run, messages));
     }
     return made;
 }
 
 // A run of many photos.
-PhotosMade makePictures(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
+PhotosMade makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
     PhotosMade made;
     std::vector<FolderItem> files;
     for (const PhotoItem& item : plan.items)
         files.push_back({item.photo, item.native, item.isMade});
     FolderRun folder("photo", plan.leftOut, messages);
     const auto make = [&](std::size_t i) {
-        made.pictures.push_back(makePicture(plan.items[i], run, messages));
+        made.pictures.push_back(makePhoto(plan.items[i], run, messages));
         return kExitDone;
     };
     made.status = folder.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
@@ -50,8 +53,8 @@ PhotosMade makePictures(const PhotoPlan& plan, PhotoRun& run, Messages& messages
 
 // Makes the photos of a job, or a part of those of a plan.
 PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& messages) {
-    StageTimes
-        setup; // "start" is the processor time until here, nearly all of it for loading libraries
+    StageTimes setup;
+    // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
     const ChosenDisplay display = findDisplay(job.display, messages);
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
@@ -70,8 +73,8 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (!fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
 
-    PhotosMade made =
-        plan.batch ? makePictures(plan, photoRun, messages) : makeOnly(plan, photoRun, messages);
+    PhotosMade made = plan.batch ? makeManyPhotos(plan, photoRun, messages)
+                                 : makeOnePhoto(plan, photoRun, messages);
     const double peak = peakMegabytes();
     if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
     if (!job.report.empty()) {
@@ -161,6 +164,7 @@ int main(int argc, char** argv) {
         if (const auto status =
                 runPhotoChunks(given, {argv, argv + argc}, addOptions, makePart, messages))
             return *status;
+        // an ordinary run
         return makePhotos(photoJob(given), nullptr, messages).status;
     });
 }

@@ -1,6 +1,6 @@
 // What an eye sees of the test picture, with the faults that it is to tell apart.
 
-#include "viewer/show/test_picture.hpp"
+#include "viewer/show/presentation.hpp"
 
 #include "altiro3D/altiro3D.hpp"
 #include "support/slow.hpp"

@@ -108,14 +108,14 @@ void requireContinuous(const CommandLine& commandLine, const SceneOptions& optio
         throw UsageError(option + " reads single sub-pixels, but method real makes whole views "
                                   "only; expected --method layered or fast with it");
     }
-    if (blends(options.native.sampling)) {
+    if (options.native.sampling.blends()) {
         throw UsageError(option + " needs no blending: --view-filter and --sampling blend views "
                                   "of a quilt; expected it without them");
     }
 }
 
 // What a photo shows without options that ask for something else.
-void showPhotoAs(const CommandLine& commandLine, NativeOptions& options) {
+void chooseDetailOfPhotos(const CommandLine& commandLine, NativeOptions& options) {
     if (commandLine.has("best")) {
         if (commandLine.has("quick"))
             throw UsageError("--best and --quick exclude each other, expected one of them");
@@ -243,7 +243,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
     if (!options.continuous.empty()) native.positions = ViewPositions::Continuous;
     native.sampling = samplingOption(commandLine);
     if (isPhoto) {
-        showPhotoAs(commandLine, native);
+        chooseDetailOfPhotos(commandLine, native);
         options.unasked.framing = !has("fit") && !has("center");
         options.unasked.focus = !has("focus");
         options.choices.framing = options.choices.framing || options.unasked.framing;
@@ -275,7 +275,7 @@ NativeMaker makeNativeMaker(const SceneOptions& scene, const ChosenDisplay& disp
         return NativeMaker(display, layout, options);
     }
     messages.detail("path: over the quilt, as " + why);
-    if (blends(options.sampling)) return NativeMaker(display, layout, options);
+    if (options.sampling.blends()) return NativeMaker(display, layout, options);
     return NativeMaker(lookUpTable(display, layout, messages), options);
 }
 

@@ -171,10 +171,6 @@ ViewFilter viewFilterOption(const CommandLine& commandLine) {
         .value_or(ViewFilter::Nearest);
 }
 
-bool blends(const QuiltSampling& sampling) {
-    return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
-}
-
 void tellShape(const QuiltShape& shape, Messages& messages) {
     if (shape.stretchesUnasked())
         messages.warnOfSubject(stretchText(shape) + "; --fit contain keeps the shape of the px");
@@ -300,7 +296,7 @@ NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, M
 
 Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages) {
-    if (blends(sampling)) return {display.calibration, layout, sampling, display.invert};
+    if (sampling.blends()) return {display.calibration, layout, sampling, display.invert};
     return Quilt2Native(lookUpTable(display, layout, messages));
 }
 

@@ -23,7 +23,6 @@ QuiltSampling samplingOption(const CommandLine& commandLine,
 /// coloured noise.
 QuiltSampling pictureSampling(const CommandLine& commandLine);
 ViewFilter viewFilterOption(const CommandLine& commandLine);
-bool blends(const QuiltSampling& sampling);
 
 /// Reports black bars that keep the shape of a quilt's views, unless the user asked for them. Warns
 /// if the views are stretched, as their shape is not known.

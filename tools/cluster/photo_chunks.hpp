@@ -58,14 +58,6 @@ struct PhotoPart {
     void requireSame(const PhotoRun& run) const;
 };
 
-/// How the photos of a call ended.
-struct PhotosMade { // NOLINT(bugprone-exception-escape): the library of JSON states no noexcept
-    int status = kExitDone;
-    bool mayRecover = false; ///< See FolderRun.
-    std::vector<std::filesystem::path> outputs;
-    nlohmann::ordered_json pictures = nlohmann::ordered_json::array(); ///< Of the report.
-};
-
 /// Adds the options of the plan, of its chunks and of the join.
 void addPhotoChunkOptions(CommandLine& commandLine);
 

@@ -192,7 +192,7 @@ std::string costKey(const NativeMaker& maker, cv::Size photo) {
     if (maker.options().positions == ViewPositions::Continuous) key += "-continuous";
     if (maker.options().lensFilter) key += "-filtered";
     if (maker.options().refine.keepsDepth()) key += "-exact";
-    if (blends(maker.options().sampling)) key += "-blended";
+    if (maker.options().sampling.blends()) key += "-blended";
     if (maker.path() == NativePath::OverQuilt)
         key += "-" + sizeKey(layout.tileSize) + "-" + std::to_string(layout.viewCount);
     return key;
@@ -289,7 +289,7 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
     return run;
 }
 
-Json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages) {
+Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     ReadPhoto scene = run.depth.read(item.photo, item.depth, focus, messages, times);

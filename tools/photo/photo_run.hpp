@@ -20,9 +20,9 @@ struct PhotoRun {
     cv::Mat native; ///< reused
 };
 
-/// Chooses the source of depth and makes the tables.
+/// Chooses the source of depth and prepares the maker of Natives.
 /// @param job must outlive the run
-/// @param times receives the stages "network" and "display"
+/// @param times receives "network", if one is loaded now, and "display"
 /// @throws UsageError, Error
 PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                       StageTimes& times, Messages& messages);
@@ -31,12 +31,20 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
 /// outputs exist.
 /// @return its entry in the report
 /// @throws NotTaken, UsageError, Error
-nlohmann::ordered_json makePicture(const PhotoItem& item, PhotoRun& run, Messages& messages);
+nlohmann::ordered_json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages);
 
 /// The report of a run without its times and pictures.
 nlohmann::ordered_json photoReport(const PhotoRun& run, const Messages& messages);
 
 /// The text of a report's file.
 std::string reportText(const nlohmann::ordered_json& report);
+
+/// How the photos of a call ended.
+struct PhotosMade { // NOLINT(bugprone-exception-escape): the library of JSON states no noexcept
+    int status = kExitDone;
+    bool mayRecover = false; ///< See FolderRun.
+    std::vector<std::filesystem::path> outputs;
+    nlohmann::ordered_json pictures = nlohmann::ordered_json::array(); ///< Of the report.
+};
 
 } // namespace altiro3D::tools

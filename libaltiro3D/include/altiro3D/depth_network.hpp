@@ -145,13 +145,6 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// The input's size as chosen in the constructor. With InputShape::Photo, the size for a given
     /// photo may differ. @return width x height in px
     [[nodiscard]] cv::Size inputSize() const;
-    /// The input's size for a photo.
-    /// @param photo size of the photo in px
-    /// @return inputSize(). With InputShape::Photo: the longer side of inputSize() along the
-    ///         photo's longer side; the other side keeps the photo's shape as closely as a multiple
-    ///         of `multipleOf` can
-    /// @throws Error InvalidArgument (an empty photo)
-    [[nodiscard]] cv::Size inputSize(cv::Size photo) const;
     /// The ONNX file. @return as given to the constructor
     [[nodiscard]] const std::filesystem::path& file() const;
     /// The processor that the network runs on. @return as given to the constructor

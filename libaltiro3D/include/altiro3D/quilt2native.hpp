@@ -32,6 +32,11 @@ enum class TileSampling {
 struct QuiltSampling {
     ViewFilter views = ViewFilter::Nearest;      ///< Between views.
     TileSampling inTile = TileSampling::Nearest; ///< Inside a view.
+
+    /// Whether px are mixed. @return true unless both are nearest
+    [[nodiscard]] bool blends() const {
+        return views != ViewFilter::Nearest || inTile != TileSampling::Nearest;
+    }
 };
 
 /// Resamples a quilt so that its views have whole px. If the quilt's size is not a multiple of its

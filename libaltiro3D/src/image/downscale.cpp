@@ -1,4 +1,4 @@
-#include "image/downscale.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <array>

@@ -71,10 +71,6 @@ struct NativeMaker::Impl {
 
 namespace {
 
-bool blends(const QuiltSampling& sampling) {
-    return sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest;
-}
-
 void checkFitted(const Scene& fitted, cv::Size expected) {
     const cv::Size photo(shownColumns(fitted).size(), fitted.photo.rows);
     if (photo == expected) return;
@@ -91,7 +87,7 @@ void requireDirect(const NativeOptions& options, const std::string& obstacle) {
 } // namespace
 
 std::string NativeMaker::obstacle(const QuiltLayout& layout, const NativeOptions& options) {
-    if (blends(options.sampling)) return "views are blended";
+    if (options.sampling.blends()) return "views are blended";
     if (options.views.method == ViewMethod::Real) return "method real makes whole views";
     if (layout.viewCount > NativeRenderer::kMaxViews) {
         return "there are more than " + std::to_string(NativeRenderer::kMaxViews) + " views";
@@ -111,7 +107,7 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
     if (why.empty()) {
         if (options.detail == Detail::Lens) impl->workSize = lensDetail(impl->lens());
         impl->startDirect();
-    } else if (blends(options.sampling)) {
+    } else if (options.sampling.blends()) {
         impl->overQuilt.emplace(display.calibration, layout, options.sampling, display.invert);
     } else {
         impl->overQuilt.emplace(NativeLut(display.calibration, layout, display.invert));
@@ -122,7 +118,7 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
 }
 
 NativeMaker::NativeMaker(NativeLut map, const NativeOptions& options) {
-    check(!blends(options.sampling), "sampling",
+    check(!options.sampling.blends(), "sampling",
           "is linear, but a look-up table holds single px, expected nearest");
     requireDirect(options, "a look-up table holds whole views");
     check(!options.lensFilter, "lensFilter",

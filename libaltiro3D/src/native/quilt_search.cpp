@@ -2,7 +2,6 @@
 
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
-#include "image/downscale.hpp"
 #include "image/pixel_values.hpp"
 #include "native/quilt_tiles.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "base/checks.hpp"
 #include "depth/map/depth_values.hpp"
-#include "image/downscale.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "video/chunks/work_folder.hpp"
+#include "video/chunks/chunk_files.hpp"
 
 #include "altiro3D/file_io.hpp"
 #include "support/files.hpp"

@@ -7,7 +7,6 @@
 #include "cli/display_options.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/show/slide_presenter.hpp"
-#include "viewer/show/test_picture.hpp"
 
 #include <QApplication>
 #include <QGuiApplication>

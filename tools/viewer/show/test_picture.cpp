@@ -1,4 +1,4 @@
-#include "viewer/show/test_picture.hpp"
+#include "viewer/show/presentation.hpp"
 
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/quilt2native.hpp"

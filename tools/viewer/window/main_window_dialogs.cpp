@@ -8,7 +8,6 @@
 #include "cli/folders.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/show/presentation.hpp"
-#include "viewer/show/test_picture.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer/window/window_words.hpp"

@@ -313,12 +313,6 @@ cv::Size DepthNetwork::inputSize() const {
     return impl_->nominal;
 }
 
-cv::Size DepthNetwork::inputSize(cv::Size photo) const {
-    check(photo.width > 0 && photo.height > 0, "photo",
-          "is " + sizeText(photo) + " px, expected at least 1 x 1");
-    return impl_->sizeFor(photo, impl_->longerSide());
-}
-
 const fs::path& DepthNetwork::file() const {
     return impl_->file;
 }

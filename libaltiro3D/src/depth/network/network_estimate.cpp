@@ -2,7 +2,6 @@
 
 #include "base/pixel_rows.hpp"
 #include "depth/refine/depth_steps.hpp"
-#include "image/downscale.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>

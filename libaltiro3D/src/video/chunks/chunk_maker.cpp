@@ -5,7 +5,6 @@
 #include "media/resumable_video.hpp"
 #include "media/video_segments.hpp"
 #include "video/chunks/chunk_files.hpp"
-#include "video/chunks/work_folder.hpp"
 #include "video/conversion/conversion_run.hpp"
 #include "video/motion/motion.hpp"
 

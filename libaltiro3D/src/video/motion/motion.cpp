@@ -1,7 +1,6 @@
 #include "video/motion/motion.hpp"
 
 #include "base/state_bytes.hpp"
-#include "image/downscale.hpp"
 #include "image/pixel_values.hpp"
 
 #include <cmath>

@@ -59,7 +59,7 @@ class ALTIRO3D_EXPORT PhotoFile {
 
   private:
     struct State;
-    PhotoFile(std::filesystem::path path, std::shared_ptr<State> state);
+    PhotoFile(std::filesystem::path path, const State* state);
     std::shared_ptr<State> state_;
 };
 

@@ -328,8 +328,7 @@ struct PhotoFile::State {
     bool isRead = false;
 };
 
-PhotoFile::PhotoFile(fs::path path, std::shared_ptr<State> /*state*/)
-    : state_(std::make_shared<State>()) {
+PhotoFile::PhotoFile(fs::path path, const State* /*state*/) : state_(std::make_shared<State>()) {
     state_->path = std::move(path);
 }
 

@@ -154,7 +154,7 @@ class PhotoDepthSource : public FoundDepthSource {
     cv::Mat readPhotoOf(const PhotoFile& file, Notes* notes) {
         if (options_.unblurred) {
             Notes own;
-            const cv::Mat original = readUnblurredPhoto(file, &own);
+            cv::Mat original = readUnblurredPhoto(file, &own);
             putNameBefore(own, file.path());
             addNotes(notes, own);
             if (!original.empty()) {

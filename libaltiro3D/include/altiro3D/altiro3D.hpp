@@ -65,6 +65,7 @@
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/scene.hpp"
+#include "altiro3D/stereo_views.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/version.hpp"
 #include "altiro3D/video_conversion.hpp"

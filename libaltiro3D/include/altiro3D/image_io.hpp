@@ -297,6 +297,26 @@ enum class StereoHalves {
                ///< TV.
 };
 
+/// How one picture shows the pictures of both eyes, for headsets, televisions and coloured glasses.
+enum class EyesPicture {
+    SideBySide,     ///< The left eye's picture at the left, both whole.
+    SideBySideHalf, ///< As before, both squeezed to half their width.
+    Crossed,        ///< The left eye's picture at the right, to be seen with crossed eyes.
+    TopBottom,      ///< The left eye's picture above, both whole.
+    TopBottomHalf,  ///< As before, both squeezed to half their height.
+    Anaglyph,       ///< For red-cyan glasses, colours by Dubois, docs/mathematics.md, (3.9).
+    AnaglyphHalf,   ///< For red-cyan glasses, the left eye in grey, the right one in colour.
+    AnaglyphGrey,   ///< For red-cyan glasses, both eyes in grey.
+    Rows ///< For televisions with polarized rows: the first row and each second one after it show
+         ///< the left eye's picture, the others the right eye's.
+};
+
+/// Whether a picture is for red-cyan glasses. @param picture the kind @return true if it is
+[[nodiscard]] inline bool isAnaglyph(EyesPicture picture) {
+    return picture == EyesPicture::Anaglyph || picture == EyesPicture::AnaglyphHalf ||
+           picture == EyesPicture::AnaglyphGrey;
+}
+
 /// What the name of a picture or video says of its contents, by the tags that players of 3D files
 /// read. The contents must confirm it: `_LR` may mean Lightroom.
 struct SceneName {

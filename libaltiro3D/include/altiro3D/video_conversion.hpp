@@ -6,6 +6,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
+#include "altiro3D/stereo_views.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 #include "altiro3D/view_options.hpp"
@@ -41,7 +42,15 @@ struct PipelineReport {
 enum class VideoProduct {
     Native, ///< A Native video for one display.
     Quilt,  ///< A video of quilts for other players, 4:2:0 where the codec allows it.
-    Rgbd    ///< Frame and depth side by side for other players, 4:2:0 where the codec allows it.
+    Rgbd,   ///< Frame and depth side by side for other players, 4:2:0 where the codec allows it.
+    Stereo  ///< Pictures of both eyes for other players, 4:2:0 where the codec allows it.
+};
+
+/// How a video for two eyes is made.
+struct VideoEyes {
+    EyesPicture picture = EyesPicture::SideBySide; ///< How a frame shows both eyes.
+    EyesFrom from = EyesFrom::Both;                ///< Which eyes are rendered.
+    bool swapped = false; ///< The left eye sees the right one's picture: depth is reversed.
 };
 
 /// What to do if the output has an unfinished earlier run (isVideoUnfinished()).
@@ -92,7 +101,9 @@ struct VideoConversion {
     std::function<bool(const cv::Mat& picture)> show;
 
     VideoProduct product = VideoProduct::Native; ///< Kind of video to make.
-    /// The display for which Natives and quilts are made. Not needed for Rgbd, or if `map` is set.
+    VideoEyes eyes;                              ///< Of the product Stereo.
+    /// The display for which Natives and quilts are made. Not needed for Rgbd and Stereo, or if
+    /// `map` is set.
     std::optional<Display> display;
     /// Look-up table for the Natives. If set, Natives are made from quilts, and `native` must have
     /// discrete positions and nearest sampling.
@@ -101,8 +112,10 @@ struct VideoConversion {
     /// `map` if both are set.
     std::optional<QuiltLayout> layout;
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
-    /// and only `views.focus` for Rgbd. Where `native.refine.flaws` is not set, flaws are measured
-    /// once per scene; estimated depth stays as it is for method Fast, which gains little by it.
+    /// only `views.focus` for Rgbd, and only `views` (strength: kEyesStrength) and `refine` for
+    /// Stereo, which shows whole frames at their own size. Where `native.refine.flaws` is not set,
+    /// flaws are measured once per scene; estimated depth stays as it is for method Fast, which
+    /// gains little by it.
     NativeOptions native;
     /// Settings that are chosen at the first frame of each scene and replace those of `native`
     /// during the scene. Given depth has no scenes; the first frame then decides for the whole
@@ -123,8 +136,8 @@ struct VideoConversion {
     VideoDepthOptions depthOptions;
     std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.
 
-    /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate`
-    /// and `native`, and for quilts and RGB-D also `compatible`.
+    /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate`,
+    /// `native` and `eyes`, and for other products than Natives also `compatible`.
     VideoWriterOptions encoding;
     /// What to do with an unfinished earlier run. Ignored unless `input` is a regular file.
     UnfinishedRun unfinished = UnfinishedRun::Refuse;

@@ -223,6 +223,9 @@ struct VideoWriterOptions {
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
     bool constantRate = false;   ///< frameRate is known and holds for every frame.
     Fraction sampleAspect{1, 1}; ///< Width : height of a px.
+    /// Each frame shows both eyes, and the file says so (AVStereo3D): Matroska of any kind, MP4 and
+    /// M4V of those side by side and above each other. Anaglyphs are ordinary frames.
+    std::optional<EyesPicture> eyes;
     /// Colour matrix. Default: BT.2020 if the source has it; otherwise BT.709 if `size` has 720
     /// lines or more, else the source's matrix, or BT.601 without one. RGB codecs have no matrix.
     std::optional<ColourMatrix> matrix;

@@ -4,10 +4,16 @@
 #include "base/text.hpp"
 
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+extern "C" {
+#include <libavutil/stereo3d.h>
+}
 
 namespace altiro3D {
 
@@ -22,6 +28,28 @@ const char* containerName(const fs::path& path) {
     if (extension == ".mp4" || extension == ".m4v") return "mp4";
     if (extension == ".mov") return "mov";
     return nullptr;
+}
+
+// Says in the stream how its frames show both eyes. MP4 holds only some layouts, MOV none; FFmpeg
+// leaves the others out.
+void markEyes(EyesPicture picture, AVFormatContext& output, AVStream& stream) {
+    AVStereo3D mark{};
+    mark.type = picture == EyesPicture::Rows ? AV_STEREO3D_LINES
+                : picture == EyesPicture::TopBottom || picture == EyesPicture::TopBottomHalf
+                    ? AV_STEREO3D_TOPBOTTOM
+                    : AV_STEREO3D_SIDEBYSIDE;
+    if (picture == EyesPicture::Crossed) mark.flags = AV_STEREO3D_FLAG_INVERT;
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 31, 102)
+    AVCodecParameters& coded = *stream.codecpar;
+    AVPacketSideData* const side = av_packet_side_data_new(
+        &coded.coded_side_data, &coded.nb_coded_side_data, AV_PKT_DATA_STEREO3D, sizeof mark, 0);
+    std::uint8_t* const bytes = side == nullptr ? nullptr : side->data;
+#else
+    std::uint8_t* const bytes = av_stream_new_side_data(&stream, AV_PKT_DATA_STEREO3D, sizeof mark);
+#endif
+    checkMemory(bytes);
+    std::memcpy(bytes, &mark, sizeof mark);
+    output.strict_std_compliance = FF_COMPLIANCE_UNOFFICIAL; // without it, MP4 leaves the mark out
 }
 
 } // namespace
@@ -141,6 +169,7 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
     stream_->sample_aspect_ratio = rational(options.sampleAspect);
     stream_->disposition = AV_DISPOSITION_DEFAULT;
     if (options.constantRate) stream_->avg_frame_rate = rational(options.frameRate);
+    if (options.eyes && !isAnaglyph(*options.eyes)) markEyes(*options.eyes, output, *stream_);
     if (source)
         copier_ = std::make_unique<StreamCopier>(source, output, path_.string(), options, notes);
     for (const auto& [name, value] : options.tags)

@@ -261,6 +261,41 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     EXPECT_TRUE(samePicture(pictures("fromQuilt.mkv").back(), native));
 }
 
+TEST_F(VideoConverterTest, StereoHasBothEyesOfWholeFramesAndIsMarked) {
+    const std::vector<altiro3D::Scene> expected = scenes();
+    PlacementOptions options;
+    options.views.strengthPercent = kEyesStrength;
+    options.fit = FitMode::Stretch;
+    options.refine.flaws = placeScene(expected.front(), 64.0 / 48, {64, 48}, options).flaws;
+    const auto made = [&](const VideoEyes& eyes, const std::string& name) {
+        VideoConversion stereo = conversion(name);
+        stereo.product = VideoProduct::Stereo;
+        stereo.eyes = eyes;
+        stereo.display.reset();
+        stereo.native.views.strengthPercent = kEyesStrength;
+        EXPECT_EQ(VideoConverter(std::move(stereo)).run().frames, kFrames);
+        return pictures(name).back();
+    };
+    const altiro3D::Scene scene = placeScene(expected.back(), 64.0 / 48, {64, 48}, options).scene;
+    for (const EyesFrom from : {EyesFrom::Both, EyesFrom::KeepLeft}) {
+        const StereoPair pair = renderEyes(scene, options.views, from);
+        EXPECT_FALSE(samePicture(pair.left, pair.right));
+        cv::Mat joined;
+        joinEyes(pair.left, pair.right, EyesPicture::SideBySide, joined);
+        EXPECT_TRUE(samePicture(made({EyesPicture::SideBySide, from}, "sbs.mkv"), joined));
+        joinEyes(pair.right, pair.left, EyesPicture::Anaglyph, joined);
+        EXPECT_TRUE(samePicture(made({EyesPicture::Anaglyph, from, true}, "red.mkv"), joined));
+    }
+    EXPECT_EQ(made({EyesPicture::TopBottomHalf}, "tb.mkv").size(), cv::Size(64, 48));
+    if (!haveFfmpeg()) GTEST_SKIP() << "needs ffprobe";
+    const auto mark = [&](const char* name) {
+        return ffprobe(directory / name, "stream_side_data=type", "-select_streams v:0");
+    };
+    EXPECT_TRUE(contains(mark("sbs.mkv"), "side by side"));
+    EXPECT_TRUE(contains(mark("tb.mkv"), "top and bottom"));
+    EXPECT_EQ(mark("red.mkv"), "\n");
+}
+
 TEST_F(VideoConverterTest, DepthOfAnotherShapeIsRefusedOrSaid) {
     const auto made = [&](cv::Size depth) {
         writeClip(directory / "depth.mkv", {cv::Mat(depth, CV_8UC3, cv::Scalar::all(90))});

@@ -40,7 +40,8 @@ void checkFields(const VideoConversion& conversion) {
                           : "is empty, expected a file or a function show");
     refuseInputAsOutput(conversion, conversion.input, "input");
     if (conversion.given) refuseInputAsOutput(conversion, conversion.given->source, "depth");
-    const bool needsDisplay = conversion.product != VideoProduct::Rgbd;
+    const bool needsDisplay =
+        conversion.product == VideoProduct::Native || conversion.product == VideoProduct::Quilt;
     check(!needsDisplay || conversion.display || conversion.map, "display",
           "is not set, expected one for Natives and quilts");
     if (conversion.given) {
@@ -55,6 +56,9 @@ void checkFields(const VideoConversion& conversion) {
     check((conversion.native.framing == Framing() && !conversion.choices.any()) ||
               (!conversion.fromQuilt && conversion.product != VideoProduct::Rgbd),
           "framing", "or an automatic choice is set, expected frames that are rendered as views");
+    check(conversion.product != VideoProduct::Stereo ||
+              (conversion.native.framing == Framing() && !conversion.choices.framing),
+          "framing", "is set, but both eyes see whole frames, expected none");
     if (!conversion.fromQuilt) return;
     check(conversion.product == VideoProduct::Native, "product",
           "is not Native, but frames are quilts");
@@ -107,6 +111,8 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
             encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
     }
     encoding.native = conversion.product == VideoProduct::Native;
+    encoding.eyes.reset();
+    if (conversion.product == VideoProduct::Stereo) encoding.eyes = conversion.eyes.picture;
     encoding.size = size;
     encoding.timeBase = facts.timeBase;
     encoding.frameRate = facts.averageRate;

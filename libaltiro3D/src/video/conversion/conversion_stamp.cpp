@@ -149,6 +149,10 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
         add("order of views", static_cast<int>(conversion.display->invert));
     }
     add("product", static_cast<int>(conversion.product));
+    if (conversion.product == VideoProduct::Stereo) {
+        const VideoEyes& eyes = conversion.eyes;
+        add("eyes", {static_cast<int>(eyes.picture), static_cast<int>(eyes.from), eyes.swapped});
+    }
     add("part", {conversion.part.from, conversion.part.to, conversion.part.format,
                  conversion.part.formatOptions, conversion.part.deinterlace});
     add("ways of rendering", numbersOf(conversion.native));

@@ -25,7 +25,13 @@ constexpr StateNumbers kLeast = {0, 0, -7, -7, -7, 0, 0, 0, 0, 0, 0, 0, 0};
 constexpr StateNumbers kMost = {1, 64, 7, 7, 7, 1, 1, 7, 1, 1, 1, 1, 10000};
 constexpr std::size_t kChoices = 8; // index of the second part
 
-// Natives and quilts of photos with depth.
+// The size of whole frames with square px and even sides.
+cv::Size evenSize(cv::Size photo, double seenAspect) {
+    return {std::max(2, static_cast<int>(std::lround(photo.height * seenAspect / 2)) * 2),
+            std::max(2, photo.height / 2 * 2)};
+}
+
+// Natives, quilts and pictures for two eyes of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
@@ -33,7 +39,12 @@ class ViewsRenderer : public FrameRenderer {
           isGiven_(conversion.given.has_value()), isMeasuring_(!options_.refine.flaws),
           wanted_(conversion.choices) {
         wanted_.isVideo = true;
-        if (conversion.product == VideoProduct::Quilt) {
+        if (conversion.product == VideoProduct::Stereo) {
+            eyes_ = conversion.eyes;
+            options_.fit = FitMode::Stretch;
+            options_.detail = Detail::View;
+            validate(options_.views);
+        } else if (conversion.product == VideoProduct::Quilt) {
             quilter_.emplace(target.layout, options_.views);
         } else if (conversion.map) {
             maker_.emplace(*conversion.map, options_);
@@ -49,11 +60,18 @@ class ViewsRenderer : public FrameRenderer {
         }
     }
 
-    cv::Size size() const override { return maker_ ? target_.panelSize : target_.layout.size(); }
+    cv::Size size() const override {
+        if (eyes_) return eyesSize(workSize_, eyes_->picture);
+        return maker_ ? target_.panelSize : target_.layout.size();
+    }
 
     void make(const PipelineFrame& frame, cv::Mat& result) override {
         const Scene fitted = placed(frame);
-        if (quilter_) {
+        if (eyes_) {
+            StereoPair pair = renderEyes(fitted, options_.views, eyes_->from);
+            if (eyes_->swapped) cv::swap(pair.left, pair.right);
+            joinEyes(pair.left, pair.right, eyes_->picture, result);
+        } else if (quilter_) {
             quilter_->render(fitted, result);
         } else {
             if (maker_->path() == NativePath::OverQuilt) maker_->makeQuilt(fitted, quilt_);
@@ -164,6 +182,7 @@ class ViewsRenderer : public FrameRenderer {
     cv::Size workSize_;
     std::optional<NativeMaker> maker_;
     std::optional<Depth2Quilt> quilter_; // used instead of the maker
+    std::optional<VideoEyes> eyes_;      // likewise
     cv::Mat quilt_;
 };
 
@@ -171,9 +190,7 @@ class ViewsRenderer : public FrameRenderer {
 class RgbdRenderer : public FrameRenderer {
   public:
     RgbdRenderer(double focus, cv::Size photo, double seenAspect)
-        : focus_(focus), // square px, even sides
-          half_(std::max(2, static_cast<int>(std::lround(photo.height * seenAspect / 2)) * 2),
-                std::max(2, photo.height / 2 * 2)) {}
+        : focus_(focus), half_(evenSize(photo, seenAspect)) {}
 
     cv::Size size() const override { return {2 * half_.width, half_.height}; }
 
@@ -264,6 +281,10 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
                                                  double seenAspect, DepthEdges edges) {
     if (conversion.product == VideoProduct::Rgbd)
         return std::make_unique<RgbdRenderer>(conversion.native.views.focus, photo, seenAspect);
+    if (conversion.product == VideoProduct::Stereo) {
+        const cv::Size eye = evenSize(photo, seenAspect);
+        return std::make_unique<ViewsRenderer>(conversion, VideoTarget{{2, 1, eye, 2}, eye}, edges);
+    }
     return std::make_unique<ViewsRenderer>(conversion, target, edges);
 }
 

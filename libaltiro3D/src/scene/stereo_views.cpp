@@ -1,0 +1,184 @@
+#include "altiro3D/stereo_views.hpp"
+
+#include "altiro3D/depth2quilt.hpp"
+#include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
+#include "base/srgb_light.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr EyesPictureName kNames[] = {
+    {"sbs", "side by side", "LRF"},
+    {"sbs-half", "side by side, half width", "LR"},
+    {"cross", "crossed eyes", "RLF"},
+    {"tb", "top and bottom", "TBF"},
+    {"tb-half", "top and bottom, half height", "TB"},
+    {"anaglyph", "red-cyan anaglyph", "anaglyph"},
+    {"anaglyph-half", "red-cyan anaglyph, half colour", "anaglyph"},
+    {"anaglyph-grey", "red-cyan anaglyph, grey", "anaglyph"},
+    {"rows", "interlaced rows", ""},
+};
+
+// Where the picture of an eye lies in one of whole or half pictures.
+// @param index 0: the first one
+cv::Rect placeOf(cv::Size joined, bool isBeside, int index) {
+    const cv::Size half = isBeside ? cv::Size(joined.width / 2, joined.height)
+                                   : cv::Size(joined.width, joined.height / 2);
+    return {isBeside ? index * half.width : 0, isBeside ? 0 : index * half.height, half.width,
+            half.height};
+}
+
+// Light of red, green and blue through each of the filters, E. Dubois 2001 (CRT primaries).
+constexpr std::array<std::array<float, 3>, 3> kDuboisLeft{
+    {{0.437F, 0.449F, 0.164F}, {-0.062F, -0.062F, -0.024F}, {-0.048F, -0.050F, -0.017F}}};
+constexpr std::array<std::array<float, 3>, 3> kDuboisRight{
+    {{-0.011F, -0.032F, -0.007F}, {0.377F, 0.761F, 0.009F}, {-0.026F, -0.093F, 1.234F}}};
+
+float through(const std::array<float, 3>& filter, const std::uint8_t* bgr, const SrgbLight& srgb) {
+    const float light = filter[0] * srgb.ofCode(bgr[2]) + filter[1] * srgb.ofCode(bgr[1]) +
+                        filter[2] * srgb.ofCode(bgr[0]);
+    return std::clamp(light, 0.0F, 1.0F);
+}
+
+void duboisPixel(const std::uint8_t* left, const std::uint8_t* right, std::uint8_t* out) {
+    const SrgbLight& srgb = SrgbLight::instance();
+    for (std::size_t c = 0; c < 3; ++c) {
+        out[2 - c] =
+            srgb.code(through(kDuboisLeft[c], left, srgb) + through(kDuboisRight[c], right, srgb));
+    }
+}
+
+// Luma of ITU-R BT.601.
+std::uint8_t grey(const std::uint8_t* bgr) {
+    return static_cast<std::uint8_t>((299 * bgr[2] + 587 * bgr[1] + 114 * bgr[0] + 500) / 1000);
+}
+
+void halfColourPixel(const std::uint8_t* left, const std::uint8_t* right, std::uint8_t* out) {
+    out[0] = right[0];
+    out[1] = right[1];
+    out[2] = grey(left);
+}
+
+void greyPixel(const std::uint8_t* left, const std::uint8_t* right, std::uint8_t* out) {
+    out[0] = out[1] = grey(right);
+    out[2] = grey(left);
+}
+
+template <class Pixel>
+void joinPixels(const cv::Mat& left, const cv::Mat& right, const Pixel& pixel, cv::Mat& joined) {
+    overRows(left.rows, [&](int y) {
+        const auto* const l = left.ptr<std::uint8_t>(y);
+        const auto* const r = right.ptr<std::uint8_t>(y);
+        auto* const out = joined.ptr<std::uint8_t>(y);
+        for (int x = 0; x < 3 * left.cols; x += 3)
+            pixel(l + x, r + x, out + x);
+    });
+}
+
+} // namespace
+
+EyesPictureName nameOf(EyesPicture picture) {
+    return kNames[static_cast<std::size_t>(picture)];
+}
+
+bool hasEyesTag(const std::filesystem::path& file, EyesPicture picture) {
+    const std::string tag = nameOf(picture).tag;
+    if (tag.empty()) return true;
+    if (tag == "anaglyph") {
+        std::string stem = file.stem().string();
+        std::transform(stem.begin(), stem.end(), stem.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        return stem.find(tag) != std::string::npos || stem.find("redcyan") != std::string::npos;
+    }
+    const auto found = parseSceneName(file);
+    const auto usual = parseSceneName("x_" + tag);
+    if (!found || found->contents != SceneName::Contents::Eyes || found->layout != usual->layout)
+        return false;
+    const bool isHalf =
+        picture == EyesPicture::SideBySideHalf || picture == EyesPicture::TopBottomHalf;
+    return found->halves == StereoHalves::Automatic ||
+           (found->halves == StereoHalves::Squeezed) == isHalf;
+}
+
+cv::Size eyesSize(cv::Size eye, EyesPicture picture) {
+    switch (picture) {
+    case EyesPicture::SideBySide:
+    case EyesPicture::Crossed:
+        return {2 * eye.width, eye.height};
+    case EyesPicture::SideBySideHalf:
+        return {(eye.width + 1) / 2 * 2, eye.height};
+    case EyesPicture::TopBottom:
+        return {eye.width, 2 * eye.height};
+    case EyesPicture::TopBottomHalf:
+        return {eye.width, (eye.height + 1) / 2 * 2};
+    default:
+        return eye;
+    }
+}
+
+void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture, cv::Mat& joined) {
+    checkType(left, {CV_8UC3}, "left", "CV_8UC3 (8-bit BGR)");
+    checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
+    checkSize(right.size(), left.size(), "right", "the left picture's ");
+    checkApart(joined, left, "joined", "left picture");
+    checkApart(joined, right, "joined", "right picture");
+    const cv::Size size = eyesSize(left.size(), picture);
+    orOutOfMemory("joined", "no memory for " + sizeText(size) + " px, expected smaller pictures",
+                  [&] { joined.create(size, CV_8UC3); });
+    switch (picture) {
+    case EyesPicture::Anaglyph:
+        return joinPixels(left, right, duboisPixel, joined);
+    case EyesPicture::AnaglyphHalf:
+        return joinPixels(left, right, halfColourPixel, joined);
+    case EyesPicture::AnaglyphGrey:
+        return joinPixels(left, right, greyPixel, joined);
+    case EyesPicture::Rows:
+        for (int y = 0; y < left.rows; ++y)
+            std::memcpy(joined.ptr(y), (y % 2 == 0 ? left : right).ptr(y),
+                        3 * std::size_t(left.cols));
+        return;
+    default:
+        break;
+    }
+    const bool isBeside =
+        picture != EyesPicture::TopBottom && picture != EyesPicture::TopBottomHalf;
+    const bool isCrossed = picture == EyesPicture::Crossed;
+    for (int i = 0; i < 2; ++i) {
+        const cv::Mat& eye = (i == 0) != isCrossed ? left : right;
+        cv::Mat place = joined(placeOf(size, isBeside, i));
+        if (place.size() == eye.size()) {
+            eye.copyTo(place);
+        } else {
+            cv::resize(eye, place, place.size(), 0, 0, cv::INTER_AREA);
+        }
+    }
+}
+
+StereoPair renderEyes(const Scene& scene, const ViewOptions& views, EyesFrom from) {
+    const cv::Range shown = shownColumns(scene);
+    const cv::Size size(shown.size(), scene.photo.rows);
+    StereoPair eyes;
+    if (from == EyesFrom::KeepLeft) {
+        Depth2Quilt({1, 1, size, 1}, views).renderView(scene, 2, eyes.right);
+        eyes.left = scene.photo.colRange(shown).clone();
+        return eyes;
+    }
+    const QuiltLayout beside{2, 1, size, 2};
+    cv::Mat quilt;
+    Depth2Quilt(beside, views).render(scene, quilt);
+    eyes.left = quilt(beside.tile(0));
+    eyes.right = quilt(beside.tile(1));
+    return eyes;
+}
+
+} // namespace altiro3D

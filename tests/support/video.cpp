@@ -92,6 +92,21 @@ std::vector<cv::Mat> ffmpegFrames(const fs::path& file, cv::Size size, const std
     return frames;
 }
 
+void writeClip(const fs::path& file, const std::vector<cv::Mat>& pictures, int rate) {
+    VideoWriterOptions options;
+    options.size = pictures.front().size();
+    options.codec = VideoCodec::Ffv1;
+    options.frameRate = {rate, 1};
+    options.constantRate = true;
+    VideoWriter writer(file, options);
+    std::int64_t number = 0;
+    for (const cv::Mat& picture : pictures) {
+        writer.write({picture, 1000 / rate * number, 1000 / rate});
+        ++number;
+    }
+    writer.finish();
+}
+
 std::vector<VideoFrame> allFrames(VideoReader& reader) {
     std::vector<VideoFrame> frames;
     while (std::optional<VideoFrame> frame = reader.next())

@@ -53,6 +53,10 @@ std::vector<std::string> lines(const std::string& text);
 std::vector<cv::Mat> ffmpegFrames(const std::filesystem::path& file, cv::Size size,
                                   const std::string& filter = "", int most = 1000000);
 
+/// Writes a lossless clip (FFV1). @param rate frames per second, a divisor of 1000
+void writeClip(const std::filesystem::path& file, const std::vector<cv::Mat>& pictures,
+               int rate = 2);
+
 /// All frames of a reader, or of a file.
 std::vector<VideoFrame> allFrames(VideoReader& reader);
 std::vector<VideoFrame> allFrames(const std::filesystem::path& file,

@@ -32,6 +32,12 @@ struct ALTIRO3D_EXPORT StereoMatch {
     bool isFlat = false;       ///< The range of the disparities is below 0.15 %.
     bool looksSwapped = false; ///< Background appears in front of foreground: exchange the eyes.
 
+    /// Whether the pictures are surely those of two eyes, where that is not known. Disparities of
+    /// unrelated pictures spread over 58 % of the width or more, those of real pairs over 3 to 10 %
+    /// (docs/depth.md).
+    /// @return true if the match is reliable and its disparities have a range of at most 40 %
+    [[nodiscard]] bool areEyes() const { return isReliable && nearest - farthest <= 0.4; }
+
     /// For people: "shift -12.0 %, 93 % matched", and further findings that are unusual.
     /// @return the text
     [[nodiscard]] std::string text() const;

@@ -46,11 +46,42 @@ enum class VideoProduct {
     Stereo  ///< Pictures of both eyes for other players, 4:2:0 where the codec allows it.
 };
 
+/// How the frames of a video hold both eyes' pictures.
+struct StereoVideo {
+    StereoLayout layout = StereoLayout::LeftRight; ///< Order of the eyes.
+    /// Shape of the halves. Automatic halves follow the shape of the frame in px.
+    StereoHalves halves = StereoHalves::Automatic;
+};
+
+/// What is known of the eyes in a video.
+struct FoundEyes {
+    std::optional<StereoVideo> eyes; ///< How frames hold them; nothing: frames are flat pictures.
+    /// What decided, for people: "the file states it (side by side)"; empty if nothing was found.
+    std::string evidence;
+    Notes notes; ///< Doubts: halves that look like a pair, tags that the pictures contradict, ...
+};
+
+/// Finds out whether the frames of a video hold both eyes' pictures, by what the file states, then
+/// by the tag in its name (parseSceneName()). A tag that may mean something else counts only if the
+/// halves of some frames match. A video without statement and tag is flat; if its halves match,
+/// a note says so.
+///
+/// @param input as for VideoReader; only regular files are looked at
+/// @param facts of the input
+/// @return what was found
+/// @throws Error Unsupported (the name or the file says that the video is for headsets or in a
+///         layout that is not read); as VideoReader
+[[nodiscard]] ALTIRO3D_EXPORT FoundEyes findEyes(const std::filesystem::path& input,
+                                                 const VideoFacts& facts);
+
 /// How a video for two eyes is made.
 struct VideoEyes {
     EyesPicture picture = EyesPicture::SideBySide; ///< How a frame shows both eyes.
     EyesFrom from = EyesFrom::Both;                ///< Which eyes are rendered.
     bool swapped = false; ///< The left eye sees the right one's picture: depth is reversed.
+    /// Both pictures stay as they were filmed: frames that hold both eyes get another layout.
+    /// VideoConversion::stereo must be set; no depth is needed.
+    bool filmed = false;
 };
 
 /// What to do if the output has an unfinished earlier run (isVideoUnfinished()).
@@ -129,6 +160,12 @@ struct VideoConversion {
     /// If `fromQuilt` is set: width : height of the scene that a view shows, 0.01..100; 0: the
     /// views are stretched to the panel, and `native.fit` is ignored.
     double viewAspect = 0;
+
+    /// Frames hold both eyes' pictures. The left one is the photo, and its depth is found by
+    /// matching (matchStereo()) as often as `depthOptions` says; where the eyes do not match, or
+    /// see the same, `depth` estimates it. With `depthOptions.every` 1, the right eye's picture
+    /// also fills what near things hide. Not with `given` and `fromQuilt`.
+    std::optional<StereoVideo> stereo;
 
     /// Source of the depth; null: estimatedDepth(). Ignored if `given` is set.
     std::unique_ptr<DepthSource> depth;

@@ -133,6 +133,10 @@ struct VideoFacts {
     std::optional<double> duration;         ///< Of the whole file, s; nothing if unknown.
     std::optional<std::int64_t> frameCount; ///< Frames in the whole file, as stated in it or
                                             ///< estimated from its duration; nothing if unknown.
+    /// How each frame shows both eyes, as the container states it, or else the first frame that is
+    /// read: FFmpeg's name ("side by side"). Empty: nothing is stated.
+    std::string eyes;
+    std::optional<StereoLayout> eyesLayout; ///< Of `eyes`; nothing for layouts that are not read.
     VideoColour colour;                     ///< How colours are stored.
     std::vector<VideoStreamFacts> streams;  ///< All streams, the delivered one included.
     std::vector<VideoChapter> chapters;     ///< In the file's order.

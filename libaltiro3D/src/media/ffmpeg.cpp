@@ -127,11 +127,17 @@ double startSeconds(const AVFormatContext& format) {
     return isStated ? static_cast<double>(format.start_time) / AV_TIME_BASE : 0;
 }
 
-std::string eyesText(const AVStereo3D* stereo) {
-    if (stereo == nullptr) return {};
+void setEyes(const AVStereo3D* stereo, VideoFacts& facts) {
+    if (stereo == nullptr) return;
     const int type = numberOf(stereo->type);
-    const bool areBoth = type > AV_STEREO3D_2D && type <= AV_STEREO3D_COLUMNS;
-    return areBoth ? av_stereo3d_type_name(static_cast<unsigned>(type)) : "";
+    if (type <= AV_STEREO3D_2D || type > AV_STEREO3D_COLUMNS) return;
+    facts.eyes = av_stereo3d_type_name(static_cast<unsigned>(type));
+    const bool isInverted = (stereo->flags & AV_STEREO3D_FLAG_INVERT) != 0;
+    if (type == AV_STEREO3D_SIDEBYSIDE)
+        facts.eyesLayout = isInverted ? StereoLayout::RightLeft : StereoLayout::LeftRight;
+    if (type == AV_STEREO3D_TOPBOTTOM)
+        facts.eyesLayout = isInverted ? StereoLayout::BottomTop : StereoLayout::TopBottom;
+    if (isInverted) facts.eyes += ", inverted";
 }
 
 bool isMatroska(const AVOutputFormat& format) {

@@ -113,8 +113,8 @@ Fraction fraction(AVRational ratio);
 /// Start of a file, s; 0 if it is not stated.
 double startSeconds(const AVFormatContext& format);
 
-/// How pictures hold those of both eyes ("side by side"); empty if they do not, or for null.
-std::string eyesText(const AVStereo3D* stereo);
+/// States how frames hold both eyes; nothing for null, and for one eye.
+void setEyes(const AVStereo3D* stereo, VideoFacts& facts);
 
 bool isMatroska(const AVOutputFormat& format);
 

@@ -271,7 +271,7 @@ void fillFacts(VideoInput& input) {
     setRotation(facts,
                 sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
     const bool isAcross = facts.rotationDegrees % 180 != 0;
-    input.eyes = eyesText(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D));
+    setEyes(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D), facts);
     const cv::Size stored(parameters.width, parameters.height);
     facts.size = isAcross ? cv::Size(stored.height, stored.width) : stored;
     const Fraction aspect =

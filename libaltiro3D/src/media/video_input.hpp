@@ -29,7 +29,6 @@ struct VideoInput {
     CodecPtr decoder;
     VideoFacts facts;
     Notes notes;               ///< remarks on what cannot be read
-    std::string eyes;          ///< see eyesText(), as the container states it
     std::int64_t startPts = 0; ///< start of the file, in the stream's unit
     double end = 0;            ///< stated end of the file, s from its start; 0 = not stated
 

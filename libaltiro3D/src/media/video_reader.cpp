@@ -301,8 +301,8 @@ bool VideoReader::Impl::read(VideoFrame& frame) {
     AVFrame& decoded = *ahead_.frame;
     frame.picture.release();
     const AVFrameSideData* const stereo = av_frame_get_side_data(&decoded, AV_FRAME_DATA_STEREO3D);
-    if (input.eyes.empty() && stereo != nullptr)
-        input.eyes = eyesText(reinterpret_cast<const AVStereo3D*>(stereo->data));
+    if (counts.frames == 0 && input.facts.eyes.empty() && stereo != nullptr)
+        setEyes(reinterpret_cast<const AVStereo3D*>(stereo->data), input.facts);
     pictures.make(decoded, frame.picture);
     frame.sampleAspect = aspectOf(decoded);
     isReshaped = isReshaped || frame.picture.size() != input.facts.size ||
@@ -374,10 +374,6 @@ Notes VideoReader::notes() const {
     if (impl.isReshaped)
         note(NoteCode::Converted,
              "the shape of its frames changes; each is fitted in its own shape");
-    if (!impl.input.eyes.empty()) {
-        note(NoteCode::Doubtful, "holds the pictures of both eyes (" + impl.input.eyes +
-                                     "), which become one flat scene; expected those of one eye");
-    }
     notes.insert(notes.end(), impl.input.notes.begin(), impl.input.notes.end());
     if (const int transfer = impl.pictures.hdrTransfer(); transfer != 0) {
         note(NoteCode::Converted, std::string("is HDR (") +

@@ -783,17 +783,21 @@ TEST_F(VideoReaderTest, InterlacedPartsAreDeinterlacedAndOthersStay) {
 }
 
 TEST_F(VideoReaderTest, PicturesOfBothEyesAreSaid) {
-    const auto textOf = [](const fs::path& file) {
+    const auto eyesOf = [](const fs::path& file) {
         VideoReader reader(file);
         static_cast<void>(reader.next());
-        const Notes notes = reader.notes();
-        return notes.empty() ? std::string() : notes[0].text;
+        return std::pair(reader.facts().eyes, reader.facts().eyesLayout);
     };
+    using Stated = std::pair<std::string, std::optional<StereoLayout>>;
     const fs::path sei = makeClip("sei.mp4", "-x264opts frame-packing=3");
-    EXPECT_TRUE(contains(textOf(sei), "both eyes (side by side)"));
+    EXPECT_EQ(eyesOf(sei), Stated("side by side", StereoLayout::LeftRight));
     const fs::path mode = makeClip("mode.mkv", "-metadata:s:v stereo_mode=top_bottom");
-    EXPECT_TRUE(contains(textOf(mode), "both eyes (top and bottom)"));
-    EXPECT_EQ(textOf(makeClip("flat.mp4", "-x264opts frame-packing=6")), ""); // 2D
+    EXPECT_EQ(eyesOf(mode), Stated("top and bottom", StereoLayout::TopBottom));
+    const fs::path crossed = makeClip("crossed.mkv", "-metadata:s:v stereo_mode=right_left");
+    EXPECT_EQ(eyesOf(crossed), Stated("side by side, inverted", StereoLayout::RightLeft));
+    const fs::path rows = makeClip("rows.mkv", "-metadata:s:v stereo_mode=row_interleaved_lr");
+    EXPECT_EQ(eyesOf(rows), Stated("interleaved lines", std::nullopt));
+    EXPECT_EQ(eyesOf(makeClip("flat.mp4", "-x264opts frame-packing=6")), Stated()); // 2D
 }
 
 TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {

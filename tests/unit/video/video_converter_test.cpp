@@ -32,21 +32,6 @@ Display smallDisplay() {
     return sixViewDisplay(150, 98, {50, 32});
 }
 
-void writeClip(const fs::path& file, const std::vector<cv::Mat>& pictures, int rate = 2) {
-    VideoWriterOptions options;
-    options.size = pictures.front().size();
-    options.codec = VideoCodec::Ffv1;
-    options.frameRate = {rate, 1};
-    options.constantRate = true;
-    VideoWriter writer(file, options);
-    std::int64_t number = 0;
-    for (const cv::Mat& picture : pictures) {
-        writer.write({picture, 1000 / rate * number, 1000 / rate});
-        ++number;
-    }
-    writer.finish();
-}
-
 std::vector<cv::Mat> movingPictures(cv::Size size, int count, int first = 0) {
     std::vector<cv::Mat> pictures;
     for (int i = 0; i < count; ++i)

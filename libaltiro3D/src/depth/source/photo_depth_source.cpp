@@ -223,18 +223,11 @@ void addPlain(Notes* notes, const SceneName& name, const std::string& why) {
                 (isLightroom ? " (LR may mean Lightroom)" : ""));
 }
 
-// A name is weak evidence, so it needs more than a match. Disparities of unrelated halves spread
-// over 58 % of the width or more, those of real pairs over 3 to 10 % (docs/depth.md).
-bool areEyes(const StereoMatch& match) {
-    constexpr double kMaxRange = 0.4;
-    return match.isReliable && match.nearest - match.farthest <= kMaxRange;
-}
-
 std::optional<PhotoDepth> readEyes(const SceneName& name, const cv::Mat& picture, Notes* notes) {
     const StereoPair pair = splitStereoPair(picture, name.layout, name.halves);
     PhotoDepth halves;
     const StereoMatch match = matchStereo(pair.left, pair.right, halves.rawDepth, &halves.hidden);
-    if (!areEyes(match)) {
+    if (!match.areEyes()) { // a name is weak evidence, so it needs more than a match
         addPlain(notes, name,
                  "may mean that it holds both eyes, but its halves do not resemble each other");
         return std::nullopt;

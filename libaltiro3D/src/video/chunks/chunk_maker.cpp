@@ -38,7 +38,7 @@ void requireSettings(const ChunkPlan& plan, const RunSettings& settings,
 
 // The depth of a fixed picture: processors whose arithmetic differs give another one.
 std::uint64_t processorOf(VideoConversion& conversion) {
-    if (conversion.fromQuilt || conversion.given) return 0;
+    if (conversion.fromQuilt || conversion.given || conversion.eyes.filmed) return 0;
     if (!conversion.depth) conversion.depth = estimatedDepth();
     constexpr int kSide = 192;
     cv::Mat picture(kSide, kSide, CV_8UC3);

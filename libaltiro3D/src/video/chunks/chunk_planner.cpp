@@ -42,6 +42,7 @@ struct ChunkDependence {
     bool onScene = false; // Depth or choices, which begin anew at a cut.
     bool onFlaws = false; // Flaws of given depth, measured every kFramesPerMeasurement frames.
     std::optional<RgbdLayout> rgbd; // Of RGB-D frames.
+    std::optional<StereoVideo> stereo;
 };
 
 // A frame and its time.
@@ -108,8 +109,9 @@ std::vector<std::size_t> bordersOf(const VideoSurvey& survey, const ChunkDepende
 
 ChunkDependence dependenceOf(const VideoConversion& conversion) {
     ChunkDependence on;
-    if (conversion.fromQuilt) return on;
+    if (conversion.fromQuilt || conversion.eyes.filmed) return on;
     on.onScene = true;
+    on.stereo = conversion.stereo;
     if (!conversion.given) return on;
     const GivenVideoDepth& given = *conversion.given;
     std::error_code error;
@@ -138,28 +140,30 @@ VideoSurvey surveyVideo(VideoReader& reader, int segmentFrames, const ChunkDepen
                           progress.end = static_cast<double>(frame.source.pts) * unit;
                           return true;
                       }});
-    stages.push_back({"cuts", [&](PipelineFrame& frame) {
-                          const VideoFrame& source = frame.source;
-                          const FramePlace place{survey.frames, source.pts};
-                          if (survey.frames % segmentFrames == 0) {
-                              survey.segments.emplace_back().pts = source.pts;
-                              survey.firsts.push_back(place);
-                          }
-                          VideoSegment& segment = survey.segments.back();
-                          ++segment.frames;
-                          segment.end = source.pts + std::max<std::int64_t>(source.duration, 1);
-                          segment.times = mixTime(segment.times, source);
-                          if (survey.frames % kFramesPerMeasurement == 0)
-                              survey.measured.push_back(place);
-                          if (on.onScene) {
-                              cv::Mat photo = source.picture;
-                              cv::Mat depth;
-                              if (on.rgbd) splitRgbd(source.picture, *on.rgbd, photo, depth);
-                              if (tracker.next(photo).cut) survey.cuts.push_back(place);
-                          }
-                          ++survey.frames;
-                          return true;
-                      }});
+    stages.push_back(
+        {"cuts", [&](PipelineFrame& frame) {
+             const VideoFrame& source = frame.source;
+             const FramePlace place{survey.frames, source.pts};
+             if (survey.frames % segmentFrames == 0) {
+                 survey.segments.emplace_back().pts = source.pts;
+                 survey.firsts.push_back(place);
+             }
+             VideoSegment& segment = survey.segments.back();
+             ++segment.frames;
+             segment.end = source.pts + std::max<std::int64_t>(source.duration, 1);
+             segment.times = mixTime(segment.times, source);
+             if (survey.frames % kFramesPerMeasurement == 0) survey.measured.push_back(place);
+             if (on.onScene) {
+                 cv::Mat photo = source.picture;
+                 cv::Mat depth;
+                 if (on.rgbd) splitRgbd(source.picture, *on.rgbd, photo, depth);
+                 if (on.stereo)
+                     photo = splitStereoPair(photo, on.stereo->layout, on.stereo->halves).left;
+                 if (tracker.next(photo).cut) survey.cuts.push_back(place);
+             }
+             ++survey.frames;
+             return true;
+         }});
     runPipeline(stages);
     return survey;
 }

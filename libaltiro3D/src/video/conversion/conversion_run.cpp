@@ -1,7 +1,9 @@
 #include "video/conversion/conversion_run.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/stereo_views.hpp"
 #include "base/checks.hpp"
+#include "image/picture_halves.hpp"
 #include "media/video_picture.hpp"
 
 #include <algorithm>
@@ -59,6 +61,11 @@ void checkFields(const VideoConversion& conversion) {
     check(conversion.product != VideoProduct::Stereo ||
               (conversion.native.framing == Framing() && !conversion.choices.framing),
           "framing", "is set, but both eyes see whole frames, expected none");
+    check(!conversion.stereo || (!conversion.given && !conversion.fromQuilt), "stereo",
+          "is set, expected no other depth and no quilts");
+    check(!conversion.eyes.filmed ||
+              (conversion.stereo && conversion.product == VideoProduct::Stereo),
+          "filmed", "is set, expected frames with both eyes, and the product Stereo");
     if (!conversion.fromQuilt) return;
     check(conversion.product == VideoProduct::Native, "product",
           "is not Native, but frames are quilts");
@@ -66,6 +73,23 @@ void checkFields(const VideoConversion& conversion) {
     checkNumber(conversion.viewAspect == 0 ||
                     (conversion.viewAspect >= 0.01 && conversion.viewAspect <= 100),
                 "viewAspect", conversion.viewAspect, "0.01..100, or 0");
+}
+
+// Frames that are as wanted already.
+void refuseSameLayout(const VideoConversion& conversion, const VideoFacts& facts) {
+    const StereoVideo& now = *conversion.stereo;
+    const bool isBeside =
+        now.layout == StereoLayout::LeftRight || now.layout == StereoLayout::RightLeft;
+    const bool isHalf = squeezeOf(facts.size, isBeside, now.halves) != Squeeze::None;
+    std::optional<EyesPicture> same;
+    if (now.layout == StereoLayout::LeftRight)
+        same = isHalf ? EyesPicture::SideBySideHalf : EyesPicture::SideBySide;
+    if (now.layout == StereoLayout::TopBottom)
+        same = isHalf ? EyesPicture::TopBottomHalf : EyesPicture::TopBottom;
+    if (now.layout == StereoLayout::RightLeft && !isHalf) same = EyesPicture::Crossed;
+    if (same != conversion.eyes.picture || conversion.eyes.swapped) return;
+    throw Error(ErrorCode::InvalidArgument, nameOf(conversion.input),
+                std::string("is ") + nameOf(*same).words + " already, expected another layout");
 }
 
 // A range is made by several runs, which read the input again.
@@ -143,7 +167,7 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
     const VideoFacts& facts = reader->facts();
     unit_ = facts.timeBase.value();
     setDepthRange(conversion);
-    if (!conversion.fromQuilt && !conversion.given) {
+    if (!conversion.fromQuilt && !conversion.given && !conversion.eyes.filmed) {
         if (!conversion.depth) conversion.depth = estimatedDepth();
         conversion.depth->load(); // the stamp describes it
     }
@@ -151,6 +175,9 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
         stamp = conversionStamp(conversion, target.layout);
     if (conversion.fromQuilt) {
         renderer = makeQuiltRenderer(conversion, target);
+    } else if (conversion.eyes.filmed) {
+        refuseSameLayout(conversion, facts);
+        renderer = makeEyesRenderer(conversion, facts);
     } else {
         depth_ = std::make_unique<FrameDepth>(conversion, facts);
         const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
@@ -347,6 +374,11 @@ void ConversionRun::finish(VideoConversionResult& result) {
         choice.start *= unit_;
     result.counts = reader->counts();
     result.notes = reader->notes();
+    if (!reader->facts().eyes.empty() && !conversion.stereo) {
+        addNote(&result.notes, NoteCode::Doubtful,
+                nameOf(conversion.input) + ": holds the pictures of both eyes (" +
+                    reader->facts().eyes + "), which become one flat scene");
+    }
     const Notes more[] = {renderer->notes(), depth_ ? depth_->notes() : Notes()};
     for (const Notes& notes : more)
         result.notes.insert(result.notes.end(), notes.begin(), notes.end());

@@ -151,8 +151,12 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     add("product", static_cast<int>(conversion.product));
     if (conversion.product == VideoProduct::Stereo) {
         const VideoEyes& eyes = conversion.eyes;
-        add("eyes", {static_cast<int>(eyes.picture), static_cast<int>(eyes.from), eyes.swapped});
+        add("eyes", {static_cast<int>(eyes.picture), static_cast<int>(eyes.from), eyes.swapped,
+                     eyes.filmed});
     }
+    if (conversion.stereo)
+        add("both eyes", {static_cast<int>(conversion.stereo->layout),
+                          static_cast<int>(conversion.stereo->halves)});
     add("part", {conversion.part.from, conversion.part.to, conversion.part.format,
                  conversion.part.formatOptions, conversion.part.deinterlace});
     add("ways of rendering", numbersOf(conversion.native));

@@ -291,6 +291,82 @@ Notes GivenDepth::notes() const {
     return notes;
 }
 
+// Depth of frames with both eyes' pictures.
+class EyesDepth {
+  public:
+    EyesDepth(const StereoVideo& video, DepthSource& fallback)
+        : video_(video), fallback_(fallback) {}
+
+    // @return the left eye's picture; the right one's is kept
+    cv::Mat split(const cv::Mat& frame) {
+        const StereoPair pair = splitStereoPair(frame, video_.layout, video_.halves);
+        right_ = pair.right;
+        hidden_ = {};
+        return pair.left;
+    }
+
+    // @param raw of the left eye's picture, near = large
+    void estimate(const cv::Mat& left, cv::Mat& raw) {
+        const StereoMatch match = matchStereo(left, right_, raw, &hidden_);
+        ++counts_.all;
+        if (match.areEyes() && !match.isFlat) {
+            if (match.looksSwapped) ++counts_.swapped;
+            disparity_ = raw;
+            return;
+        }
+        ++(match.isFlat ? counts_.flat : counts_.unlike);
+        hidden_ = {};
+        cv::Mat photo;
+        cv::Mat numbers;
+        fallback_.readFrame(left, photo, numbers);
+        DepthNormalization normalization;
+        normalization.kind = fallback_.kind();
+        normalizeDepth(numbers, raw, normalization);
+    }
+
+    // What the last estimate has found behind near things. @param depth of its picture
+    HiddenLayer hidden(const cv::Mat& depth) const {
+        if (hidden_.photo.empty() || depth.size() != disparity_.size()) return {};
+        HiddenLayer layer{hidden_.photo, hidden_.depth.clone()};
+        scaleHiddenDepth(disparity_, depth, layer);
+        return layer;
+    }
+
+    Notes notes() const {
+        Notes notes;
+        const auto note = [&](const std::string& text) {
+            notes.push_back({NoteCode::Doubtful, text});
+        };
+        const auto share = [&](std::int64_t count, const char* is) {
+            return std::to_string(count) + " of " + std::to_string(counts_.all) +
+                   (counts_.all == 1 ? " frame" : " frames") + " that were looked at " + is;
+        };
+        if (counts_.flat == counts_.all && counts_.all > 0) {
+            note("both eyes see the same picture: the video is flat (2D), and its depth is "
+                 "estimated");
+        } else if (counts_.flat + counts_.unlike > 0) {
+            note("the eyes do not match, or see the same, in " +
+                 share(counts_.flat + counts_.unlike, "") + ": depth is estimated there");
+        }
+        if (2 * counts_.swapped > counts_.all - counts_.flat - counts_.unlike)
+            note("the eyes look swapped: the background appears in front of the foreground");
+        return notes;
+    }
+
+  private:
+    StereoVideo video_;
+    DepthSource& fallback_;
+    cv::Mat right_;     // the right eye's picture
+    cv::Mat disparity_; // of the last estimate
+    HiddenLayer hidden_;
+    struct {
+        std::int64_t all = 0;
+        std::int64_t flat = 0;
+        std::int64_t unlike = 0;
+        std::int64_t swapped = 0;
+    } counts_; // of estimates
+};
+
 FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
     : flatDepth_(conversion.native.views.focus), options_(conversion.depthOptions),
       unit_(facts.timeBase.value()) {
@@ -305,6 +381,11 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
     } else {
         source_ = std::move(conversion.depth);
         kind_ = source_->kind();
+        if (conversion.stereo) {
+            rgbd_ = halvesOf(*conversion.stereo);
+            kind_ = DepthKind::NearWhite;
+            eyes_ = std::make_unique<EyesDepth>(*conversion.stereo, *source_);
+        }
     }
     start();
 }
@@ -312,12 +393,14 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
 FrameDepth::~FrameDepth() = default;
 
 Notes FrameDepth::notes() const {
-    return given_ ? given_->notes() : notes_;
+    return given_ ? given_->notes() : eyes_ ? eyes_->notes() : notes_;
 }
 
 void FrameDepth::start() {
     const auto estimate = [this](const cv::Mat& picture, cv::Mat& raw) {
-        if (source_) {
+        if (eyes_) {
+            eyes_->estimate(picture, raw);
+        } else if (source_) {
             cv::Mat photo;
             source_->readFrame(picture, photo, raw);
         } else {
@@ -357,8 +440,12 @@ void FrameDepth::setState(const SavedState& state) {
 }
 
 void FrameDepth::work(PipelineFrame& frame) {
+    if (eyes_) frame.source.picture = eyes_->split(frame.source.picture);
     if (source_) {
         frame.step = depth_->next(frame.source.picture, frame.depth);
+        // only if every frame has it: else it would flicker
+        if (eyes_ && options_.every == 1 && frame.step.inferred)
+            frame.hidden = eyes_->hidden(frame.depth);
         return;
     }
     if (given_) {

@@ -18,6 +18,14 @@ namespace altiro3D {
 /// @throws Error
 void measureRange(GivenVideoDepth& given);
 
+/// Where the right eye's picture is, as if it were the depth half of an RGB-D image.
+inline RgbdLayout halvesOf(const StereoVideo& video) {
+    const bool isBeside =
+        video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
+    return {isBeside ? DepthSide::Right : DepthSide::Bottom, video.halves};
+}
+
+class EyesDepth;
 class GivenDepth;
 
 /// A stage of a conversion: the depth of frames, either estimated and kept steady, or given.
@@ -33,7 +41,8 @@ class FrameDepth {
     /// Call it before the first frame of the video is read. @throws Error
     void begin(VideoReader& video);
 
-    /// Reads `source`, sets `depth` and `step`. For an RGB-D frame, `source` becomes the photo.
+    /// Reads `source`, sets `depth` and `step`. For an RGB-D frame, `source` becomes the photo; for
+    /// a frame with both eyes, the left one's, and `hidden` may be set.
     void work(PipelineFrame& frame);
 
     /// The state that the next frame's depth depends on, for a resumed run.
@@ -44,7 +53,10 @@ class FrameDepth {
     cv::Size photoSize(cv::Size frame) const;
     double photoAspect(cv::Size frame, double frameAspect) const;
     /// What is known of the edges of the depth.
-    DepthEdges edges() const { return source_ ? source_->edges() : DepthEdges::Unknown; }
+    DepthEdges edges() const {
+        if (eyes_) return DepthEdges::Matched;
+        return source_ ? source_->edges() : DepthEdges::Unknown;
+    }
     /// Remarks, for people.
     Notes notes() const;
 
@@ -53,7 +65,8 @@ class FrameDepth {
     void useGiven(PipelineFrame& frame);
 
     std::unique_ptr<DepthSource> source_; // null: depth is given
-    std::optional<RgbdLayout> rgbd_;
+    std::optional<RgbdLayout> rgbd_;      // also where the right eye's picture is
+    std::unique_ptr<EyesDepth> eyes_;
     DepthKind kind_;
     DepthRange range_; // of given depth of 16 bits
     double flatDepth_; // if the range is empty

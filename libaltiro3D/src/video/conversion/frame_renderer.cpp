@@ -3,12 +3,14 @@
 #include "altiro3D/error.hpp"
 #include "base/state_bytes.hpp"
 #include "native/quilt_shape.hpp"
+#include "video/conversion/frame_depth.hpp"
 #include "video/motion/motion.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -142,7 +144,7 @@ class ViewsRenderer : public FrameRenderer {
 
     // Makes the choices for a new scene and places the frame.
     Scene placed(const PipelineFrame& frame) {
-        Scene scene{frame.source.picture, frame.depth};
+        Scene scene{frame.source.picture, frame.depth, frame.hidden};
         scene.edges = edges_;
         // the shape as displayed, because px of the frame need not be square
         const double aspect = target_.aspect() / frame.source.sampleAspect.value();
@@ -216,6 +218,36 @@ class RgbdRenderer : public FrameRenderer {
     Scene fitted_;
 };
 
+// Both eyes' pictures as they were filmed.
+class EyesRenderer : public FrameRenderer {
+  public:
+    EyesRenderer(const VideoConversion& conversion, const VideoFacts& facts)
+        : video_(*conversion.stereo), eyes_(conversion.eyes) {
+        const cv::Size half = halvesOf(video_).photoSize(facts.size);
+        const double pixelAspect = facts.sampleAspect.value();
+        eye_ = evenSize(half, pixelAspect * half.width / half.height);
+    }
+
+    cv::Size size() const override { return eyesSize(eye_, eyes_.picture); }
+
+    void make(const PipelineFrame& frame, cv::Mat& result) override {
+        StereoPair pair = splitStereoPair(frame.source.picture, video_.layout, video_.halves);
+        if (eyes_.swapped) cv::swap(pair.left, pair.right);
+        for (cv::Mat* picture : {&pair.left, &pair.right}) {
+            const bool isEnlarged = picture->cols < eye_.width;
+            if (picture->size() != eye_)
+                cv::resize(*picture, *picture, eye_, 0, 0,
+                           isEnlarged ? cv::INTER_LINEAR : cv::INTER_AREA);
+        }
+        joinEyes(pair.left, pair.right, eyes_.picture, result);
+    }
+
+  private:
+    StereoVideo video_;
+    VideoEyes eyes_;
+    cv::Size eye_;
+};
+
 // Natives of quilts.
 class QuiltRenderer : public FrameRenderer {
   public:
@@ -286,6 +318,11 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
         return std::make_unique<ViewsRenderer>(conversion, VideoTarget{{2, 1, eye, 2}, eye}, edges);
     }
     return std::make_unique<ViewsRenderer>(conversion, target, edges);
+}
+
+std::unique_ptr<FrameRenderer> makeEyesRenderer(const VideoConversion& conversion,
+                                                const VideoFacts& facts) {
+    return std::make_unique<EyesRenderer>(conversion, facts);
 }
 
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,

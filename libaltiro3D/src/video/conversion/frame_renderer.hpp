@@ -60,6 +60,10 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect, DepthEdges edges);
 
+/// The stage for frames with both eyes' pictures, which are laid out anew.
+std::unique_ptr<FrameRenderer> makeEyesRenderer(const VideoConversion& conversion,
+                                                const VideoFacts& facts);
+
 /// The stage for frames that are quilts.
 /// @throws Error
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,

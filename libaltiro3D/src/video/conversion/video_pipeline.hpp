@@ -15,6 +15,7 @@ struct PipelineFrame {
     std::int64_t number = 0; ///< Number of the frame, from 0, in the order of display.
     VideoFrame source;       ///< The frame as read.
     cv::Mat depth;           ///< Depth of `source` [any size, CV_32FC1, 0..1, 1 = nearest]
+    HiddenLayer hidden;      ///< What is known of what `source` hides; usually nothing.
     VideoDepthStep step;     ///< How the depth was made.
     VideoFrame result;       ///< The frame to write.
     SavedState state;        ///< State that a later run needs to resume after this frame; usually

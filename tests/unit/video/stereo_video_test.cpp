@@ -1,0 +1,272 @@
+// Videos whose frames hold both eyes' pictures.
+
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/stereo_views.hpp"
+#include "altiro3D/video_conversion.hpp"
+#include "support/compare.hpp"
+#include "support/displays.hpp"
+#include "support/files.hpp"
+#include "support/onnx.hpp"
+#include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
+#include "support/video.hpp"
+
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kWall = 4;   // px of disparity
+constexpr int kThing = 16; // px of disparity
+
+cv::Mat joined(const Eyes& eyes, EyesPicture picture = EyesPicture::SideBySide) {
+    cv::Mat both;
+    joinEyes(eyes.left, eyes.right, picture, both);
+    return both;
+}
+
+class StereoVideoTest : public FileTest {
+  protected:
+    fs::path clip(const std::string& name, const std::vector<cv::Mat>& frames) const {
+        writeClip(directory / name, frames);
+        return directory / name;
+    }
+
+    // With a network that says how bright a px is.
+    VideoConversion conversion(const fs::path& input, const std::string& output) const {
+        NetworkProfile profile;
+        profile.name = "bright";
+        profile.inputWidth = 64;
+        profile.inputHeight = 48;
+        profile.multipleOf = 8;
+        spill(directory / "bright.onnx", onnx::mixModel({0.3F, 0.3F, 0.3F}, {64, 48}));
+        VideoConversion all;
+        all.input = input;
+        all.output = directory / output;
+        all.encoding.codec = VideoCodec::Ffv1;
+        all.depth = depthFromNetwork(DepthNetwork(directory / "bright.onnx", profile));
+        all.stereo = StereoVideo();
+        return all;
+    }
+
+    std::vector<cv::Mat> frames(const std::string& name) const {
+        std::vector<cv::Mat> all;
+        for (const VideoFrame& frame : allFrames(directory / name))
+            all.push_back(frame.picture);
+        return all;
+    }
+};
+
+TEST_F(StereoVideoTest, DepthIsThatOfThePairAndSteady) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const fs::path input = clip("clip.mkv", {4, joined(eyes)});
+    for (const int every : {0, 1}) {
+        VideoConversion rgbd = conversion(input, "rgbd.mkv");
+        rgbd.product = VideoProduct::Rgbd;
+        rgbd.depthOptions.every = every;
+        const VideoConversionResult result = VideoConverter(std::move(rgbd)).run();
+        EXPECT_EQ(result.frames, 4);
+        EXPECT_TRUE(result.notes.empty()) << result.notes.front().text;
+        const std::vector<cv::Mat> made = frames("rgbd.mkv");
+        cv::Mat photo;
+        cv::Mat depth;
+        splitRgbd(made.front(), DepthSide::Right, photo, depth);
+        EXPECT_TRUE(samePicture(photo, eyes.left));
+        // the truth, but for the px around the thing that only one eye sees
+        cv::Mat truth(depth.size(), CV_32FC1, cv::Scalar(0));
+        truth(thingInLeft()) = 1;
+        cv::Mat isSure(depth.size(), CV_8UC1, cv::Scalar(255));
+        isSure(thingInLeft() + cv::Size(2 * kThing, 8) - cv::Point(kThing, 4)) = 0;
+        isSure(cv::Rect(thingInLeft().tl() + cv::Point(4, 4),
+                        thingInLeft().size() - cv::Size(8, 8))) = 255;
+        cv::Mat disparity;
+        static_cast<void>(matchStereo(eyes.left, eyes.right, disparity));
+        const double ofPair = rankCorrelation(disparity, truth, isSure);
+        EXPECT_GT(ofPair, 0.85);
+        EXPECT_GT(rankCorrelation(depth, truth, isSure), ofPair - 0.01);
+        for (const cv::Mat& frame : made)
+            EXPECT_TRUE(samePicture(frame, made.front()));
+    }
+}
+
+TEST_F(StereoVideoTest, NativesAreThoseOfThePairAsAPhoto) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const Display display = sixViewDisplay(150, 98, {50, 32});
+    altiro3D::Scene scene{eyes.left, {}};
+    cv::Mat disparity;
+    static_cast<void>(matchStereo(eyes.left, eyes.right, disparity, &scene.hidden));
+    normalizeDepth(disparity, scene.depth);
+    scaleHiddenDepth(disparity, scene.depth, scene.hidden);
+    scene.edges = DepthEdges::Matched;
+    for (const bool isFilled : {true, false}) {
+        VideoConversion made = conversion(clip("clip.mkv", {joined(eyes)}), "native.mkv");
+        made.display = display;
+        made.depthOptions.every = isFilled ? 1 : 0;
+        VideoConverter(std::move(made)).run();
+        if (!isFilled) scene.hidden = {};
+        cv::Mat native;
+        NativeMaker(display).makeNative(scene, native);
+        EXPECT_TRUE(samePicture(frames("native.mkv").front(), native)) << isFilled;
+    }
+}
+
+TEST_F(StereoVideoTest, FramesWithoutMatchHaveEstimatedDepthAndAreSaid) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const auto notesOf = [&](const std::vector<cv::Mat>& all) {
+        VideoConversion rgbd = conversion(clip("clip.mkv", all), "rgbd.mkv");
+        rgbd.product = VideoProduct::Rgbd;
+        rgbd.depthOptions.every = 1;
+        return textOf(VideoConverter(std::move(rgbd)).run().notes);
+    };
+    const cv::Mat black(eyesSize(), CV_8UC3, cv::Scalar::all(0));
+    const Eyes unlike{randomPhoto(eyesSize(), 1), randomPhoto(eyesSize(), 2)};
+    EXPECT_TRUE(contains(notesOf({joined(eyes), joined(unlike), joined({unlike.right, black})}),
+                         "in 2 of 3 frames"));
+    EXPECT_TRUE(contains(notesOf({joined({eyes.left, eyes.left})}), "flat (2D)"));
+    EXPECT_TRUE(contains(notesOf({joined({eyes.left, black})}), "depth is estimated"));
+
+    // the bright thing is near by the network as well
+    cv::Mat photo;
+    cv::Mat depth;
+    splitRgbd(frames("rgbd.mkv").front(), DepthSide::Right, photo, depth);
+    EXPECT_GT(cv::mean(depth(thingInLeft()))[0], cv::mean(depth)[0] + 50);
+}
+
+TEST_F(StereoVideoTest, SwappedEyesAreSaid) {
+    const Eyes eyes = wallAndThing(kWall, 40);
+    VideoConversion rgbd =
+        conversion(clip("clip.mkv", {joined({eyes.right, eyes.left})}), "rgbd.mkv");
+    rgbd.product = VideoProduct::Rgbd;
+    EXPECT_TRUE(contains(textOf(VideoConverter(std::move(rgbd)).run().notes), "look swapped"));
+}
+
+TEST_F(StereoVideoTest, EyesAreLaidOutAnewAsTheyWereFilmed) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const fs::path input = clip("clip.mkv", {joined(eyes)});
+    const auto made = [&](const VideoEyes& wanted) {
+        VideoConversion stereo = conversion(input, "out.mkv");
+        stereo.depth.reset();
+        stereo.product = VideoProduct::Stereo;
+        stereo.eyes = wanted;
+        VideoConverter(std::move(stereo)).run();
+        return frames("out.mkv").front();
+    };
+    for (const EyesPicture picture : {EyesPicture::TopBottom, EyesPicture::Crossed,
+                                      EyesPicture::Anaglyph, EyesPicture::SideBySideHalf}) {
+        EXPECT_TRUE(
+            samePicture(made({picture, EyesFrom::Both, false, true}), joined(eyes, picture)));
+    }
+    EXPECT_TRUE(samePicture(made({EyesPicture::SideBySide, EyesFrom::Both, true, true}),
+                            joined({eyes.right, eyes.left})));
+    EXPECT_TRUE(contains(errorOf([&] {
+                             made({EyesPicture::SideBySide, EyesFrom::Both, false, true});
+                         }),
+                         "is side by side already"));
+}
+
+TEST_F(StereoVideoTest, ContradictionsAreRefused) {
+    const fs::path input = clip("clip.mkv", {joined(wallAndThing(kWall, kThing))});
+    const auto error = [&](const auto& change) {
+        VideoConversion made = conversion(input, "out.mkv");
+        made.display = sixViewDisplay(150, 98, {50, 32});
+        change(made);
+        return errorOf([&] { VideoConverter(std::move(made)).run(); });
+    };
+    EXPECT_TRUE(contains(error([](VideoConversion& c) {
+                             c.given = GivenVideoDepth();
+                             c.given->rgbd = DepthSide::Right;
+                         }),
+                         "stereo: is set"));
+    EXPECT_TRUE(
+        contains(error([](VideoConversion& c) { c.eyes.filmed = true; }), "filmed: is set"));
+}
+
+class FindEyes : public StereoVideoTest {
+  protected:
+    static FoundEyes found(const fs::path& file) {
+        VideoReader reader(file);
+        static_cast<void>(reader.next());
+        return findEyes(file, reader.facts());
+    }
+};
+
+TEST_F(FindEyes, WhatFilesStateOfEyesIsReadBack) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const std::pair<EyesPicture, StereoLayout> all[] = {
+        {EyesPicture::SideBySide, StereoLayout::LeftRight},
+        {EyesPicture::SideBySideHalf, StereoLayout::LeftRight},
+        {EyesPicture::Crossed, StereoLayout::RightLeft},
+        {EyesPicture::TopBottom, StereoLayout::TopBottom},
+        {EyesPicture::TopBottomHalf, StereoLayout::TopBottom}};
+    for (const auto& [picture, layout] : all) {
+        for (const char* const name : {"clip.mkv", "clip.mp4"}) {
+            if (picture == EyesPicture::Crossed && fs::path(name).extension() == ".mp4") continue;
+            VideoWriterOptions options;
+            const cv::Mat frame = joined(eyes, picture);
+            options.size = frame.size();
+            options.eyes = picture;
+            VideoWriter writer(directory / name, options);
+            writer.write({frame, 0, 1000});
+            writer.finish();
+            const FoundEyes eyesFound = found(directory / name);
+            ASSERT_TRUE(eyesFound.eyes) << name;
+            EXPECT_EQ(eyesFound.eyes->layout, layout) << name;
+            EXPECT_TRUE(contains(eyesFound.evidence, "the file states it")) << name;
+        }
+    }
+}
+
+TEST_F(FindEyes, NamesCountIfHalvesMatch) {
+    const std::vector<cv::Mat> pair(3, joined(wallAndThing(kWall, kThing)));
+    const FoundEyes named = found(clip("film_LR.mkv", pair));
+    ASSERT_TRUE(named.eyes);
+    EXPECT_EQ(named.eyes->layout, StereoLayout::LeftRight);
+    EXPECT_TRUE(contains(named.evidence, "LR"));
+    const FoundEyes full = found(clip("film_LRF.mkv", pair));
+    ASSERT_TRUE(full.eyes);
+    EXPECT_EQ(full.eyes->halves, StereoHalves::Full);
+
+    const FoundEyes flat = found(clip("film_SBS.mkv", {3, randomPhoto({800, 300}, 3)}));
+    EXPECT_FALSE(flat.eyes);
+    EXPECT_TRUE(contains(textOf(flat.notes), "its halves do not match"));
+}
+
+TEST_F(FindEyes, FlatVideosGetAHintAtMost) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const FoundEyes beside = found(clip("film.mkv", {3, joined(eyes)}));
+    EXPECT_FALSE(beside.eyes);
+    EXPECT_TRUE(contains(textOf(beside.notes), "left and right half look like"));
+    const FoundEyes above = found(clip("film.mkv", {3, joined(eyes, EyesPicture::TopBottom)}));
+    EXPECT_FALSE(above.eyes);
+    EXPECT_TRUE(contains(textOf(above.notes), "upper and lower half look like"));
+    const FoundEyes flat = found(clip("film.mkv", {3, randomPhoto({640, 360}, 3)}));
+    EXPECT_FALSE(flat.eyes);
+    EXPECT_TRUE(flat.notes.empty());
+}
+
+TEST_F(FindEyes, WhatIsNotReadIsRefusedByName) {
+    const fs::path vr = clip("film_180_LR.mkv", {randomPhoto({64, 32})});
+    EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(found(vr)); }), "for headsets"));
+    VideoWriterOptions options;
+    options.size = {64, 32};
+    options.eyes = EyesPicture::Rows;
+    VideoWriter writer(directory / "rows.mkv", options);
+    writer.write({randomPhoto({64, 32}), 0, 1000});
+    writer.finish();
+    EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(found(directory / "rows.mkv")); }),
+                         "interleaved lines"));
+}
+
+} // namespace
+} // namespace altiro3D::test

@@ -73,7 +73,7 @@ ALTIRO3D_EXPORT void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, cons
 /// Position of the depth half in a one-picture RGB-D.
 enum class DepthSide { Right, Left, Top, Bottom };
 
-/// Where the depth half is, and the shape of both halves. joinRgbd() makes full halves.
+/// Where the depth half is, and the shape of both halves.
 struct RgbdLayout {
     /// A side is a layout with full halves.
     /// @param depthSide position of the depth half @param shape shape of both halves
@@ -131,11 +131,20 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
 ///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
-/// @param side position of the depth half
+/// @param layout position of the depth half; squeezed halves have half the width (above each other:
+///        height), rounded up: means of the photo's colours, and depth as it is at their px
 /// @param picture [both halves, CV_8UC3, BGR]; may be `photo` itself
 /// @throws Error InvalidArgument (empty, wrong type, photo and depth differ in size)
-ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side,
+ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layout,
                               cv::Mat& picture);
+
+/// Gives near or far things more of the range of depth: d' = d^exponent; 0 and 1 stay.
+///
+/// @param depth [rows x cols, CV_32FC1, 0..1], clamped; NaN stays
+/// @param exponent 0.5..2; above 1 the foreground gets more of the range, below 1 the background
+/// @return [as depth]; `depth` itself with exponent 1. The same bytes on any processor.
+/// @throws Error InvalidArgument (empty, wrong type, exponent)
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat bendDepth(const cv::Mat& depth, double exponent);
 
 /// Converts a depth map to 16 bits: 0 = farthest, 65535 = nearest.
 ///

@@ -93,7 +93,7 @@ struct NativeOptions : PlacementOptions {
     /// All fields, to save them. @param o the options @return references to its fields
     template <typename Options>
     static auto fields(Options& o) {
-        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.detail, o.lensFilter,
+        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.depthCurve, o.detail, o.lensFilter,
                         o.positions, o.sampling.views, o.sampling.inTile);
     }
 

@@ -23,6 +23,8 @@ struct PlacementOptions {
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
     Framing framing;              ///< The part of a photo that is shown.
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
+    /// Exponent of depth, 0.5..2, see bendDepth(). `views.focus` is a depth afterwards.
+    double depthCurve = 1;
 };
 
 /// A scene on a display.

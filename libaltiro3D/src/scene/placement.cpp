@@ -13,6 +13,15 @@ namespace altiro3D {
 
 namespace {
 
+Scene withCurve(const Scene& scene, double exponent) {
+    checkRange("depthCurve", exponent, 0.5, 2);
+    Scene bent = scene;
+    if (exponent == 1) return bent;
+    bent.depth = bendDepth(scene.depth, exponent);
+    if (!scene.hidden.depth.empty()) bent.hidden.depth = bendDepth(scene.hidden.depth, exponent);
+    return bent;
+}
+
 // The depth of a part of a photo, with at most as many px as tell its steps.
 cv::Mat depthOf(const Scene& scene, const cv::Rect& part) {
     constexpr int kMost = 1024;
@@ -126,8 +135,9 @@ PhotoFit fitPhoto(cv::Size photo, double aspect, cv::Size size, const PlacementO
                        options.views);
 }
 
-Placement placeScene(const Scene& scene, double aspect, cv::Size size,
+Placement placeScene(const Scene& given, double aspect, cv::Size size,
                      const PlacementOptions& options) {
+    const Scene scene = withCurve(given, options.depthCurve);
     Placement placed;
     placed.fit = fitPhoto(scene.photo.size(), aspect, size, options);
     const double focus = options.views.focus;
@@ -145,8 +155,9 @@ Placement placeScene(const Scene& scene, double aspect, cv::Size size,
     return placed;
 }
 
-ChosenOptions chooseFromScene(const Scene& scene, double aspect, const QuiltLayout& quilt,
+ChosenOptions chooseFromScene(const Scene& given, double aspect, const QuiltLayout& quilt,
                               const PlacementOptions& options, const AutoChoices& choices) {
+    const Scene scene = withCurve(given, options.depthCurve);
     ChosenOptions chosen{options, {{}, scene.photo.size()}};
     PlacementOptions& now = chosen.options;
     chooseSubject(scene, aspect, choices, now);

@@ -704,6 +704,54 @@ TEST(DepthMap, PicturesTooSmallToSplitAndUnequalHalvesAreRefused) {
               "depth: is 2 x 3 px of CV_32FC1, expected the photo's 3 x 2 px");
 }
 
+TEST(DepthMap, SqueezedHalvesAreReadBackAtTheirShape) {
+    const cv::Mat photo = randomPhoto({40, 30}, 1);
+    const cv::Mat depth = randomDepth({40, 30}, 2);
+    for (const DepthSide side : {DepthSide::Right, DepthSide::Bottom}) {
+        const RgbdLayout layout(side, StereoHalves::Squeezed);
+        cv::Mat picture;
+        joinRgbd(photo, depth, layout, picture);
+        ASSERT_EQ(picture.size(), photo.size());
+        cv::Mat again;
+        cv::Mat raw;
+        splitRgbd(picture, layout, again, raw);
+        ASSERT_EQ(again.size(), photo.size());
+        const bool isWide = side == DepthSide::Right;
+        for (int y = 0; y < 30; ++y) {
+            for (int x = 0; x < 40; ++x) { // depth of one of the two px that became one
+                const float value = raw.at<float>(y, x) / 255;
+                const float first = depth.at<float>(isWide ? y : y / 2 * 2, isWide ? x / 2 * 2 : x);
+                const float other =
+                    depth.at<float>(isWide ? y : y / 2 * 2 + 1, isWide ? x / 2 * 2 + 1 : x);
+                EXPECT_LT(std::min(std::abs(value - first), std::abs(value - other)), 0.0021)
+                    << x << ' ' << y;
+            }
+        }
+        cv::Mat smooth;
+        cv::Mat expected;
+        const cv::Size half = isWide ? cv::Size(20, 30) : cv::Size(40, 15);
+        cv::resize(photo, smooth, half, 0, 0, cv::INTER_AREA);
+        EXPECT_TRUE(samePicture(picture(cv::Rect({0, 0}, half)), smooth));
+    }
+}
+
+TEST(DepthMap, BentDepthIsAPower) {
+    for (const double exponent : {0.5, 0.8, 1.3, 2.0}) {
+        cv::Mat depth(1, 1001, CV_32FC1);
+        for (int x = 0; x <= 1000; ++x)
+            depth.at<float>(x) = static_cast<float>(x) / 1000;
+        const cv::Mat bent = bendDepth(depth, exponent);
+        for (int x = 0; x <= 1000; ++x)
+            EXPECT_NEAR(bent.at<float>(x), std::pow(x / 1000.0, exponent), 1e-5) << x;
+    }
+    const cv::Mat ends = bendDepth(row({-1, 0, 1, 7, kNan, 1e-30F}), 0.5);
+    EXPECT_TRUE(samePicture(ends.colRange(0, 5), row({0, 0, 1, 1, kNan})));
+    EXPECT_GE(ends.at<float>(5), 0);
+    EXPECT_TRUE(samePicture(bendDepth(row({0.25F}), 1), row({0.25F})));
+    EXPECT_EQ(errorOf([] { static_cast<void>(bendDepth(row({0}), 3)); }),
+              "exponent: is 3, expected 0.5..2");
+}
+
 TEST(DepthMap, SixteenBitPicturesSpanZeroToOne) {
     const cv::Mat expected = (cv::Mat_<ushort>(1, 6) << 0, 0, 32768, 65535, 65535, 0);
     EXPECT_TRUE(samePicture(depthTo16Bit(row({-1, 0, 0.5f, 1, 7, kNan})), expected));

@@ -261,4 +261,24 @@ cv::Mat depthTo16Bit(const cv::Mat& depth) {
         depth, [](float value) { return toWhole<std::uint16_t>(value, 65535.0f); });
 }
 
+cv::Mat bendDepth(const cv::Mat& depth, double exponent) {
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
+    checkRange("exponent", exponent, 0.5, 2);
+    if (exponent == 1) return depth;
+    // Rounded, because the last digits of pow() differ from processor to processor.
+    constexpr int kSteps = 16384;
+    constexpr double kUnit = 1 << 23;
+    std::vector<float> curve(kSteps + 2, 1.0F);
+    for (int i = 0; i < kSteps; ++i) {
+        const double value = std::pow(static_cast<double>(i) / kSteps, exponent);
+        curve[static_cast<std::size_t>(i)] = static_cast<float>(std::round(value * kUnit) / kUnit);
+    }
+    return mapped<float, float>(depth, [&curve](float value) {
+        if (std::isnan(value)) return value;
+        const float place = withinRange(value) * kSteps;
+        const auto i = static_cast<std::size_t>(place);
+        return curve[i] + (place - static_cast<float>(i)) * (curve[i + 1] - curve[i]);
+    });
+}
+
 } // namespace altiro3D

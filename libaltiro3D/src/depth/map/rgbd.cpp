@@ -172,23 +172,35 @@ std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) {
     });
 }
 
-void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, DepthSide side, cv::Mat& picture) {
+void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layout,
+              cv::Mat& picture) {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     check(photo.size() == depth.size(), "depth",
           shapeText(depth) + ", expected the photo's " + sizeText(photo.size()) + " px");
-    const cv::Size half = photo.size();
-    const cv::Size whole(isBeside(side) ? 2 * half.width : half.width,
-                         isBeside(side) ? half.height : 2 * half.height);
-    const Halves halves = halvesOf(side, whole);
+    const bool beside = isBeside(layout.side);
+    cv::Size half = photo.size();
+    const cv::Size both(beside ? 2 * half.width : half.width,
+                        beside ? half.height : 2 * half.height);
+    const Squeeze squeeze = squeezeOf(both, beside, layout.halves);
+    if (squeeze == Squeeze::Width) half.width = (half.width + 1) / 2;
+    if (squeeze == Squeeze::Height) half.height = (half.height + 1) / 2;
+    const cv::Size whole(beside ? 2 * half.width : half.width,
+                         beside ? half.height : 2 * half.height);
+    const Halves halves = halvesOf(layout.side, whole);
     const cv::Mat first = photo; // keeps the samples if photo and picture are the same object
     picture.create(whole, CV_8UC3);
-    first.copyTo(picture(halves.photo));
+    if (squeeze == Squeeze::None) {
+        first.copyTo(picture(halves.photo));
+    } else {
+        cv::resize(first, picture(halves.photo), half, 0, 0, cv::INTER_AREA);
+    }
     for (int y = 0; y < half.height; ++y) {
-        const float* from = depth.ptr<float>(y);
+        const float* from = depth.ptr<float>(nearestSample(y, half.height, depth.rows));
         std::uint8_t* to = picture.ptr<std::uint8_t>(halves.depth.y + y) + 3 * halves.depth.x;
         for (int x = 0; x < half.width; ++x, to += 3) {
-            std::fill_n(to, 3, toWhole<std::uint8_t>(from[x], 255.0f));
+            const float value = from[nearestSample(x, half.width, depth.cols)];
+            std::fill_n(to, 3, toWhole<std::uint8_t>(value, 255.0f));
         }
     }
 }

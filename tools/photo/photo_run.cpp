@@ -122,7 +122,7 @@ Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, Nati
     AutoChoices choices = run.job.scene.choices;
     const cv::Size result = run.maker.workSize();
     const auto strength =
-        run.job.camera.strength(options.views, fitPhoto(size, aspect, result, placement));
+        run.job.camera.strength(options.views, fitWithMargins(size, aspect, result, placement));
     if (strength) {
         options.views.strengthPercent = *strength;
         choices.strength = choices.limit = false;
@@ -134,7 +134,7 @@ Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, Nati
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) chosen += "; border of the scan cut: " + border;
     options.views = run.job.camera.apply(options.views, scene.focalLength35mm, size,
-                                         fitPhoto(size, aspect, result, placement), messages);
+                                         fitWithMargins(size, aspect, result, placement), messages);
     return placeScene(scene, aspect, result, placement);
 }
 

@@ -126,9 +126,9 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// readable reference; NativeLut is the fast path.
     /// @param x column, 0..panelWidth-1
     /// @param y row from the top, 0..panelHeight-1
-    /// @param channel 0 red, 1 green, 2 blue
+    /// @param colour 0 red, 1 green, 2 blue
     /// @return z, 0..1: 0 = start of view 0, 1 = end of the last view
-    [[nodiscard]] double phase(int x, int y, int channel) const;
+    [[nodiscard]] double phase(int x, int y, int colour) const;
 
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
     /// (1.10). Arguments are not checked.

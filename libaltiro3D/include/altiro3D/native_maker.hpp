@@ -93,8 +93,8 @@ struct NativeOptions : PlacementOptions {
     /// All fields, to save them. @param o the options @return references to its fields
     template <typename Options>
     static auto fields(Options& o) {
-        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.depthCurve, o.detail, o.lensFilter,
-                        o.positions, o.sampling.views, o.sampling.inTile);
+        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.depthCurve, o.detail,
+                        o.lensFilter, o.positions, o.sampling.views, o.sampling.inTile);
     }
 
     /// Sets detail, filter and positions so that the picture through the lenses is the most

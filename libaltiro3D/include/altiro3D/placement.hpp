@@ -55,10 +55,10 @@ struct Placement {
 /// @param options fit, framing, strength and focus
 /// @return the fit, for fitScene()
 /// @throws Error as fitPhoto(), InvalidArgument (options)
-[[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size photo, double aspect, cv::Size size,
-                                                const PlacementOptions& options);
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitWithMargins(cv::Size photo, double aspect, cv::Size size,
+                                                      const PlacementOptions& options);
 
-/// Fits a scene to a panel and refines its depth: fitPhoto(), fitScene(). Estimated depth
+/// Fits a scene to a panel and refines its depth: fitWithMargins(), fitScene(). Estimated depth
 /// (DepthEdges::Decided) stays as it is with method Fast, which gains little by exact edges.
 ///
 /// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -24,6 +25,13 @@ void overRows(int rows, const Work& work) {
         for (int y = range.start; y < range.end; ++y)
             work(y);
     });
+}
+
+/// Calls body(range) for parts of 0..rows-1, on all threads. There are few parts, unlike those of
+/// overRows(), because what `body` needs for its rows is made for each.
+inline void forRows(int rows, const std::function<void(const cv::Range&)>& body) {
+    constexpr int kPartsPerThread = 8;
+    cv::parallel_for_(cv::Range(0, rows), body, kPartsPerThread * cv::getNumThreads());
 }
 
 /// The picture of function(sample) for all samples, on all threads.

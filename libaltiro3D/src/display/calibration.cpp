@@ -327,8 +327,8 @@ int LensGeometry::cellIndex(int x, int y) const {
     return indices[cellPattern] % static_cast<int>(cells.size());
 }
 
-double LensGeometry::phase(int x, int y, int channel) const {
-    const int k = blueFirst ? 2 - channel : channel;
+double LensGeometry::phase(int x, int y, int colour) const {
+    const int k = blueFirst ? 2 - colour : colour;
     const double u = (x + 0.5) / panelWidth;
     const double v = 1 - (y + 0.5) / panelHeight;
     double a = 0;

@@ -209,8 +209,8 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
 
     columns_.resize(cells ? 3 * kRowPatterns : 1);
     for (std::size_t table = 0; table < columns_.size(); ++table) {
-        const int channel = static_cast<int>(table % 3);
-        const auto k = static_cast<std::size_t>(g.blueFirst ? 2 - channel : channel);
+        const int colour = static_cast<int>(table % 3);
+        const auto k = static_cast<std::size_t>(g.blueFirst ? 2 - colour : colour);
         const int y = g.panelHeight - 1 - static_cast<int>(table / 3); // some row with this pattern
         columns_[table] = paddedRow<std::uint32_t>(static_cast<std::size_t>(g.panelWidth));
         for (int x = 0; x < g.panelWidth; ++x) {
@@ -228,10 +228,10 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
         std::transform(table.begin(), table.end(), high.begin(),
                        [](std::uint32_t phase) { return static_cast<std::uint16_t>(phase >> 16); });
     }
-    for (int channel = 0; channel < 3; ++channel) {
-        const int k = g.blueFirst ? 2 - channel : channel;
+    for (int colour = 0; colour < 3; ++colour) {
+        const int k = g.blueFirst ? 2 - colour : colour;
         const double step = cells ? 0 : k * g.subpixelStep;
-        auto& row = rows_[static_cast<std::size_t>(channel)];
+        auto& row = rows_[static_cast<std::size_t>(colour)];
         row.resize(static_cast<std::size_t>(g.panelHeight));
         for (int y = 0; y < g.panelHeight; ++y) {
             const double v = 1 - (y + 0.5) / g.panelHeight;
@@ -241,30 +241,30 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
 }
 
 template <class Kernel, class T>
-void LensPhases::fillViews(const Kernel& viewsOfPhases, int y, int channel, int views,
+void LensPhases::fillViews(const Kernel& viewsOfPhases, int y, int colour, int views,
                            T* out) const {
-    const std::uint32_t* columns = columnPhases(y, channel);
-    const std::uint16_t* highHalves = columnHalves(y, channel);
-    const std::uint32_t row = rowPhase(y, channel);
+    const std::uint32_t* columns = columnPhases(y, colour);
+    const std::uint16_t* highHalves = columnHalves(y, colour);
+    const std::uint32_t row = rowPhase(y, colour);
     const auto count = static_cast<std::uint32_t>(views);
     const auto width = static_cast<std::size_t>(geometry_.panelWidth);
     if (!viewsOfPhases(columns, highHalves, row, width, count, phaseError_, out)) return;
     for (int x = 0; x < geometry_.panelWidth; ++x) {
         if (!nearBorder(columns[x] + row, count, phaseError_)) continue;
-        out[x] = static_cast<T>(LensGeometry::viewOfPhase(geometry_.phase(x, y, channel), views));
+        out[x] = static_cast<T>(LensGeometry::viewOfPhase(geometry_.phase(x, y, colour), views));
     }
 }
 
-void LensPhases::viewsOfRow(int y, int channel, int views, std::uint8_t* out) const {
-    fillViews(HWY_DYNAMIC_DISPATCH(viewsOfPhases8), y, channel, views, out);
+void LensPhases::viewsOfRow(int y, int colour, int views, std::uint8_t* out) const {
+    fillViews(HWY_DYNAMIC_DISPATCH(viewsOfPhases8), y, colour, views, out);
 }
 
-void LensPhases::viewsOfRow(int y, int channel, int views, std::uint16_t* out) const {
-    fillViews(HWY_DYNAMIC_DISPATCH(viewsOfPhases16), y, channel, views, out);
+void LensPhases::viewsOfRow(int y, int colour, int views, std::uint16_t* out) const {
+    fillViews(HWY_DYNAMIC_DISPATCH(viewsOfPhases16), y, colour, views, out);
 }
 
-void LensPhases::viewsOfRow(int y, int channel, int views, std::uint32_t* out) const {
-    fillViews(HWY_DYNAMIC_DISPATCH(viewsOfPhases32), y, channel, views, out);
+void LensPhases::viewsOfRow(int y, int colour, int views, std::uint32_t* out) const {
+    fillViews(HWY_DYNAMIC_DISPATCH(viewsOfPhases32), y, colour, views, out);
 }
 
 } // namespace altiro3D

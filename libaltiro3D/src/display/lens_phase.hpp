@@ -8,8 +8,8 @@
 
 namespace altiro3D {
 
-/// LensGeometry::phase in fixed point, fast: the phase of sub-pixel (x, y, channel) is
-/// columnPhases(y, channel)[x] + rowPhase(y, channel) modulo 2^32, in units of 2^-32 lens periods.
+/// LensGeometry::phase in fixed point, fast: the phase of sub-pixel (x, y, colour) is
+/// columnPhases(y, colour)[x] + rowPhase(y, colour) modulo 2^32, in units of 2^-32 lens periods.
 /// It differs from the double value by at most phaseError(). View order, mirroring and cells are
 /// included.
 ///
@@ -23,22 +23,22 @@ class LensPhases {
     const LensGeometry& geometry() const { return geometry_; }
 
     /// The part of the phase that depends on the column: `panelWidth` numbers, padded
-    /// (kRowPadding). On stripe panels all rows and channels share them, on panels with cells every
+    /// (kRowPadding). On stripe panels all rows and colours share them, on panels with cells every
     /// fourth row.
-    /// @param y row from the top @param channel 0 red, 1 green, 2 blue
-    const std::uint32_t* columnPhases(int y, int channel) const {
-        return columns_[tableOf(y, channel)].data();
+    /// @param y row from the top @param colour 0 red, 1 green, 2 blue
+    const std::uint32_t* columnPhases(int y, int colour) const {
+        return columns_[tableOf(y, colour)].data();
     }
 
     /// The upper 16 bits of columnPhases().
-    const std::uint16_t* columnHalves(int y, int channel) const {
-        return highHalves_[tableOf(y, channel)].data();
+    const std::uint16_t* columnHalves(int y, int colour) const {
+        return highHalves_[tableOf(y, colour)].data();
     }
 
     /// The part of the phase that depends on the row.
-    /// @param y row from the top @param channel 0 red, 1 green, 2 blue
-    std::uint32_t rowPhase(int y, int channel) const {
-        return rows_[static_cast<std::size_t>(channel)][static_cast<std::size_t>(y)];
+    /// @param y row from the top @param colour 0 red, 1 green, 2 blue
+    std::uint32_t rowPhase(int y, int colour) const {
+        return rows_[static_cast<std::size_t>(colour)][static_cast<std::size_t>(y)];
     }
 
     /// Largest difference from LensGeometry::phase, in 2^-32 lens periods: 3 on real displays, at
@@ -47,21 +47,21 @@ class LensPhases {
 
     /// Views of a row, equal to LensGeometry::viewOfPhase of LensGeometry::phase. Sub-pixels too
     /// near to the border between two views are recomputed in double precision.
-    /// @param y row from the top @param channel 0 red, 1 green, 2 blue
+    /// @param y row from the top @param colour 0 red, 1 green, 2 blue
     /// @param views number of views: 1..256, 1..65536 or 1..2^20, by the type of `out`
     /// @param out `panelWidth` views
-    void viewsOfRow(int y, int channel, int views, std::uint8_t* out) const;
-    void viewsOfRow(int y, int channel, int views, std::uint16_t* out) const;
-    void viewsOfRow(int y, int channel, int views, std::uint32_t* out) const;
+    void viewsOfRow(int y, int colour, int views, std::uint8_t* out) const;
+    void viewsOfRow(int y, int colour, int views, std::uint16_t* out) const;
+    void viewsOfRow(int y, int colour, int views, std::uint32_t* out) const;
 
   private:
     template <class Kernel, class T>
-    void fillViews(const Kernel& viewsOfPhases, int y, int channel, int views, T* out) const;
+    void fillViews(const Kernel& viewsOfPhases, int y, int colour, int views, T* out) const;
 
-    std::size_t tableOf(int y, int channel) const {
+    std::size_t tableOf(int y, int colour) const {
         if (geometry_.cells.empty()) return 0;
         const int pattern = (geometry_.panelHeight - 1 - y) % kRowPatterns;
-        return static_cast<std::size_t>(3 * pattern + channel);
+        return static_cast<std::size_t>(3 * pattern + colour);
     }
 
     // Cells repeat after 4 rows at most, counted from the bottom.
@@ -70,7 +70,7 @@ class LensPhases {
     LensGeometry geometry_;
     std::vector<std::vector<std::uint32_t>> columns_;    // one, or 3 per row pattern
     std::vector<std::vector<std::uint16_t>> highHalves_; // of columns_
-    std::array<std::vector<std::uint32_t>, 3> rows_;     // per channel
+    std::array<std::vector<std::uint32_t>, 3> rows_;     // per colour
     std::uint32_t phaseError_ = 0;
 };
 

@@ -35,9 +35,9 @@ class LensFilter {
     void apply(const cv::Mat& photo, cv::Mat& filtered) const;
 
     /// The weights of the px around a place, for tests. Their sum is 1.
-    /// @param channel 0 red, 1 green, 2 blue
-    const SeparableWeights& weights(int channel) const {
-        return weights_[static_cast<std::size_t>(channel)];
+    /// @param colour 0 red, 1 green, 2 blue
+    const SeparableWeights& weights(int colour) const {
+        return weights_[static_cast<std::size_t>(colour)];
     }
 
   private:

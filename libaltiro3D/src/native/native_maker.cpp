@@ -37,6 +37,7 @@ struct NativeMaker::Impl {
     cv::Size quiltSize;
     std::shared_ptr<const LensFilter> filter; // of photos of the work size
 
+    // In a quilt, Detail::Lens is Detail::View; startDirect() makes more of it.
     Impl(const NativeOptions& o, const QuiltLayout& l, cv::Size panel)
         : options(o), layout(l), panelSize(panel), quilter(l, o.views),
           workSize(o.detail == Detail::Panel ? panel : l.tileSize),
@@ -47,10 +48,11 @@ struct NativeMaker::Impl {
     Scene filtered(const Scene& fitted) const {
         if (!options.lensFilter) return fitted;
         const cv::Size size(shownColumns(fitted).size(), fitted.photo.rows);
-        const LensFilter& use = size == workSize ? *filter : LensFilter(lens(), size);
+        const auto use =
+            size == workSize ? filter : std::make_shared<const LensFilter>(lens(), size);
         Scene scene = fitted;
         scene.photo.release();
-        use.apply(fitted.photo, scene.photo);
+        use->apply(fitted.photo, scene.photo);
         if (!fitted.hidden.photo.empty()) {
             // what is unknown counts as the photo, so that it does not darken its surroundings
             cv::Mat known;
@@ -58,7 +60,7 @@ struct NativeMaker::Impl {
             cv::Mat whole = fitted.photo.clone();
             fitted.hidden.photo.copyTo(whole, known);
             scene.hidden.photo.release();
-            use.apply(whole, scene.hidden.photo);
+            use->apply(whole, scene.hidden.photo);
         }
         return scene;
     }

@@ -162,7 +162,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                 continue;
             }
             open = row;
-            if (steps > 0) {
+            if (steps > 0) { // see ViewRenderer::shiftSteps()
                 sampleRowWhole(y);
             } else {
                 sampleRow(y);
@@ -209,9 +209,10 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
 }
 
 void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
+    constexpr double kOutermost = 1; // position
     const Impl& self = *impl_;
     const cv::Mat& photo = scene.photo;
-    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, 1);
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
     const LensGeometry& geometry = self.lens.geometry();
     checkApart(native, photo, "native", "photo");
     checkApart(native, scene.depth, "native", "depth");

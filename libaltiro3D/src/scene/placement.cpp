@@ -13,6 +13,11 @@ namespace altiro3D {
 
 namespace {
 
+// A network has decided the edges of its depth; no other depth has such edges.
+bool isEstimated(const Scene& scene) {
+    return scene.edges == DepthEdges::Decided;
+}
+
 Scene withCurve(const Scene& scene, double exponent) {
     checkRange("depthCurve", exponent, 0.5, 2);
     Scene bent = scene;
@@ -130,7 +135,8 @@ PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, const ViewOptions& o
                        static_cast<int>(std::min(steps * step, fit.size.width / 2.0)));
 }
 
-PhotoFit fitPhoto(cv::Size photo, double aspect, cv::Size size, const PlacementOptions& options) {
+PhotoFit fitWithMargins(cv::Size photo, double aspect, cv::Size size,
+                        const PlacementOptions& options) {
     return withMargins(fitPhoto(photo, aspect, size, options.fit, options.framing), photo,
                        options.views);
 }
@@ -139,11 +145,10 @@ Placement placeScene(const Scene& given, double aspect, cv::Size size,
                      const PlacementOptions& options) {
     const Scene scene = withCurve(given, options.depthCurve);
     Placement placed;
-    placed.fit = fitPhoto(scene.photo.size(), aspect, size, options);
+    placed.fit = fitWithMargins(scene.photo.size(), aspect, size, options);
     const double focus = options.views.focus;
     // docs/lab/edges.md
-    const bool isFast =
-        options.views.method == ViewMethod::Fast && scene.edges == DepthEdges::Decided;
+    const bool isFast = options.views.method == ViewMethod::Fast && isEstimated(scene);
     if (isFast && (!options.refine.flaws || options.refine.keepsDepth())) {
         applyFit(scene.photo, placed.fit, placed.scene.photo);
         applyFitToDepth(scene.depth, scene.photo.size(), placed.fit, {}, focus, placed.scene.depth);
@@ -161,19 +166,21 @@ ChosenOptions chooseFromScene(const Scene& given, double aspect, const QuiltLayo
     ChosenOptions chosen{options, {{}, scene.photo.size()}};
     PlacementOptions& now = chosen.options;
     chooseSubject(scene, aspect, choices, now);
-    const bool isLimited = choices.limit && scene.edges == DepthEdges::Decided;
+    const bool isLimited = choices.limit && isEstimated(scene);
     if (choices.strength || isLimited)
         now.views.strengthPercent = strengthOf(scene, aspect, quilt, now, choices);
     if (choices.framing && !choices.isVideo) {
+        const cv::Size photo = scene.photo.size();
         const cv::Rect inside = withoutScanBorder(scene.photo);
-        PlacementOptions uncut = now;
-        uncut.framing = insideViews(scene, chosen.inside, aspect, now.framing, now.views);
-        now.framing = insideViews(scene, inside, aspect, now.framing, now.views);
-        if (now.framing != uncut.framing) {
-            const cv::Size photo = scene.photo.size();
+        const Framing wanted = now.framing;
+        PlacementOptions uncut = now; // as if the photo had no border
+        uncut.framing = insideViews(scene, {{}, photo}, aspect, wanted, now.views);
+        now.framing = insideViews(scene, inside, aspect, wanted, now.views);
+        if (now.framing != uncut.framing) { // else no border is seen
             constexpr int kFine = 1024;
             const cv::Size size(kFine, std::max(1, cvRound(kFine / aspect)));
-            chosen.inside = withoutSeenBorder(photo, inside, fitPhoto(photo, aspect, size, uncut));
+            chosen.inside =
+                withoutSeenBorder(photo, inside, fitWithMargins(photo, aspect, size, uncut));
         }
     }
     return chosen;

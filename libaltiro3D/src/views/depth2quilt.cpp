@@ -1,6 +1,7 @@
 #include "altiro3D/depth2quilt.hpp"
 
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "views/view_methods.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "views/view_methods.hpp"
 
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "views/view_renderer.hpp"
 
 #include <opencv2/core.hpp>
@@ -58,11 +59,6 @@ double shiftOf(const ViewOptions& options, int width, double position) {
     constexpr double kLargest = 1e30; // representable as float, also multiplied by any S/2
     const auto bounded = static_cast<float>(std::clamp(position, -kLargest, kLargest));
     return static_cast<double>(bounded * halfParallaxOf(options, width));
-}
-
-void forRows(int rows, const std::function<void(const cv::Range&)>& body) {
-    constexpr int kPartsPerThread = 8;
-    cv::parallel_for_(cv::Range(0, rows), body, kPartsPerThread * cv::getNumThreads());
 }
 
 void renderShown(const ViewRenderer& renderer, cv::Size photo, cv::Range shown, double shiftPixels,

@@ -128,10 +128,6 @@ class ViewRenderer {
 
 // The following are in view_methods.cpp.
 
-/// Calls body(range) for parts of 0..rows-1 on all threads. There are few parts, because samplers
-/// and row renderers are made for each.
-void forRows(int rows, const std::function<void(const cv::Range&)>& body);
-
 /// ViewRenderer::render(), on all threads if the method supports rows.
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view);
 

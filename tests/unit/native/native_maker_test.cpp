@@ -84,7 +84,8 @@ TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAndItsMarginsAlone)
     altiro3D::Scene other{scene.photo.clone(), cv::Mat(scene.photo.size(), CV_32FC1, 0.4F)};
     maker.makeNative(other, usual);
     cv::Mat inside;
-    const PhotoFit fit = fitPhoto(scene.photo.size(), display.aspect(), maker.workSize(), options);
+    const PhotoFit fit =
+        fitWithMargins(scene.photo.size(), display.aspect(), maker.workSize(), options);
     const auto columns = [&fit](int margin) {
         return static_cast<int>(std::ceil(1.0 * margin * fit.source.width / fit.size.width));
     };

@@ -702,7 +702,7 @@ TEST(ViewsLayered, KernelsGiveTheColourThatTryingAllColumnsFinds) {
                     const float at = static_cast<float>(x) +
                                      static_cast<float>(parts[static_cast<std::size_t>(x)]) / 256;
                     const float own = direction == 0 ? at : static_cast<float>(size.width - 1) - at;
-                    const LayeredPixel pixel =
+                    const LayeredCovers pixel =
                         search.at(direction, own, std::abs(shift), size.width - 1);
                     const auto colourAt = [&](std::int32_t place) {
                         if (place >= strips[0] << kSubColumnBits)

@@ -150,8 +150,8 @@ Framing framingOf(const Setup& setup) {
 }
 
 PhotoFit fitOf(const Setup& setup, cv::Size size) {
-    return fitPhoto(setup.document->picture.size(), setup.display->aspect(), size,
-                    placementOptions(setup));
+    return fitWithMargins(setup.document->picture.size(), setup.display->aspect(), size,
+                          placementOptions(setup));
 }
 
 Placement placed(const Setup& setup, cv::Size size) {

@@ -10,6 +10,9 @@
 
 namespace altiro3D {
 
+// Its sources: depth_refine.cpp (sharpenSteps), depth_contours.cpp (decideContours),
+// depth_step_sides.cpp (the sides of steps).
+
 /// Turns the soft steps of a depth map into hard ones where the photo has an edge. Each px of a
 /// step takes the side to which its depth and its colour belong. Contours are smoothed by a median.
 ///

@@ -5,6 +5,8 @@
 
 #include "base/pixel_rows.hpp"
 #include "views/layered/layered_ends.hpp"
+#include "views/layered/layered_row.hpp"
+#include "views/layered/layered_scene.hpp"
 
 #include <array>
 #include <cmath>
@@ -16,7 +18,12 @@ namespace altiro3D {
 
 namespace {
 
-// Reads pixels at given places of the photo, one row at a time.
+// Reads pixels at given places of the photo, one row at a time (docs/layered.md, "Pixels").
+//
+// open() lists the surfaces of a row and what is known of its columns before any search. find()
+// takes the pixels in batches: lines give most places (layered_lines.cpp), guesses more of them
+// (layered_guesses.cpp), and LayeredSearch the rest (layered_ends.cpp); places_, room_ and hard_
+// hold what is found. read() then gives one channel of the batch, with borders and soft colours.
 class LayeredReader {
   public:
     // @param columns, parts as for ViewRenderer::sampler()
@@ -357,12 +364,13 @@ class LayeredReader {
     std::vector<float> columnPlaces_;  // all pixels, see LayeredPixels
     std::vector<std::int32_t> places_; // the same, in 1/256 px
     LayeredRoom room_;
-    std::vector<LayeredPixel> hard_; // of LayeredRoom::hard
+    std::vector<LayeredCovers> hard_; // of LayeredRoom::hard
     SoftBorders soft_;
     std::vector<std::int32_t> softPixels_; // at soft borders
     std::vector<SoftPixel> behind_;        // what is behind them,
     std::vector<SoftPixel> behindCovers_;  // behind LayeredRoom::covers
-    std::vector<std::array<SoftPixel, LayeredPixel::kMax>> behindHard_; // and behind those of hard_
+    std::vector<std::array<SoftPixel, LayeredCovers::kMax>>
+        behindHard_;               // and behind those of hard_
     std::size_t begin_ = 0;        // the first pixel being found
     std::vector<LayeredEnd> left_; // see LayeredSurfaces
     std::vector<LayeredEnd> right_;
@@ -415,9 +423,10 @@ class LayeredSampler : public SubpixelSampler {
     std::vector<std::int16_t> wholeShifts_;
 };
 
-class LayeredRows : public RowRenderer {
+class LayeredRowRenderer : public RowRenderer {
   public:
-    LayeredRows(const cv::Mat& photo, const LayeredScene& scene, const std::vector<int>& columns)
+    LayeredRowRenderer(const cv::Mat& photo, const LayeredScene& scene,
+                       const std::vector<int>& columns)
         : scene_(scene), reader_(photo, scene, columns, {}),
           shifts_(paddedRow<float>(columns.size())),
           wholeShifts_(paddedRow<std::int16_t>(columns.size())) {
@@ -472,7 +481,7 @@ class LayeredRenderer : public ViewRenderer {
     }
 
     void render(double shiftPixels, cv::Mat& view) const override {
-        LayeredRows rows(photo_, scene_, columns_);
+        LayeredRowRenderer rows(photo_, scene_, columns_);
         const std::vector<double> shifts = {shiftPixels};
         for (int y = 0; y < photo_.rows; ++y)
             rows.render(y, shifts, {view.ptr<std::uint8_t>(y)});
@@ -481,7 +490,7 @@ class LayeredRenderer : public ViewRenderer {
     bool makesRows() const override { return true; }
 
     std::unique_ptr<RowRenderer> rowRenderer() const override {
-        return std::make_unique<LayeredRows>(photo_, scene_, columns_);
+        return std::make_unique<LayeredRowRenderer>(photo_, scene_, columns_);
     }
 
     double shiftSteps(double largestShift) const override {

@@ -161,7 +161,7 @@ class Search {
           surfaceOf_(tables.surfaces + direction * tables.stride), base_(direction * tables.stride),
           strips_(strips), x_(x), unit_(shift * tables.scale) {}
 
-    LayeredPixel run(int column) {
+    LayeredCovers run(int column) {
         if (unit_ == 0) { // the photo itself, whatever is beside the column
             cover((base_ << kSubColumnBits) + subColumns(x_), 1);
             return pixel_;
@@ -196,7 +196,7 @@ class Search {
         if (!(coverage > 0)) return false;
         const int part = subColumns(std::min(coverage, 1.0F));
         if (part == 0) return false;
-        const bool full = part >= kSubColumns || pixel_.count + 1 == LayeredPixel::kMax;
+        const bool full = part >= kSubColumns || pixel_.count + 1 == LayeredCovers::kMax;
         pixel_.place[pixel_.count] = place;
         pixel_.coverage[pixel_.count] = full ? kSubColumns : part;
         ++pixel_.count;
@@ -333,13 +333,13 @@ class Search {
     int strips_;
     float x_;
     float unit_; // px per unit of the offsets
-    LayeredPixel pixel_;
+    LayeredCovers pixel_;
     std::optional<std::int32_t> last_; // the candidate for takeLast()
 };
 
 } // namespace
 
-LayeredPixel LayeredSearch::at(int direction, float x, float shift, int column) const {
+LayeredCovers LayeredSearch::at(int direction, float x, float shift, int column) const {
     return Search(tables_, *rows_[direction], direction, strips_[direction], x, shift).run(column);
 }
 

@@ -11,7 +11,7 @@ namespace altiro3D {
 
 /// Contents of a pixel at or behind the end of a surface: covers of parts of the pixel, from front
 /// to back.
-struct LayeredPixel {
+struct LayeredCovers {
     static constexpr int kMax = 4;
     std::int32_t place[kMax] = {}; ///< Places as in LayeredRoom.
     /// In 1/256 of what the covers before leave visible; the last one covers all.
@@ -38,7 +38,7 @@ class LayeredSearch {
     /// @param x px, a multiple of 1/256
     /// @param shift >= 0, px
     /// @param column start of the search: no column to its right reaches x
-    LayeredPixel at(int direction, float x, float shift, int column) const;
+    LayeredCovers at(int direction, float x, float shift, int column) const;
 
   private:
     LayeredTables tables_;
@@ -54,7 +54,7 @@ inline int coveredBy(int cover, int value, int part) {
 
 /// One channel of a pixel. @param coverOf(i) that channel of cover i
 template <class F>
-int colourOf(const LayeredPixel& pixel, const F& coverOf) {
+int colourOf(const LayeredCovers& pixel, const F& coverOf) {
     int result = coverOf(pixel.count - 1);
     for (int i = pixel.count - 1; i-- > 0;)
         result = coveredBy(coverOf(i), result, pixel.coverage[i]);

@@ -42,6 +42,8 @@ constexpr int wordOffset(std::int16_t word) {
     return word >> 2;
 }
 
+// Tables, columns and lines are in layered_lines.cpp, guesses in layered_guesses.cpp.
+
 /// Tables of one row. Each holds the row with kTablePadding entries on both sides and then,
 /// `stride` entries further, the same for the mirrored row. Pointers are to column 0.
 struct LayeredTables {
@@ -148,7 +150,8 @@ template <class T>
 struct LayeredLines {
     std::vector<T> offsets; ///< Movement at the largest shift without the slope, 1/512 px.
     std::vector<T> slopes;  ///< Its change from column to column, 1/32768 px.
-    /// Within shifts of -from..to, in 1/32768 of the largest one, the line holds and no other
+    /// Both count outwards, unlike LayeredColumns::from, which is negative: within shifts of
+    /// -from..to, in 1/32768 of the largest one, the line holds and no other
     /// surface reaches the column; both are -1 if the column follows no line.
     std::vector<T> from;
     std::vector<T> to;

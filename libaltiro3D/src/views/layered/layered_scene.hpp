@@ -8,6 +8,9 @@
 
 namespace altiro3D {
 
+// What belongs to surfaces and their borders is in layered_surfaces.cpp, the painted background in
+// layered_fill.cpp, the rest in layered_scene.cpp.
+
 /// A surface of a row: columns first..last of the photo, and the columns painted beside them.
 ///
 ///   photo row       0 1 2 3 | 4 5 6 7 | 8 9 ...        | = tear: a step of the depth

@@ -9,7 +9,7 @@
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "views/layered/layered_search.cpp"
+#define HWY_TARGET_INCLUDE "views/layered/layered_guesses.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
 
 #include "base/kernel_parts_inl.hpp"

@@ -16,6 +16,7 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] --from-quilt QUILT_qs8x6a0.75.mp4 OUT.mp4");
     commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addUsage("--profile live /dev/video0 OUT.mkv");
+    commandLine.addUsage("[options] --stereo-out FILE IN [OUT.mp4]");
     commandLine.addUsage("[options] --show IN");
     commandLine.addUsage("--plan PLAN [options] IN OUT.mp4");
     commandLine.addUsage("--chunk K PLAN");
@@ -46,6 +47,14 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addOldName("quilt-out", "quilt");
     commandLine.addAdvanced({"rgbd-out"},
                             "Write frame and depth side by side (4:2:0), not a Native.");
+    commandLine.add({"stereo-out"},
+                    "Write a video for two eyes (headsets, 3D televisions, red-cyan glasses) of "
+                    "the frames' own size, 4:2:0; needs no display. Without OUT no Native is made. "
+                    "The parallax between the eyes is --strength, by default 2.5. A video of both "
+                    "eyes is laid out anew as it was filmed, unless --strength, --focus, "
+                    "--depth-curve, --method or --stereo-keep is given.",
+                    "FILE");
+    addEyesOptions(commandLine, "stereo-out", false);
     addEncoderOptions(commandLine);
     commandLine.add({"show"},
                     "Show the video on the display with altiro3Dview and profile live; write "
@@ -75,6 +84,8 @@ void addOptions(CommandLine& commandLine) {
                            "Make a Native video for the display that is connected.");
     commandLine.addExample("--profile live --preview 5 clip.mp4 look.mp4",
                            "Make the first 5 seconds quickly, as a preview.");
+    commandLine.addExample("--stereo-out clip_LRF.mp4 clip.mp4",
+                           "Make a side-by-side video for a headset or a 3D television.");
     commandLine.addExample("--depth clip-depth.mp4 clip.mp4 given.mp4",
                            "Take the depth from a video.");
 }

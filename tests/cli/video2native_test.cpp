@@ -1265,22 +1265,82 @@ TEST_F(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
         return studio.convert(kTool, Arguments("--codec ffv1") + arguments);
     };
     const Outcome outcome = make("in out");
-    EXPECT_TRUE(warns(outcome, "flat_LR.mkv: holds the pictures of both eyes by its name (LR), but "
-                               "its frames do not"));
+    EXPECT_TRUE(warns(outcome, "flat_LR.mkv: its name (LR) may mean that it holds both eyes, but "
+                               "its halves do not match"));
     for (const char* line :
-         {"film_LR.mkv: holds the pictures of both eyes by its name (LR)",
+         {"both eyes: beside each other, as its name says it (LR), and its halves match",
           "clip_RGBD.mkv: holds photo and depth by its name (RGBD); video2native --rgbd right",
           "far_180x180_LR.mkv: is made for headsets (VR) by its name",
-          "1 video made, 3 left out (1 VR file, 2 3D videos)"})
+          "2 videos made, 2 left out (1 VR file, 1 3D video)"})
         EXPECT_TRUE(holds(outcome.out, line));
-    EXPECT_EQ(filesBelow(studio / "out"), std::vector<std::string>{"flat_LR_native.mkv"});
+    EXPECT_EQ(filesBelow(studio / "out"),
+              (std::vector<std::string>{"film_LR_native.mkv", "flat_LR_native.mkv"}));
 
     EXPECT_TRUE(fails(
         make("in/clip_RGBD.mkv a.mkv"), 2,
         "holds photo and depth by its name (RGBD), expected --rgbd with the side of the depth"));
     EXPECT_TRUE(isDone(make("--rgbd right in/clip_RGBD.mkv a.mkv")));
-    EXPECT_TRUE(warns(make("in/film_LR.mkv b.mkv"), "they would become one flat scene"));
+    EXPECT_TRUE(isDone(make("--stereo off in/film_LR.mkv b.mkv")));
     EXPECT_TRUE(fails(make("in/far_180x180_LR.mkv c.mkv"), 1, "is made for headsets (VR)"));
+}
+
+TEST_F(Video2NativeTool, EyesAreTheViewsOfAQuiltOfTwo) {
+    const SmallStudio studio;
+    studio.makeClip();
+    const auto made = [&](const Arguments& arguments, const char* name) {
+        const Outcome outcome =
+            studio.run(kTool, Arguments("-y --codec ffv1 --no-audio") + arguments);
+        EXPECT_TRUE(isDone(outcome));
+        return allFrames(studio / name);
+    };
+    const cv::Size size = VideoReader(studio / "clip.mp4").facts().size;
+    const std::string views =
+        "-r " + std::to_string(size.height) + "x" + std::to_string(size.width);
+    const auto quilts =
+        made(studio.display() + Arguments("--quilt-out --fit stretch --strength 2.5 -q 1x2") +
+                 Arguments(views.c_str()) + Arguments("clip.mp4 q_qs2x1a0.75.mkv"),
+             "q_qs2x1a0.75.mkv");
+    const auto eyes = made("--stereo-out e_LRF.mkv clip.mp4", "e_LRF.mkv"); // without a display
+    EXPECT_TRUE(sameFrames(eyes, quilts));
+    const auto swapped = made("--stereo-out e_LRF.mkv --stereo-swap clip.mp4", "e_LRF.mkv");
+    ASSERT_EQ(swapped.size(), eyes.size());
+    EXPECT_TRUE(samePicture(swapped[0].picture.colRange(0, size.width),
+                            eyes[0].picture.colRange(size.width, 2 * size.width)));
+    const auto kept = made("--stereo-out e_LRF.mkv --stereo-keep left clip.mp4", "e_LRF.mkv");
+    EXPECT_TRUE(samePicture(kept[0].picture.colRange(0, size.width),
+                            allFrames(studio / "clip.mp4")[0].picture));
+
+    // what was written is read as what it is, and laid out anew without loss
+    const Outcome again =
+        studio.run(kTool, "-y --codec ffv1 --stereo-out t.mkv --stereo-layout tb e_LRF.mkv");
+    EXPECT_TRUE(isDone(again));
+    EXPECT_TRUE(holds(again.out, "as the file states it (side by side)"));
+    EXPECT_TRUE(holds(again.out, "both pictures stay as they were filmed"));
+    EXPECT_TRUE(holds(again.out, "only by its name, as t_TBF.mkv"));
+    EXPECT_TRUE(samePicture(allFrames(studio / "t.mkv")[0].picture.rowRange(0, size.height),
+                            kept[0].picture.colRange(0, size.width)));
+    EXPECT_TRUE(
+        fails(studio.run(kTool, "--stereo-out x_LRF.mkv e_LRF.mkv"), 1, "is side by side already"));
+    EXPECT_FALSE(fs::exists(studio / "x_LRF.mkv"));
+    // with a Native
+    EXPECT_TRUE(isDone(studio.convert(kTool, "-y --stereo-out e_LRF.mkv clip.mp4 n.mkv")));
+    EXPECT_EQ(VideoReader(studio / "n.mkv").facts().size, cv::Size(96, 128));
+}
+
+TEST_F(Video2NativeTool, OptionsOfEyesMustFit) {
+    const SmallStudio studio;
+    studio.makeClip();
+    for (const auto& [arguments, problem] :
+         std::initializer_list<std::pair<const char*, const char*>>{
+             {"--stereo-layout tb clip.mp4 a.mp4", "describes --stereo-out"},
+             {"--stereo-out e.mp4 --stereo-layout files clip.mp4", "files is for pictures"},
+             {"--stereo-out e.mp4 --quilt-out clip.mp4", "exclude each other"},
+             {"--stereo-out e.mp4 --fit contain clip.mp4", "eyes see whole frames"},
+             {"--stereo-out e.png clip.mp4", "e.png"},
+             {"--stereo files clip.mp4 a.mp4", "files are for photos"},
+             {"--stereo left-right --rgbd right clip.mp4 a.mp4", "--rgbd"},
+             {"--depth-curve 3 clip.mp4 a.mp4", "0.5..2"}})
+        EXPECT_TRUE(fails(studio.convert(kTool, arguments), 2, problem)) << arguments;
 }
 
 TEST_F(Video2NativeTool, HalvesOfRgbdFramesMayBeSqueezed) {

@@ -187,7 +187,15 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                         "or bottom. Halves of a 16:9 picture count as squeezed, unless the name "
                         "says RGBD; :full or :squeezed after the side says so (right:squeezed).",
                     "SIDE");
-    if (!video) {
+    if (video) {
+        commandLine.add(
+            {"stereo"},
+            "Frames hold the pictures of both eyes: left-right, right-left, top-bottom or "
+            "bottom-top. Depth is found by matching them. Halves of 16:9 frames count as squeezed; "
+            ":full or :squeezed after the order says so (left-right:full). Files that state it, "
+            "and names as film_LR.mp4 whose halves match, need no option; off: frames are flat.",
+            "ORDER|off");
+    } else {
         commandLine.add(
             {"stereo"},
             "The photo holds the pictures of both eyes: left-right, right-left, top-bottom or "
@@ -265,8 +273,15 @@ DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
             .value_or(InferenceEngine::Best);
     options.isDefault = options.given.empty() &&
                         std::none_of(std::begin(kNetworkOptions), std::end(kNetworkOptions), has);
-    if (isVideo) return options;
+    if (isVideo) {
+        commandLine.exclude("stereo", {"d", "depth", "rgbd"});
+        options.isFlat = commandLine.value("stereo") == "off";
+        if (options.isFlat) return options;
+    }
     readStereoOption(commandLine, options);
+    if (isVideo && options.isPair)
+        commandLine.failValue("stereo", "an order of halves, or off; files are for photos");
+    if (isVideo) return options;
     const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
     commandLine.exclude("stereo", {"d", "rgbd", "embedded-depth", "unblurred"});
     for (const char* other : {"d", "rgbd"})

@@ -160,6 +160,13 @@ void addSceneOptions(CommandLine& commandLine, AutoUse use) {
                     "DEPTH");
 }
 
+void addDepthCurveOption(CommandLine& commandLine) {
+    commandLine.addAdvanced({"depth-curve"},
+                            "Exponent of depth, 0.5..2 (default 1): above 1, near things take more "
+                            "of the depth; below 1, far ones. --focus is a depth after it.",
+                            "EXPONENT");
+}
+
 void addRefineOption(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"exact-depth"},
@@ -177,6 +184,7 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
         "layered|fast|real");
     commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
     addSceneOptions(commandLine, use);
+    addDepthCurveOption(commandLine);
     addRefineOption(commandLine);
     commandLine.addAdvanced(
         {"k", "keep"},
@@ -236,6 +244,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
                      .value_or(FitMode::Cover);
     native.framing = framingOption(commandLine, native.fit, options.choices.framing);
     if (has("exact-depth")) native.refine.flaws = DepthFlaws();
+    native.depthCurve = commandLine.number("depth-curve", 0.5, 2).value_or(1);
     if (has("k") || has("best")) native.detail = Detail::Panel;
     for (const char* option : {"best", "continuous"}) {
         if (has(option)) options.continuous = std::string("--") + option;

@@ -21,6 +21,8 @@ enum class AutoUse {
 
 /// --strength --focus
 void addSceneOptions(CommandLine& commandLine, AutoUse use);
+/// --depth-curve
+void addDepthCurveOption(CommandLine& commandLine);
 /// --exact-depth
 void addRefineOption(CommandLine& commandLine);
 /// --method -g --strength --focus --exact-depth -k, and the options of the methods

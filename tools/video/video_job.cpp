@@ -51,7 +51,7 @@ void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const Cho
     messages.warn("the video " + like + "; do not convert a Native again");
 }
 
-constexpr DisplayUse kUses[] = {DisplayUse::Show, DisplayUse::Quilt,
+constexpr DisplayUse kUses[] = {DisplayUse::Show, DisplayUse::Quilt, DisplayUse::None,
                                 DisplayUse::None}; // as VideoProduct
 
 // Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
@@ -86,41 +86,49 @@ std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
     return best;
 }
 
-// Whether the halves of a frame are what the name says.
-bool areNamedHalves(const fs::path& video, const SceneName& name, const cv::Mat& frame) {
-    if (name.contents == SceneName::Contents::Eyes)
-        return readNamedHalves(video, frame).has_value();
-    return findDepthHalf(frame, name.isStacked).has_value();
-}
-
-// Videos whose names say that frames hold both eyes or photo and depth, and which do.
-void refuseHalves(const VideoPlan& plan, Messages& messages) {
+// Videos whose names say that frames hold photo and depth, and which do.
+void refuseRgbd(const VideoPlan& plan, Messages& messages) {
     constexpr int kLastFrame = 64;
     const std::optional<SceneName> name = parseSceneName(plan.input);
-    if (!name || !isFile(plan.input)) return;
-    refuseVrName(plan.input);
+    if (!name || name->contents != SceneName::Contents::Rgbd || !isFile(plan.input)) return;
     bool areHalves = false;
     forEarlyFrames(plan, kLastFrame, [&](const cv::Mat& frame) {
-        areHalves = areNamedHalves(plan.input, *name, frame);
+        areHalves = findDepthHalf(frame, name->isStacked).has_value();
         return !areHalves;
     });
-    const std::string tag = "by its name (" + name->tag + ")";
-    const bool isRgbd = name->contents == SceneName::Contents::Rgbd;
-    const std::string what = isRgbd ? "holds photo and depth " : "holds the pictures of both eyes ";
+    const std::string what = "holds photo and depth by its name (" + name->tag + ")";
     if (!areHalves) {
-        messages.warn(plan.inputName() + ": " + what + tag +
-                      ", but its frames do not: " + "they are taken as ordinary ones");
+        messages.warn(plan.inputName() + ": " + what +
+                      ", but its frames do not: they are taken as ordinary ones");
         return;
     }
-    const std::string remedy = isRgbd ? "video2native --rgbd right makes a Native of it"
-                                      : "they would become one flat scene";
     if (plan.isFromFolder)
-        throw NotTaken{{plan.input, FileKind::HalvesVideo, what + tag + "; " + remedy}};
-    if (isRgbd)
-        throw UsageError(plan.inputName() + ": " + what + tag +
-                         ", expected --rgbd with the side of the depth, as --rgbd right");
-    messages.warn(plan.inputName() + ": " + what + tag + "; " + remedy +
-                  ", expected those of one eye");
+        throw NotTaken{{plan.input, FileKind::HalvesVideo,
+                        what + "; video2native --rgbd right makes a Native of it"}};
+    throw UsageError(plan.inputName() + ": " + what +
+                     ", expected --rgbd with the side of the depth, as --rgbd right");
+}
+
+// The eyes in frames, by the option or by what is found. Says what decided.
+std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
+    const DepthOptions& options = run.job.depth;
+    if (options.isFlat || !options.given.empty()) return std::nullopt;
+    FoundEyes found;
+    if (options.stereo) {
+        found.eyes =
+            StereoVideo{options.stereo->layout, halvesOf(run.plan.input, options.stereo->halves)};
+        found.evidence = "--stereo says it";
+    } else {
+        refuseVrName(run.plan.input);
+        found = findEyes(run.plan.input, run.inputFacts);
+        messages.warn(found.notes);
+    }
+    if (!found.eyes) return std::nullopt;
+    const bool isBeside = found.eyes->layout == StereoLayout::LeftRight ||
+                          found.eyes->layout == StereoLayout::RightLeft;
+    messages.say(std::string("both eyes: ") + (isBeside ? "beside" : "above") + " each other, as " +
+                 found.evidence);
+    return found.eyes;
 }
 
 // Videos of a folder that are not named as videos of quilts are searched for one.
@@ -144,7 +152,7 @@ void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
 // @param seenAspect width : height of the scene as it is shown
 void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
     run.path = "quilt";
-    if (run.plan.product == VideoProduct::Rgbd) return;
+    if (run.plan.product == VideoProduct::Rgbd || run.plan.product == VideoProduct::Stereo) return;
     tellCut(seenAspect, run.display.aspect(), run.scene.native, messages);
     if (run.plan.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
@@ -210,13 +218,15 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
     if (!plan.fromQuilt) {
         warnIfQuilt(plan.input, "--from-quilt", messages);
-        if (job.depth.given.empty()) refuseHalves(plan, messages);
+        if (job.depth.given.empty()) refuseRgbd(plan, messages);
     }
     if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, run.display, messages);
     std::optional<RgbdLayout> rgbd;
     std::optional<FoundQuilt> found;
+    if (!plan.fromQuilt) conversion.stereo = eyesOf(run, messages);
     if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) found = searchFrames(plan, 64);
-    if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd) refuseQuiltVideo(plan, messages);
+    if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd && !conversion.stereo)
+        refuseQuiltVideo(plan, messages);
     run.layout = plan.fromQuilt
                      ? chooseQuilt(job.quilt, run.display, messages, plan.input, facts.size, found)
                      : layoutOfViews(run, messages);
@@ -233,12 +243,27 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     } else {
         if (plan.product == VideoProduct::Native)
             messages.say("quilt: " + quiltText(run.layout, run.display.aspect()));
-        openDepth(run, messages);
+        const bool isStereo = plan.product == VideoProduct::Stereo;
+        conversion.eyes = {job.eyes.picture, job.eyes.from, job.eyes.swapped,
+                           isStereo && conversion.stereo && job.keepsEyes};
+        if (isStereo) {
+            tellEyesTag(plan.output, job.eyes, messages);
+            native.views.strengthPercent = job.eyes.strengthPercent;
+            native.positions = ViewPositions::Discrete;
+        }
+        if (conversion.eyes.filmed) {
+            messages.say("both pictures stay as they were filmed");
+        } else {
+            if (conversion.stereo)
+                messages.say("depth: by matching both eyes, and estimated where they do not match");
+            openDepth(run, messages);
+        }
         if (job.depth.rgbd) {
             rgbd = rgbdOf(plan.input, *job.depth.rgbd,
                           facts.sampleAspect.value() * aspectOf(facts.size), messages);
         }
-        const cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
+        cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
+        if (conversion.stereo) photo = photoSize(*conversion.stereo, facts.size);
         choosePath(run, facts.sampleAspect.value() * aspectOf(photo), messages);
     }
     if (plan.product == VideoProduct::Native && run.encoding.compatible) {
@@ -260,6 +285,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     conversion.layout = run.layout;
     conversion.native = native;
     conversion.choices = job.scene.choices;
+    if (plan.product == VideoProduct::Stereo) conversion.choices.strength = false;
     conversion.fromQuilt = plan.fromQuilt;
     takeDepth(run, rgbd, conversion);
     conversion.depthOptions = job.depthOptions;

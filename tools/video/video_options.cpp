@@ -70,29 +70,57 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pair = commandLine.has("d");
     const bool show = commandLine.has("show");
+    const auto stereo = commandLine.value("stereo-out");
     const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
-    if (names.size() != expected) {
+    const bool isStereoAlone = stereo && names.size() + 1 == expected;
+    if (names.size() != expected && !isStereoAlone) {
         const std::string in = pair ? "IN DEPTH" : "IN";
         commandLine.failNames(show ? in : in + (pair ? " OUT" : " and OUT"), expected);
     }
     VideoPlan plan;
     plan.input = names.front();
     plan.show = show;
-    if (!show) plan.output = names.back();
+    if (!show && !isStereoAlone) plan.output = names.back();
     if (pair) plan.depth = names[1];
     if (const auto depth = commandLine.value("depth")) plan.depth = *depth;
     plan.report = commandLine.value("report").value_or("");
     commandLine.exclude("quilt-out", "rgbd-out");
+    if (stereo) {
+        commandLine.exclude("stereo-out", {"quilt-out", "rgbd-out", "from-quilt", "show", "plan"});
+        if (takesFolder(commandLine))
+            commandLine.refuse({"stereo-out"}, " names one video, expected one as input");
+        plan.native = plan.output;
+        plan.output = *stereo;
+        plan.product = VideoProduct::Stereo;
+    }
     if (commandLine.has("quilt-out")) plan.product = VideoProduct::Quilt;
     if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
-        commandLine.exclude("from-quilt", {"quilt-out",    "rgbd-out",    "d",       "depth",
-                                           "rgbd",         "n",           "l",       "net-profile",
-                                           "network-size", "depth-every", "k",       "g",
-                                           "method",       "continuous",  "best",    "strength",
-                                           "focus",        "fill",        "borders", "refine",
-                                           "inpaint-from", "exact-depth"});
+        commandLine.exclude("from-quilt", {"quilt-out",
+                                           "rgbd-out",
+                                           "d",
+                                           "depth",
+                                           "rgbd",
+                                           "n",
+                                           "l",
+                                           "net-profile",
+                                           "network-size",
+                                           "depth-every",
+                                           "k",
+                                           "g",
+                                           "method",
+                                           "continuous",
+                                           "best",
+                                           "strength",
+                                           "focus",
+                                           "stereo",
+                                           "depth-curve",
+                                           "fill",
+                                           "borders",
+                                           "refine",
+                                           "inpaint-from",
+                                           "exact-depth"});
     }
     plan.part = videoReaderOptions(commandLine);
     if (show) {
@@ -102,6 +130,7 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     }
     if (takesFolder(commandLine)) return plan;
     requireVideoName(plan.output);
+    if (!plan.native.empty()) requireVideoName(plan.native);
     plan.isFile = isFile(plan.input);
     return plan;
 }
@@ -307,6 +336,15 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +
             (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
     }
+    job.eyes = eyesOptions(commandLine, "stereo-out");
+    if (job.eyes.areFiles)
+        commandLine.failValue("stereo-layout", "a layout of one video; files is for pictures");
+    for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
+        job.keepsEyes = job.keepsEyes && !commandLine.has(other);
+    if (plan.product == VideoProduct::Stereo) {
+        commandLine.refuse({"center", "zoom", "fit"},
+                           " chooses a part for a panel, but eyes see whole frames; leave it out");
+    }
     if (job.profile.keep) native.detail = Detail::Panel;
     if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
     if (commandLine.has("fit")) job.fit = native.fit;
@@ -349,7 +387,7 @@ void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDispla
     outputs.addInputs({job.depth.network, job.depth.profile});
     if (plan.input != "-") outputs.addInputs({plan.input});
     if (plan.depth != "-") outputs.addInputs({plan.depth});
-    if (!plan.show) outputs.addOutputs({plan.output});
+    if (!plan.show) outputs.addOutputs({plan.output, plan.native});
     outputs.addOutputs({plan.report});
     outputs.check();
 }

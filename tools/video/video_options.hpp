@@ -2,6 +2,7 @@
 
 #include "altiro3D/video_conversion.hpp"
 #include "cli/depth_options.hpp"
+#include "cli/eyes_options.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
 
@@ -60,6 +61,7 @@ struct VideoPlan {
     std::filesystem::path output;
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
+    std::filesystem::path native; ///< Of a video for two eyes: a Native video is made as well.
     bool fromQuilt = false;
     bool show = false;         ///< shown on the display, no output
     bool isFile = false;       ///< the input can be read again, so that a run can be resumed
@@ -90,6 +92,9 @@ struct VideoJob {
     std::optional<FitMode> fit; ///< `--fit`; nothing: not given.
     DepthOptions depth;
     std::optional<DepthRange> depthRange;
+    EyesOptions eyes; ///< Of a video for two eyes.
+    /// Nothing asks for other pictures of eyes than those that were filmed.
+    bool keepsEyes = true;
     VideoDepthOptions depthOptions; ///< How often depth is estimated.
     VideoWriterOptions encoding;    ///< How frames are encoded.
     std::string tool;

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace altiro3D::tools {
 
@@ -319,7 +320,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
     outcome.bytes = static_cast<double>(std::filesystem::file_size(plan.output));
     tellRemarks(run, outcome, messages);
     progress.end(outcome.state());
-    constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D"};
+    constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D", "stereo"};
     messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
                  " video, " + sizeText(outcome.size) + ", " +
                  counted(outcome.result.frames, "frame") + ", " + clockText(outcome.result.end) +
@@ -395,7 +396,12 @@ int runVideo(const VideoJob& job, Messages& messages) {
     std::string report;
     const int status = makeVideo(run, job.plan.report.empty() ? nullptr : &report, messages);
     if (!report.empty()) writeFile(job.plan.report, report);
-    return status;
+    if (status != kExitDone || job.plan.native.empty()) return status;
+    VideoJob other = job;
+    other.plan.product = VideoProduct::Native;
+    other.plan.output = std::exchange(other.plan.native, {});
+    other.plan.report.clear();
+    return runVideo(other, messages);
 }
 
 int makeVideo(VideoRun& run, std::string* report, Messages& messages) {

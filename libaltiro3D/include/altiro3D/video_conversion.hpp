@@ -53,6 +53,10 @@ struct StereoVideo {
     StereoHalves halves = StereoHalves::Automatic;
 };
 
+/// The size of one eye's picture, stretched if halves are squeezed.
+/// @param video how frames hold the pictures @param frame size of a frame in px @return px
+[[nodiscard]] ALTIRO3D_EXPORT cv::Size photoSize(const StereoVideo& video, cv::Size frame);
+
 /// What is known of the eyes in a video.
 struct FoundEyes {
     std::optional<StereoVideo> eyes; ///< How frames hold them; nothing: frames are flat pictures.

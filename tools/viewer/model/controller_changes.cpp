@@ -217,7 +217,7 @@ bool Controller::canPaint() const {
 
 PhotoFit Controller::shownFit() const {
     const Setup& setup = frame_.setup;
-    return fitWithMargins(setup.document->picture.size(), setup.display->aspect(),
+    return fitPhoto(setup.document->picture.size(), setup.display->aspect(),
                           frame_.picture.size(), setup.knobs.fit, framingOf(setup));
 }
 

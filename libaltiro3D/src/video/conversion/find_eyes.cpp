@@ -5,6 +5,7 @@
 #include "altiro3D/video_conversion.hpp"
 #include "base/checks.hpp"
 #include "image/picture_halves.hpp"
+#include "video/conversion/frame_depth.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -69,6 +70,10 @@ std::vector<cv::Mat> samples(const fs::path& input, const VideoFacts& facts) {
 }
 
 } // namespace
+
+cv::Size photoSize(const StereoVideo& video, cv::Size frame) {
+    return halvesOf(video).photoSize(frame);
+}
 
 FoundEyes findEyes(const fs::path& input, const VideoFacts& facts) {
     FoundEyes found;

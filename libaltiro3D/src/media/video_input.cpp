@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "base/byte_reader.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -403,6 +404,34 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
         throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
 }
 
+namespace {
+
+// Whether an MP4 file says that a second layer of HEVC holds the other eye's picture (MV-HEVC, the
+// boxes "lhvC" and "vexu" of a sample entry). FFmpeg before 7.1 says nothing of it.
+bool isSpatial(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    constexpr std::uint64_t kMostBytes = 1 << 24; // of "moov", whose beginning has the entries
+    std::uint64_t at = 0;
+    for (int boxes = 0; boxes < 1000 && file.seekg(static_cast<std::streamoff>(at)); ++boxes) {
+        std::string head(16, '\0');
+        if (!file.read(head.data(), static_cast<std::streamsize>(head.size()))) return false;
+        const ByteReader reader(head, false);
+        const std::uint64_t size = reader.u32(0) == 1 ? reader.u64(8) : reader.u32(0);
+        if (head.compare(4, 4, "moov") == 0) {
+            std::string contents(static_cast<std::size_t>(std::min(size, kMostBytes)), '\0');
+            file.read(contents.data(), static_cast<std::streamsize>(contents.size()));
+            const std::size_t entry = contents.find("hvc1");
+            return entry != std::string::npos && contents.find("lhvC", entry) < entry + 4096 &&
+                   contents.find("vexu", entry) < entry + 4096;
+        }
+        if (size < 8 || size > UINT64_MAX / 2 - at) return false;
+        at += size;
+    }
+    return false;
+}
+
+} // namespace
+
 VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
     VideoInput input;
     openContainer(input, path, options);
@@ -410,6 +439,11 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     openDecoder(input, options.threads);
     fillFacts(input);
     listContents(*input.format, input.facts);
+    if (input.kind == VideoInput::Kind::File && input.facts.codec == "hevc" && isSpatial(path)) {
+        input.notes.push_back(
+            {NoteCode::LeftOut, input.subject + ": is a spatial video (MV-HEVC), of which the left "
+                                                "eye alone is read: it is taken as a flat video"});
+    }
     return input;
 }
 

@@ -800,6 +800,44 @@ TEST_F(VideoReaderTest, PicturesOfBothEyesAreSaid) {
     EXPECT_EQ(eyesOf(makeClip("flat.mp4", "-x264opts frame-packing=6")), Stated()); // 2D
 }
 
+// Adds boxes to the end of the first sample entry of an MP4 file whose index is at its end.
+std::string withBoxesInEntry(std::string bytes, const std::string& boxes) {
+    const auto sizeAt = [&](std::size_t at) {
+        std::size_t size = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            size = size << 8 | static_cast<unsigned char>(bytes[at + i]);
+        return size;
+    };
+    const std::size_t entry = bytes.find("hvc1", bytes.find("stsd")) - 4;
+    const std::size_t end = entry + sizeAt(entry);
+    for (const char* const name : {"moov", "trak", "mdia", "minf", "stbl", "stsd", "hvc1"}) {
+        const std::size_t at = bytes.rfind(name, entry + 4) - 4;
+        const std::size_t size = sizeAt(at) + boxes.size();
+        for (std::size_t i = 0; i < 4; ++i)
+            bytes[at + i] = static_cast<char>(size >> (24 - 8 * i) & 0xFF);
+    }
+    return bytes.insert(end, boxes);
+}
+
+TEST_F(VideoReaderTest, SpatialVideosAreSaidToBeOfOneEye) {
+    const fs::path flat = directory / "flat.mp4";
+    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=5:duration=0.4 -c:v libx265 -x265-params "
+           "log-level=none -tag:v hvc1 " +
+           arg(flat));
+    const auto textOfNotes = [](const fs::path& file) {
+        VideoReader reader(file);
+        EXPECT_TRUE(reader.next());
+        return textOf(reader.notes());
+    };
+    EXPECT_EQ(textOfNotes(flat), "");
+    const std::string layer("\0\0\0\x09lhvC\x01", 9);
+    const std::string eyes("\0\0\0\x08vexu", 8);
+    spill(directory / "spatial.mp4", withBoxesInEntry(slurp(flat), layer + eyes));
+    EXPECT_TRUE(contains(textOfNotes(directory / "spatial.mp4"), "spatial video (MV-HEVC)"));
+    spill(directory / "other.mp4", withBoxesInEntry(slurp(flat), layer));
+    EXPECT_EQ(textOfNotes(directory / "other.mp4"), "");
+}
+
 TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {
     for (const char* const name : {"whole.mkv", "whole.mp4"}) {
         const fs::path whole =

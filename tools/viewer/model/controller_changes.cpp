@@ -217,8 +217,8 @@ bool Controller::canPaint() const {
 
 PhotoFit Controller::shownFit() const {
     const Setup& setup = frame_.setup;
-    return fitPhoto(setup.document->picture.size(), setup.display->aspect(),
-                          frame_.picture.size(), setup.knobs.fit, framingOf(setup));
+    return fitPhoto(setup.document->picture.size(), setup.display->aspect(), frame_.picture.size(),
+                    setup.knobs.fit, framingOf(setup));
 }
 
 cv::Point2d Controller::inPhoto(cv::Point2d at) const {

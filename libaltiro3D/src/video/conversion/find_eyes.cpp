@@ -117,7 +117,12 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts) {
     for (const auto& [layout, words] :
          {std::pair(StereoLayout::LeftRight, "left and right half"),
           std::pair(StereoLayout::TopBottom, "upper and lower half")}) {
-        if (!match({layout, StereoHalves::Automatic})) continue;
+        const StereoVideo video{layout, StereoHalves::Automatic};
+        const bool doAllMatch =
+            !frames.empty() && std::all_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
+                return areEyes(frame, video);
+            });
+        if (!doAllMatch) continue;
         addNote(&found.notes, NoteCode::Doubtful,
                 input.string() + ": its " + words +
                     " look like the pictures of two eyes, but neither the file nor its name says "

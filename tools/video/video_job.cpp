@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <utility>
 
 namespace altiro3D::tools {
 
@@ -185,11 +186,13 @@ void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConver
 
 } // namespace
 
+VideoRun::VideoRun(const VideoJob& options, ChosenDisplay chosen)
+    : job(options), plan(options.plan), display(std::move(chosen)), scene(options.scene),
+      encoding(options.encoding) {}
+
 VideoRun::VideoRun(const VideoJob& options, Messages& messages)
-    : job(options), plan(options.plan),
-      display(findDisplay(options.display, messages, {},
-                          kUses[static_cast<int>(options.plan.product)])),
-      scene(options.scene), encoding(options.encoding) {}
+    : VideoRun(options, findDisplay(options.display, messages, {},
+                                    kUses[static_cast<int>(options.plan.product)])) {}
 
 void openDepth(VideoRun& run, Messages& messages) {
     if (!run.depth && !run.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);

@@ -164,6 +164,10 @@ RunSettings settingsOf(const std::vector<std::pair<std::string, std::string>>& g
 
 } // namespace
 
+const VideoProfile& standardVideoProfile() {
+    return kProfiles[1];
+}
+
 void addProfileOption(CommandLine& commandLine) {
     commandLine.add(
         {"profile"},

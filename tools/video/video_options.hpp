@@ -27,6 +27,9 @@ struct VideoProfile {
     double bitsPerPixel = 50; ///< most bits per px of the panel and second, 0: any
 };
 
+/// The profile "balanced".
+const VideoProfile& standardVideoProfile();
+
 /// --profile
 void addProfileOption(CommandLine& commandLine);
 /// "live", "balanced" or "best"; without --profile live to show a video, else balanced.

@@ -20,6 +20,33 @@ double between(Clock::time_point from, Clock::time_point to) {
 
 } // namespace
 
+bool VideoPace::update(const VideoProgress& now) {
+    const bool isFrame = !now.finishing && now.frames > now_.frames;
+    now_ = now;
+    if (isFrame && firstTime_ < 0) firstTime_ = now.end;
+    return isFrame;
+}
+
+double VideoPace::spent() const {
+    return between(start_, Clock::now());
+}
+
+double VideoPace::rate() const {
+    const double seconds = spent();
+    return seconds > 0 ? static_cast<double>(now_.frames - now_.keptFrames) / seconds : 0;
+}
+
+std::optional<double> VideoPace::share() const {
+    if (!now_.length || *now_.length <= 0) return std::nullopt;
+    return std::clamp(now_.end / *now_.length, 0.0, 1.0);
+}
+
+std::optional<double> VideoPace::secondsLeft() const {
+    const double made = now_.end - firstTime_;
+    if (!share() || firstTime_ < 0 || made <= 0) return std::nullopt;
+    return spent() * std::max(*now_.length - now_.end, 0.0) / made;
+}
+
 void VideoProgressLine::add(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"progress"},
@@ -34,15 +61,14 @@ bool VideoProgressLine::json(const CommandLine& commandLine) {
 
 VideoProgressLine::VideoProgressLine(bool json, const VideoProgress& start, std::string input,
                                      std::string place)
-    : json_(json), input_(std::move(input)), place_(std::move(place)), now_(start) {}
+    : json_(json), input_(std::move(input)), place_(std::move(place)), pace_(start) {}
 
 VideoProgressLine::~VideoProgressLine() {
     clear();
 }
 
 void VideoProgressLine::update(const VideoProgress& now) {
-    const bool isFrame = now.frames > now_.frames;
-    now_ = now;
+    const bool isFrame = pace_.update(now);
     if (now.finishing) {
         if (json_) {
             putLine(stateLine("finishing"));
@@ -52,7 +78,6 @@ void VideoProgressLine::update(const VideoProgress& now) {
         return;
     }
     if (!isFrame) return;
-    if (firstTime_ < 0) firstTime_ = now.end;
     const Clock::time_point time = Clock::now();
     if (shown_ != Clock::time_point{} && between(shown_, time) < kStepSeconds) return;
     shown_ = time;
@@ -61,17 +86,12 @@ void VideoProgressLine::update(const VideoProgress& now) {
 
 void VideoProgressLine::show() {
     if (!json_ && !hasStatusLine()) return;
-    const double spent = between(start_, Clock::now());
-    std::optional<double> share; // of all
-    std::optional<double> left;  // s
-    if (now_.length && *now_.length > 0) {
-        share = std::clamp(now_.end / *now_.length, 0.0, 1.0);
-        const double made = now_.end - firstTime_;
-        if (made > 0) left = spent * std::max(*now_.length - now_.end, 0.0) / made;
-    }
+    const VideoProgress& now = pace_.now();
+    const std::optional<double> share = pace_.share();
+    const std::optional<double> left = pace_.secondsLeft();
     if (json_) {
         nlohmann::ordered_json line = stateLine("running");
-        if (now_.framesInAll) line["framesInAll"] = *now_.framesInAll;
+        if (now.framesInAll) line["framesInAll"] = *now.framesInAll;
         if (share) line["share"] = *share;
         if (left) line["secondsLeft"] = *left;
         putLine(line);
@@ -83,24 +103,22 @@ void VideoProgressLine::show() {
         text += "[" + std::string(static_cast<std::size_t>(full), '#') +
                 std::string(static_cast<std::size_t>(kBarColumns - full), '.') + "] ";
     }
-    text += clockText(now_.end);
-    if (now_.length) text += " of " + clockText(*now_.length);
+    text += clockText(now.end);
+    if (now.length) text += " of " + clockText(*now.length);
     char numbers[64];
     std::snprintf(numbers, sizeof numbers, ", frame %lld, %.1f fps",
-                  static_cast<long long>(now_.frames), rate());
+                  static_cast<long long>(now.frames), pace_.rate());
     text += numbers;
     if (left) text += ", " + clockText(*left) + " left";
     showStatus(text);
 }
 
-double VideoProgressLine::rate() const {
-    const double spent = between(start_, Clock::now());
-    return spent > 0 ? static_cast<double>(now_.frames - now_.keptFrames) / spent : 0;
-}
-
 nlohmann::ordered_json VideoProgressLine::stateLine(const std::string& state) const {
-    return {
-        {"state", state}, {"frames", now_.frames}, {"time", now_.end}, {"framesPerSecond", rate()}};
+    const VideoProgress& now = pace_.now();
+    return {{"state", state},
+            {"frames", now.frames},
+            {"time", now.end},
+            {"framesPerSecond", pace_.rate()}};
 }
 
 void VideoProgressLine::putLine(nlohmann::ordered_json line) const {

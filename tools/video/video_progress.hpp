@@ -5,9 +5,31 @@
 
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 namespace altiro3D::tools {
+
+/// How fast a video is made, and how much is left, for people and programs.
+class VideoPace {
+  public:
+    /// @param start progress before the first frame
+    explicit VideoPace(const VideoProgress& start) : now_(start) {}
+
+    /// Takes new progress. @return true if another frame was made
+    bool update(const VideoProgress& now);
+    const VideoProgress& now() const { return now_; }
+    double rate() const;                       ///< Frames per second of this run.
+    std::optional<double> share() const;       ///< Of all, 0..1; nothing if the length is unknown.
+    std::optional<double> secondsLeft() const; ///< Nothing before the second frame.
+
+  private:
+    double spent() const; // s
+
+    VideoProgress now_;
+    double firstTime_ = -1;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 /// Shows the progress of a video: a bar on a terminal, JSON lines for programs, else nothing.
 class VideoProgressLine {
@@ -36,7 +58,6 @@ class VideoProgressLine {
     void clear() { clearStatus(); }
 
   private:
-    double rate() const; // frames per second of this run
     void show();
     nlohmann::ordered_json stateLine(const std::string& state) const;
     void putLine(nlohmann::ordered_json line) const;
@@ -44,9 +65,7 @@ class VideoProgressLine {
     bool json_;
     std::string input_;
     std::string place_;
-    VideoProgress now_;
-    double firstTime_ = -1;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    VideoPace pace_;
     std::chrono::steady_clock::time_point shown_{};
 };
 

@@ -13,6 +13,8 @@ namespace altiro3D::tools {
 struct VideoRun {
     /// Finds the display. @throws UsageError, Error
     VideoRun(const VideoJob& options, Messages& messages);
+    /// For a display that is found already.
+    VideoRun(const VideoJob& options, ChosenDisplay display);
 
     VideoJob job;
     VideoPlan plan; ///< Of the present video.

@@ -3,6 +3,7 @@
 #include "viewer/model/depth_canvas.hpp"
 #include "viewer/model/knobs.hpp"
 #include "viewer/model/studio.hpp"
+#include "viewer/model/video_export.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/player/video_player.hpp"
 
@@ -166,6 +167,12 @@ class Controller : public QObject {
     /// Starts to write them, each with the settings of its file. @return false if an export is
     /// under way or nothing is open
     bool startExportAll(const std::filesystem::path& folder);
+    /// Why the open file cannot be exported as a Native video, for people; empty if it can.
+    QString videoExportObstacle() const;
+    /// Starts to make a Native video of the open video, see exportVideo(), and stops playing it.
+    /// @param goesOn continue an unfinished run of that file
+    /// @return false if videoExportObstacle() is not empty
+    bool startVideoExport(const std::filesystem::path& file, bool goesOn);
     void cancelExport() { cancelling_ = true; }
     bool isExporting() const { return exporting_; }
 
@@ -186,6 +193,9 @@ class Controller : public QObject {
     /// @param problem empty if the file was written or the export was cancelled
     void exportEnded(const QString& file, const QString& problem);
     void exportAllEnded(const BatchReport& report);
+    void videoExportProgress(const VideoExportState& state);
+    /// @param problem empty if the file was written or the export was cancelled
+    void videoExportEnded(const VideoExportResult& result, const QString& problem);
 
   private:
     /// File, its depth image, its reading, and where its depth is from.
@@ -213,7 +223,8 @@ class Controller : public QObject {
     void endPlayer(std::function<void()> then);
     void readCurrent();
     void takeFiles(const Source& folder, const FolderFiles& found);
-    Progress beginExport(); ///< @return receives the progress
+    Progress beginExport();   ///< @return receives the progress
+    Knobs videoKnobs() const; // with the depth that is used
     void requestFrame();
     void requestNative();
     void takeFrame(const Frame& frame);

@@ -31,7 +31,7 @@ Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& displ
     const std::string name = item.source.file.string();
     if (isVideoName(item.source.file))
         throw Error(ErrorCode::Unsupported, name,
-                    "is a video, expected a photo; video2native converts videos");
+                    "is a video, expected a photo; \"Export video\" converts videos");
     const auto document = std::make_shared<const Document>(readDocument(item.source, *display));
     if (document->kind == Kind::Native)
         throw Error(ErrorCode::Unsupported, name,
@@ -145,6 +145,45 @@ bool Controller::startExport(Product product, const fs::path& target) {
             exporting_ = false;
             if (product == Product::Depth && !file.isEmpty()) setSaved(revision);
             emit exportEnded(file, problem);
+        });
+    });
+    return true;
+}
+
+Knobs Controller::videoKnobs() const {
+    Knobs knobs = knobs_;
+    knobs.depth = depthMaker_->choose(knobs_.depth, !document_->rawDepth.empty());
+    return knobs;
+}
+
+QString Controller::videoExportObstacle() const {
+    if (exporting_) return tr("Another export is under way; export again when it is done");
+    if (opening_ || !document_ || !document_->video) return tr("Open a video first");
+    return QString::fromStdString(viewer::videoExportObstacle(*document_, videoKnobs()));
+}
+
+bool Controller::startVideoExport(const fs::path& file, bool goesOn) {
+    if (!videoExportObstacle().isEmpty()) return false;
+    setPlaying(false);
+    const Knobs knobs = videoKnobs();
+    Display display = *display_;
+    if (document_->kind == Kind::Scene) display.quilt = layoutOf(knobs, display);
+    cancelling_ = false;
+    exporting_ = true;
+    exporter_.post(0, [this, job = videoJobOf(*document_, knobs, display, file, goesOn), display] {
+        VideoExportResult result;
+        QString problem;
+        try {
+            result = exportVideo(job, display, [this](const VideoExportState& state) {
+                later(this, [this, state] { emit videoExportProgress(state); });
+                return !cancelling_;
+            });
+        } catch (const std::exception& error) {
+            problem = QString::fromStdString(tools::sentenceOf(error));
+        }
+        later(this, [this, result, problem] {
+            exporting_ = false;
+            emit videoExportEnded(result, problem);
         });
     });
     return true;

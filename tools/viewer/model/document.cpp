@@ -27,6 +27,13 @@ cv::Mat eightBit(const cv::Mat& picture) {
     return result;
 }
 
+// The reading that a name such as a_rgbd.mp4 states.
+std::optional<Reading> namedDepthHalf(const fs::path& file) {
+    const auto name = parseSceneName(file);
+    if (!name || name->contents != SceneName::Contents::Rgbd) return std::nullopt;
+    return name->isStacked ? Reading::RgbdBottom : Reading::RgbdRight;
+}
+
 // What a picture, its name and its size suggest.
 // @param found what was found in it; is set if the picture was searched
 Reading guess(const fs::path& file, const cv::Mat& picture, const Display& display,
@@ -35,12 +42,9 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
     const std::string stem = tools::lowerCase(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
-    if (const auto name = parseSceneName(file)) {
-        const bool isRgbd = name->contents == SceneName::Contents::Rgbd;
-        if (isRgbd && isVideoName(file)) // single frames may be dark
-            return name->isStacked ? Reading::RgbdBottom : Reading::RgbdRight;
-        return Reading::Photo; // addPhotoDepth() examines its halves
-    }
+    if (const auto named = namedDepthHalf(file); named && isVideoName(file))
+        return *named;                               // single frames may be dark
+    if (parseSceneName(file)) return Reading::Photo; // addPhotoDepth() examines its halves
     const std::string ending = tools::lowerCase(file.extension().string());
     const bool lossy = ending == ".jpg" || ending == ".jpeg" || ending == ".jpe";
     if (size == display.panelSize() && (!lossy || stem.find("native") != std::string::npos))
@@ -259,6 +263,12 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
                                      "; it is taken as a photo"});
     }
     return document;
+}
+
+std::optional<DepthSide> depthSideOf(const Source& video) {
+    const bool isStated = video.reading != Reading::Automatic;
+    return sideOf(isStated ? video.reading
+                           : namedDepthHalf(video.file).value_or(Reading::Automatic));
 }
 
 Document readDocument(const Source& source, const Display& display) {

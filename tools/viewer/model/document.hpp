@@ -86,6 +86,10 @@ struct FolderFiles {
 /// @throws Error NotFound (holds none), and as listImages()
 FolderFiles filesOfFolder(const std::filesystem::path& folder);
 
+/// The half of a video's pictures that holds the depth, by its reading or its name; nothing if they
+/// hold none.
+std::optional<DepthSide> depthSideOf(const Source& video);
+
 /// Opens a picture, a directory of views, or the first picture of a video.
 /// @param display its panel size identifies Natives; its quilt is the default layout of views
 /// @throws Error and the exceptions of reading it

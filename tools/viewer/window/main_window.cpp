@@ -8,6 +8,7 @@
 #include "viewer/window/photo_strip.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer/window/video_bar.hpp"
+#include "viewer/window/video_export_dialog.hpp"
 #include "viewer/window/window_words.hpp"
 
 #include <QAction>
@@ -176,6 +177,7 @@ void MainWindow::connectController() {
                     say(tr("Written: %1").arg(file), 15000);
             });
     connect(&controller_, &Controller::exportAllEnded, this, &MainWindow::endExportAll);
+    connect(&controller_, &Controller::videoExportEnded, this, &MainWindow::endVideoExport);
 
     connect(knobs_, &KnobPanel::turned, &controller_, &Controller::turn);
     connect(knobs_, &KnobPanel::resetWanted, &controller_, &Controller::resetKnobs);
@@ -275,6 +277,8 @@ void MainWindow::showDocument() {
         exportAction->setEnabled(!controller_.isExporting() &&
                                  std::count(products.begin(), products.end(), product) > 0);
     }
+    exportVideo_->setEnabled(current && document->video && document->kind != Kind::Native &&
+                             !controller_.isExporting());
     exportAll_->setEnabled(any && !controller_.isExporting());
     copyKnobs_->setEnabled(any);
     next_->setEnabled(controller_.current() + 1 < static_cast<int>(controller_.sources().size()));

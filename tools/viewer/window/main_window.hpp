@@ -3,6 +3,7 @@
 #include "viewer/model/controller.hpp"
 
 #include <QMainWindow>
+#include <QPointer>
 
 class QActionGroup;
 class QDockWidget;
@@ -20,6 +21,7 @@ class KnobPanel;
 class PaintBar;
 class PhotoStrip;
 class PictureView;
+class VideoExportDialog;
 class WelcomeCard;
 
 /// The window: files on the left, the picture in the middle, the settings on the right. QSettings
@@ -69,6 +71,8 @@ class MainWindow : public QMainWindow {
     void calibrationDialog();
     void useCalibration(const Calibration& calibration, const std::filesystem::path& file);
     void exportDialog(Product product);
+    void exportVideo();
+    void endVideoExport(const VideoExportResult& result, const QString& problem);
     void exportAllDialog();
     void endExportAll(const BatchReport& report);
     void showProgress(bool runs); ///< Of an export.
@@ -110,6 +114,8 @@ class MainWindow : public QMainWindow {
     PaintBar* paintBar_ = nullptr;
     WelcomeCard* welcome_ = nullptr; // only while it is shown
     QAction* exportAll_ = nullptr;
+    QAction* exportVideo_ = nullptr;
+    QPointer<VideoExportDialog> videoExport_; // while a video is exported
     QAction* copyKnobs_ = nullptr;
     QAction* next_ = nullptr;
     QAction* previous_ = nullptr;

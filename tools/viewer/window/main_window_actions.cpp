@@ -96,6 +96,9 @@ QAction* MainWindow::buildFileMenu() {
                                               [this, p = product] { exportDialog(p); }));
     }
     exports_.front().second->setIconText(tr("Export"));
+    exportVideo_ = action(
+        file, tr("Export &video…"), QKeySequence(tr("Ctrl+Shift+E")), [this] { exportVideo(); },
+        "exportVideo");
     exportAll_ = action(
         file, tr("Export &all Natives…"), QKeySequence(tr("Ctrl+E")), [this] { exportAllDialog(); },
         "exportAll");

@@ -7,14 +7,19 @@
 #include "altiro3D/qt/native_widget.hpp"
 #include "cli/folders.hpp"
 #include "cli/run_tool.hpp"
+#include "video/video_run.hpp"
 #include "viewer/show/presentation.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/picture_view.hpp"
+#include "viewer/window/video_bar.hpp"
+#include "viewer/window/video_export_dialog.hpp"
 #include "viewer/window/window_words.hpp"
 
+#include <QCoreApplication>
 #include <QFileDialog>
 #include <QGuiApplication>
 #include <QProgressBar>
+#include <QRegularExpression>
 #include <QSettings>
 #include <QToolButton>
 #include <algorithm>
@@ -31,6 +36,25 @@ bool agrees(QWidget* parent, const QString& title, const QString& question) {
     box.setTextFormat(Qt::PlainText);
     box.setDefaultButton(QMessageBox::No);
     return box.exec() == QMessageBox::Yes;
+}
+
+// Asks for a file to write; its format is the chosen one if no other is typed. Empty: none.
+fs::path fileToSave(QWidget* parent, const QString& title, const fs::path& proposed,
+                    const char* formats) {
+    QFileDialog dialog(parent, title, toName(proposed.parent_path()));
+    dialog.setAcceptMode(QFileDialog::AcceptSave);
+    if (*formats != '\0') {
+        const auto useFormat = [&dialog](const QString& format) {
+            static const QRegularExpression kFirst(R"(\(\*\.(\w+))"); // of "PNG picture (*.png)"
+            dialog.setDefaultSuffix(kFirst.match(format).captured(1));
+        };
+        dialog.setNameFilters(QCoreApplication::translate("formats", formats).split(";;"));
+        QObject::connect(&dialog, &QFileDialog::filterSelected, &dialog, useFormat);
+        useFormat(dialog.selectedNameFilter());
+    }
+    dialog.selectFile(toName(proposed.filename()));
+    return dialog.exec() == QDialog::Accepted ? toPath(dialog.selectedFiles().value(0))
+                                              : fs::path();
 }
 
 } // namespace
@@ -102,27 +126,28 @@ void MainWindow::exportDialog(Product product) {
         // the name tells another layout: the user will think of one
     }
     const QString title = tr("Export %1").arg(nameOf(product));
-    const QString name = QFileDialog::getSaveFileName(this, title, toName(proposed));
-    if (name.isEmpty()) return;
+    const fs::path typed =
+        fileToSave(this, title, proposed, kProducts[static_cast<int>(product)].formats);
+    if (typed.empty()) return;
     if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
         say(why, 10000); // a video may have changed meanwhile
         return;
     }
-    if (product != Product::Views && product != Product::SwayVideo &&
-        !canWriteImage(toPath(name))) {
+    if (product != Product::Views && product != Product::SwayVideo && !canWriteImage(typed)) {
         warn(this, title,
-             tr("%1: no picture format is known by this extension, expected .png").arg(name));
+             tr("%1: no picture format is known by this extension, expected .png")
+                 .arg(toName(typed)));
         return;
     }
     fs::path file;
     try {
-        file = productFile(controller_.exportSetup(), product, toPath(name));
+        file = productFile(controller_.exportSetup(), product, typed);
     } catch (const Error& error) {
         warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
         return;
     }
     // the dialog has asked about the name that was typed only
-    if (file != toPath(name) && tools::isThere(file) &&
+    if (file != typed && tools::isThere(file) &&
         !agrees(this, title, tr("%1 exists already. Replace it?").arg(toName(file))))
         return;
     for (const std::string& loss : lossesOf(product, file)) {
@@ -137,6 +162,53 @@ void MainWindow::showProgress(bool runs) {
     progress_->setVisible(runs);
     cancel_->setVisible(runs);
     showDocument();
+}
+
+void MainWindow::exportVideo() {
+    const QString title = tr("Export video");
+    if (const QString why = controller_.videoExportObstacle(); !why.isEmpty())
+        return warn(this, title, why);
+    const fs::path from = controller_.document()->source.file;
+    const fs::path file = fileToSave(
+        this, title, from.parent_path() / (from.stem().string() + "_native.mp4"), kVideoFormats);
+    if (file.empty()) return;
+    if (!canWriteVideo(file))
+        return warn(this, title,
+                    tr("%1: no video format is known by this extension, expected .mp4, .mkv or "
+                       ".mov")
+                        .arg(toName(file)));
+    const bool goesOn =
+        isVideoUnfinished(file) &&
+        agrees(this, title,
+               tr("An export to %1 was not finished. Go on with it? \"No\" begins again.")
+                   .arg(toName(file)));
+    if (!controller_.startVideoExport(file, goesOn)) return;
+    videoExport_ = new VideoExportDialog(toName(file), this);
+    connect(&controller_, &Controller::videoExportProgress, videoExport_.data(),
+            &VideoExportDialog::tell);
+    connect(videoExport_.data(), &VideoExportDialog::cancelWanted, &controller_,
+            &Controller::cancelExport);
+    videoExport_->show();
+    showDocument();
+}
+
+void MainWindow::endVideoExport(const VideoExportResult& result, const QString& problem) {
+    delete videoExport_.data();
+    showDocument();
+    if (!problem.isEmpty()) return warn(this, tr("Export video"), problem);
+    if (result.file.empty()) {
+        return say(result.keepsParts ? tr("Cancelled; export to the same name to go on from there")
+                                     : tr("Cancelled"),
+                   15000);
+    }
+    std::vector<std::string> sentences = result.notes;
+    sentences.insert(sentences.begin(),
+                     tr("Written: %1 (%2, %3)")
+                         .arg(QString::fromStdString(result.file),
+                              QString::fromStdString(tools::bytesText(result.bytes)),
+                              timeText(result.end))
+                         .toStdString());
+    say(linesOf(sentences), 15000);
 }
 
 void MainWindow::exportAllDialog() {

@@ -38,6 +38,7 @@ constexpr KeyWords kKeys[] = {
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
     {"Ctrl+S, Ctrl+Shift+S, Ctrl+E",
      "Export the Native, the quilt, the Natives of all open files."},
+    {"Ctrl+Shift+E", "Export the open video as a Native video."},
     {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
 };
@@ -79,16 +80,26 @@ inline void warn(QWidget* parent, const QString& title, const QString& text) {
     box.exec();
 }
 
-/// The name of a product in menus, and the end of its file's.
+constexpr const char* kVideoFormats = QT_TRANSLATE_NOOP(
+    "formats", "MP4 video (*.mp4 *.m4v);;Matroska video (*.mkv);;QuickTime video (*.mov)");
+/// The name of a product in menus, the end of its file's, and the formats that a dialog offers.
 struct ProductWords {
     const char* name;
     const char* ending;
+    const char* formats;
 };
-constexpr ProductWords kProducts[] = {{"Native", "_native.png"},
-                                      {"Quilt", ".png"},
-                                      {"Views", "_views"},
-                                      {"Depth", "_depth.png"},
-                                      {"Sway video", "_sway.mp4"}}; // as Product
+constexpr ProductWords kProducts[] = {
+    {"Native", "_native.png",
+     QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;"
+                                  "BMP picture (*.bmp);;All files (*)")},
+    {"Quilt", ".png",
+     QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;JPEG picture (*.jpg *.jpeg);;"
+                                  "TIFF picture (*.tif *.tiff);;All files (*)")},
+    {"Views", "_views", ""},
+    {"Depth", "_depth.png",
+     QT_TRANSLATE_NOOP("formats",
+                       "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;All files (*)")},
+    {"Sway video", "_sway.mp4", kVideoFormats}}; // as Product
 inline QString nameOf(Product product) {
     return QObject::tr(kProducts[static_cast<int>(product)].name);
 }

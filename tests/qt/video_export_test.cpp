@@ -1,0 +1,200 @@
+#include "support/compare.hpp"
+#include "support/video.hpp"
+#include "viewer/window/video_export_dialog.hpp"
+#include "viewer_scenes.hpp"
+#include "window_actions.hpp"
+
+#include <QLabel>
+#include <QProcess>
+#include <QPushButton>
+#include <QSettings>
+#include <QStatusBar>
+#include <gtest/gtest.h>
+
+namespace altiro3D::test {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace viewer;
+
+// Moving pictures, 25 a second.
+void writeClip(const fs::path& file, cv::Size size, int frames) {
+    VideoWriterOptions options;
+    options.size = size;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    VideoWriter writer(file, options);
+    for (int i = 0; i < frames; ++i) {
+        VideoFrame frame;
+        frame.picture = movingPicture(size, i);
+        frame.pts = i;
+        frame.duration = 1;
+        writer.write(frame);
+    }
+    writer.finish();
+}
+
+class ViewerVideoExport : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        QSettings().clear();
+        window_ = shownWindow();
+        controller().setPlaying(false);
+    }
+    Controller& controller() { return window_->controller(); }
+    void open(const char* name) {
+        dropOn(*window_, {folder_ / name});
+        ASSERT_TRUE(waitFor([this] {
+            const auto& document = controller().document();
+            return document && document->video && !controller().isBusy();
+        }));
+    }
+    // Exports through the menu. @return what was asked
+    QStringList startExport(const char* name, QMessageBox::StandardButton answer) {
+        return answering(folder_ / name, answer,
+                         [this] { window_->findChild<QAction*>("exportVideo")->trigger(); });
+    }
+    void waitForEnd() {
+        ASSERT_TRUE(waitFor([this] { return !controller().isExporting(); }));
+    }
+    QString said() {
+        QStringList tips;
+        for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+            tips << label->toolTip();
+        return tips.join(' ');
+    }
+    std::string bytesOf(const char* name) const { return slurp(folder_ / name); }
+    // What the tool makes for the window's display.
+    void video2native(const QStringList& options, const char* input, const char* output) const {
+        const QStringList call{"-y", "-c", writeSample(folder_ / "c.json", {150, 200})};
+        ASSERT_EQ(
+            QProcess::execute(ALTIRO3D_TOOL_VIDEO2NATIVE,
+                              call + options +
+                                  QStringList{toName(folder_ / input), toName(folder_ / output)}),
+            0);
+    }
+    bool isPartLeft(const char* name) const {
+        return fs::exists(unfinishedVideoDirectory(folder_ / name));
+    }
+
+    TemporaryDirectory folder_;
+    std::unique_ptr<MainWindow> window_;
+};
+
+TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
+    writeClip(folder_ / "clip.mkv", {96, 128}, 20);
+    open("clip.mkv");
+    EXPECT_EQ(startExport("plain", QMessageBox::No), QStringList{"clip_native.mp4"});
+    waitForEnd();
+    video2native({}, "clip.mkv", "tool.mp4");
+    EXPECT_EQ(bytesOf("plain.mp4"), bytesOf("tool.mp4")); // the suffix was added
+    EXPECT_TRUE(said().contains("Written: ")) << said().toStdString();
+
+    Knobs knobs = controller().knobs();
+    knobs.views.method = ViewMethod::Fast;
+    knobs.views.strengthPercent = 7;
+    knobs.views.focus = 0.25;
+    knobs.fit = FitMode::Contain;
+    knobs.columns = 5;
+    knobs.rows = 4;
+    controller().turn(knobs, "all");
+    startExport("other.mkv", QMessageBox::No);
+    waitForEnd();
+    video2native(
+        {"--method", "fast", "--strength", "7", "--focus", "0.25", "--fit", "contain", "-q", "4x5"},
+        "clip.mkv", "tool.mkv");
+    EXPECT_EQ(bytesOf("other.mkv"), bytesOf("tool.mkv"));
+
+    knobs = Knobs();
+    knobs.automatic = {true, true, false, false};
+    knobs.best = true;
+    controller().turn(knobs, "all");
+    startExport("best.mkv", QMessageBox::No);
+    waitForEnd();
+    video2native({"--best", "--fit", "auto", "--focus", "auto"}, "clip.mkv", "tool.mkv");
+    EXPECT_EQ(bytesOf("best.mkv"), bytesOf("tool.mkv"));
+}
+
+TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
+    writeClip(folder_ / "clip_rgbd.mkv", {192, 128}, 12);
+    writeClip(folder_ / "clip_qs4x3a0.75.mkv", {240, 240}, 12);
+    open("clip_rgbd.mkv");
+    startExport("rgbd.mkv", QMessageBox::No);
+    waitForEnd();
+    video2native({"--rgbd", "right"}, "clip_rgbd.mkv", "tool.mkv");
+    EXPECT_EQ(bytesOf("rgbd.mkv"), bytesOf("tool.mkv"));
+    // a network cannot see half of a picture
+    Knobs knobs = controller().knobs();
+    knobs.depth = "tiny";
+    controller().turn(knobs, "depth");
+    EXPECT_TRUE(controller().videoExportObstacle().contains("its own depth"));
+    EXPECT_FALSE(controller().startVideoExport(folder_ / "no.mkv", false));
+
+    controller().close(0);
+    open("clip_qs4x3a0.75.mkv");
+    startExport("quilts.mkv", QMessageBox::No);
+    waitForEnd();
+    video2native({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "tool.mkv");
+    EXPECT_EQ(bytesOf("quilts.mkv"), bytesOf("tool.mkv"));
+}
+
+TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {
+    writeClip(folder_ / "clip.mkv", {48, 64}, 400);
+    open("clip.mkv");
+    spill(folder_ / "out.mkv", "mine");
+    QString size;
+    QObject::connect(&controller(), &Controller::videoExportProgress, window_.get(),
+                     [&](const VideoExportState& state) {
+                         auto* dialog = window_->findChild<VideoExportDialog*>();
+                         ASSERT_NE(dialog, nullptr);
+                         EXPECT_FALSE(dialog->isModal()); // the window can be used
+                         if (state.end < 8 || size.size() > 0) return;
+                         EXPECT_NEAR(state.share, state.end / 16, 1e-6);
+                         size = dialog->findChild<QLabel*>("videoSize")->text();
+                         dialog->findChild<QPushButton*>("cancelVideo")->click();
+                     });
+    EXPECT_EQ(startExport("out.mkv", QMessageBox::Yes).size(), 2); // it exists already
+    entryOf(*window_, "Depth")->trigger();
+    EXPECT_EQ(controller().mode(), Mode::Depth);
+    EXPECT_FALSE(window_->findChild<QAction*>("exportVideo")->isEnabled());
+    waitForEnd();
+    EXPECT_TRUE(size.startsWith("about ")) << size.toStdString();
+    EXPECT_EQ(bytesOf("out.mkv"), "mine");
+    EXPECT_TRUE(isPartLeft("out.mkv"));
+    EXPECT_TRUE(said().contains("export to the same name to go on")) << said().toStdString();
+    EXPECT_EQ(window_->findChild<VideoExportDialog*>(), nullptr);
+
+    fs::remove(folder_ / "out.mkv");
+    const QStringList asked = startExport("out.mkv", QMessageBox::Yes);
+    ASSERT_EQ(asked.size(), 2);
+    EXPECT_TRUE(asked[1].contains("was not finished")) << asked[1].toStdString();
+    waitForEnd();
+    EXPECT_FALSE(isPartLeft("out.mkv"));
+    video2native({}, "clip.mkv", "tool.mkv");
+    EXPECT_EQ(bytesOf("out.mkv"), bytesOf("tool.mkv"));
+}
+
+TEST_F(ViewerVideoExport, SaysInOneSentenceWhatIsWrong) {
+    writeClip(folder_ / "clip.mkv", {48, 64}, 5);
+    open("clip.mkv");
+    EXPECT_TRUE(startExport("clip.avi", QMessageBox::Ok)[1].contains("no video format"));
+    const QStringList asked = answering(
+        folder_ / "clip.mkv", QMessageBox::Yes,
+        [this] { window_->findChild<QAction*>("exportVideo")->trigger(); },
+        [](const QStringList& all) { return all.size() == 3; }); // its name, "replace?", the error
+    EXPECT_TRUE(asked[2].contains("clip.mkv: ")) << asked[2].toStdString();
+    EXPECT_FALSE(asked[2].contains(" -")) << asked[2].toStdString();
+    EXPECT_FALSE(controller().isExporting());
+    VideoReader reader(folder_ / "clip.mkv");
+    EXPECT_EQ(allFrames(reader).size(), 5U);
+
+    writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
+    dropOn(*window_, {folder_ / "photo.png"});
+    ASSERT_TRUE(waitFor([this] {
+        return controller().document() && !controller().isBusy() && !controller().document()->video;
+    }));
+    EXPECT_FALSE(window_->findChild<QAction*>("exportVideo")->isEnabled());
+}
+
+} // namespace
+} // namespace altiro3D::test

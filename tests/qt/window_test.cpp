@@ -12,10 +12,12 @@
 #include <QLabel>
 #include <QListWidget>
 #include <QMenu>
+#include <QRegularExpression>
 #include <QSettings>
 #include <QSignalSpy>
 #include <QSlider>
 #include <QStatusBar>
+#include <QTextDocument>
 #include <gtest/gtest.h>
 
 namespace altiro3D::test {
@@ -124,6 +126,32 @@ TEST_F(ViewerWindow, TheHelpNamesItsKeys) {
             << action->text().toStdString();
     }
     EXPECT_GE(count, 15);
+}
+
+// Settings say what they do, without words of a terminal.
+TEST_F(ViewerWindow, EverySettingHasATip) {
+    int count = 0;
+    const auto expectTip = [&](const QWidget* widget) {
+        ++count;
+        QTextDocument tip;
+        tip.setHtml(widget->toolTip());
+        EXPECT_GE(tip.toPlainText().split(' ').size(), 7) << widget->objectName().toStdString();
+        EXPECT_FALSE(tip.toPlainText().contains(QRegularExpression("(^| )-\\w|--|2native")))
+            << tip.toPlainText().toStdString();
+    };
+    for (const char* name : {"reading", "fit", "depth", "depthImage", "strength", "autoStrength",
+                             "focus", "autoFocus", "method", "best", "fill", "refinement",
+                             "parallax", "calibration", "columns", "rows", "reset"})
+        expectTip(panel().findChild<QWidget*>(name));
+    for (const QWidget* widget : panel().findChildren<QWidget*>()) {
+        const auto* const label = qobject_cast<const QLabel*>(widget);
+        const bool isSetting = qobject_cast<const QAbstractButton*>(widget) != nullptr ||
+                               qobject_cast<const QComboBox*>(widget) != nullptr;
+        if (isSetting ||
+            (label != nullptr && label->objectName().isEmpty() && label->text() != "×"))
+            expectTip(widget);
+    }
+    EXPECT_GE(count, 30);
 }
 
 TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {

@@ -6,6 +6,7 @@
 
 #include <QCheckBox>
 #include <QComboBox>
+#include <QCoreApplication>
 #include <QDoubleSpinBox>
 #include <QEvent>
 #include <QFormLayout>
@@ -24,6 +25,75 @@ namespace {
 
 constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
 constexpr int kAutoFit = -1;        // cover, with the part that is chosen
+
+struct Tip {
+    const char* object;
+    const char* text;
+};
+// What each setting does.
+constexpr Tip kTips[] = {
+    {"reading",
+     QT_TRANSLATE_NOOP("tips", "What the file is. Change it if it was taken for something else.")},
+    {"fit",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "How the picture gets the shape of the display: by cutting, by bars, or by stretching. "
+         "\"Keep the subject\" chooses what is cut off.")},
+    {"depth",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "Where the depth comes from: the photo's own file, or a network that estimates it. "
+         "\"Best available\" prefers depth that comes with the photo.")},
+    {"depthImage",
+     QT_TRANSLATE_NOOP("tips",
+                       "Choose a picture that holds the depth of this photo; near is white.")},
+    {"strength",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "How deep the scene is: how far things move between the outermost views, in % of "
+         "the width. Too much makes edges double. A double click on the slider resets it.")},
+    {"autoStrength",
+     QT_TRANSLATE_NOOP("tips", "As much depth as the display shows without double edges.")},
+    {"focus",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "Which depth lies on the display's surface, where it is sharpest: 0 is the farthest, 1 "
+         "the nearest. A click on the picture chooses it too, a double click on the slider resets "
+         "it.")},
+    {"autoFocus",
+     QT_TRANSLATE_NOOP("tips", "The subject of the picture lies on the display's surface.")},
+    {"method",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "How the views are made. Layered has the cleanest edges; Fast is quick; Real works like a "
+         "camera that moves.")},
+    {"best",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "Renders the Native with all pixels of the display. It is slower, and not possible with "
+         "the method Real.")},
+    {"fill",
+     QT_TRANSLATE_NOOP(
+         "tips", "What appears behind the edges of near things, where the photo shows nothing.")},
+    {"refinement",
+     QT_TRANSLATE_NOOP("tips", "Steps that make edges more accurate. More steps are slower.")},
+    {"parallax",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "How far things move from one view to the next. Edges show double if it is much more "
+         "than a pixel.")},
+    {"calibration",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "Choose the calibration of a display, its file visual.json. Each unit has its own.")},
+    {"columns",
+     QT_TRANSLATE_NOOP("tips", "Columns of the quilt. Columns times rows is the number of views.")},
+    {"rows",
+     QT_TRANSLATE_NOOP(
+         "tips", "Rows of the quilt. More views move more smoothly and have fewer pixels each.")},
+    {"reset", QT_TRANSLATE_NOOP(
+                  "tips", "Sets everything back to the usual settings. Undo brings yours back.")},
+};
 
 QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
     auto* row = new QHBoxLayout;
@@ -87,7 +157,6 @@ KnobSlider::KnobSlider(const char* object, const QString& words, double low, dou
     slider_->setRange(static_cast<int>(std::lround(low * steps_)),
                       static_cast<int>(std::lround(high * steps_)));
     slider_->setPageStep(std::max(1, (slider_->maximum() - slider_->minimum()) / 10));
-    slider_->setToolTip(tr("Double-click to reset"));
     slider_->setMinimumWidth(90);
     slider_->installEventFilter(this);
     number_->setRange(low, high);
@@ -165,23 +234,18 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     } catch (const Error& error) {
         depth_->setToolTip(tipOf(QString::fromUtf8(error.what())));
     }
-    depthImage_ = named(new QToolButton, "depthImage", tr("Choose a depth image"),
-                        tr("Choose a depth image for this photo"));
+    depthImage_ = named(new QToolButton, "depthImage", tr("Choose a depth image"));
     depthImage_->setText(tr("Image…"));
     depthSource_ = faintLabel("depthSource");
     method_ = choices("method", tr("Method of views"),
                       {{tr("Layered"), int(ViewMethod::Layered)},
                        {tr("Fast"), int(ViewMethod::Fast)},
                        {tr("Real"), int(ViewMethod::Real)}});
-    best_ = named(new QCheckBox(tr("Best (slower)")), "best", tr("Best Native, slower"),
-                  tr("Renders the Native at the panel's resolution (photo2native --best). Not "
-                     "with method Real."));
+    best_ = named(new QCheckBox(tr("Best (slower)")), "best", tr("Best Native, slower"));
     strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
                                standard.views.strengthPercent, tr(" %"));
-    autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"),
-                          tr("As much depth as the display carries"));
-    autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"),
-                       tr("The subject lies on the panel's surface"));
+    autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));
+    autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"));
     focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.views.focus, {});
     refinement_ = numbers("refinement", tr("Refinement"), 0, 16);
     fill_ = choices("fill", tr("Content behind edges"),
@@ -259,25 +323,20 @@ void KnobPanel::build() {
     form->addRow(tr("Focus"), rowOf(focus_, autoFocus_));
     form->addRow(tr("Method"), method_);
     form->addRow(tr("Native"), best_);
-    const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field,
-                            const QString& tip) {
+    const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field) {
         form->addRow(label, field);
-        field->setToolTip(tip);
         ofMethod_.emplace_back(method, field);
         ofMethod_.emplace_back(method, form->labelForField(field));
     };
-    addFor(ViewMethod::Layered, tr("Behind edges"), fill_,
-           tr("Content of areas that are hidden in the photo"));
-    addFor(ViewMethod::Fast, tr("Refinement"), refinement_,
-           tr("More steps are more accurate and slower"));
+    addFor(ViewMethod::Layered, tr("Behind edges"), fill_);
+    addFor(ViewMethod::Fast, tr("Refinement"), refinement_);
     form->addRow(parallax_);
     column->addWidget(views);
 
     auto* display = new QGroupBox(tr("Display"));
     form = formOf(display);
-    auto* calibration = new QToolButton;
+    auto* calibration = named(new QToolButton, "calibration", tr("Choose the calibration"));
     calibration->setText(tr("Choose…"));
-    calibration->setToolTip(tr("Choose the calibration of a display: its visual.json"));
     connect(calibration, &QToolButton::clicked, this, &KnobPanel::calibrationWanted);
     QHBoxLayout* const displayRow = rowOf(display_, calibration);
     displayRow->setAlignment(calibration, Qt::AlignTop);
@@ -286,8 +345,6 @@ void KnobPanel::build() {
     grid->addWidget(columns_, 1);
     grid->addWidget(new QLabel(tr("×")));
     grid->addWidget(rows_, 1);
-    columns_->setToolTip(tr("Columns of the quilt"));
-    rows_->setToolTip(tr("Rows of the quilt"));
     form->addRow(tr("Views"), grid);
     form->addRow(layout_);
     column->addWidget(display);
@@ -297,6 +354,27 @@ void KnobPanel::build() {
     reset->setObjectName("reset");
     connect(reset, &QPushButton::clicked, this, &KnobPanel::resetWanted);
     column->addWidget(reset);
+    addTips();
+}
+
+// To the settings and the words beside them.
+void KnobPanel::addTips() {
+    for (const Tip& tip : kTips) {
+        auto* const widget = findChild<QWidget*>(tip.object);
+        const QString text = tipOf(QCoreApplication::translate("tips", tip.text));
+        if (widget->toolTip().isEmpty()) widget->setToolTip(text); // else it tells a problem
+        for (auto* form : findChildren<QFormLayout*>()) {
+            for (int row = 0; row < form->rowCount(); ++row) {
+                QLayoutItem* const label = form->itemAt(row, QFormLayout::LabelRole);
+                QLayoutItem* const field = form->itemAt(row, QFormLayout::FieldRole);
+                if (label == nullptr || field == nullptr) continue;
+                const bool isIts = field->layout() != nullptr
+                                       ? field->layout()->indexOf(widget) == 0
+                                       : field->widget() == widget;
+                if (isIts) label->widget()->setToolTip(text);
+            }
+        }
+    }
 }
 
 Knobs KnobPanel::read() const {

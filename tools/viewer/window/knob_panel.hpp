@@ -72,6 +72,7 @@ class KnobPanel : public QWidget {
 
   private:
     void build(); // lays out the widgets
+    void addTips();
     void connectKnobs();
     void turn(const QString& what, int gesture = 0);
     Knobs read() const;

@@ -53,6 +53,7 @@ class MainWindow : public QMainWindow {
     void buildViewMenu();
     QAction* buildDisplayMenu(); ///< @return "Show on the display"
     void buildHelpMenu();
+    void showManual();
     void buildToolBar(QAction* open, QAction* show);
     void buildFiles();
     void buildStrip();

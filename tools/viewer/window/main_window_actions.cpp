@@ -4,6 +4,7 @@
 #include "altiro3D/version.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/main_window.hpp"
+#include "viewer/window/manual.hpp"
 #include "viewer/window/paint_bar.hpp"
 #include "viewer/window/window_words.hpp"
 
@@ -16,7 +17,9 @@
 #include <QMessageBox>
 #include <QSettings>
 #include <QToolBar>
+#include <QUrl>
 #include <algorithm>
+#include <opencv2/core/version.hpp>
 
 namespace altiro3D::viewer {
 
@@ -189,14 +192,28 @@ QAction* MainWindow::buildDisplayMenu() {
 
 void MainWindow::buildHelpMenu() {
     QMenu& help = *menuBar()->addMenu(tr("&Help"));
+    action(
+        help, tr("&Keys"), QKeySequence(Qt::Key_F1), [this] { keysDialog(this)->show(); }, "keys");
+    action(
+        help, tr("&Manual"), QKeySequence(tr("Ctrl+F1")), [this] { showManual(); }, "manual");
+    help.addSeparator();
     action(help, tr("&About altiro3D"), {}, [this] {
-        QMessageBox::about(this, tr("altiro3D"),
+        QMessageBox::about(this, tr("About altiro3D"),
                            tr("<h3>altiro3D %1</h3><p>Photos and flat video as glasses-free 3D "
-                              "pictures for light-field displays.</p><p>Click on the picture to "
-                              "focus there. Drag it to move the frame, turn the wheel to "
-                              "zoom; 0 resets both. Double-click a slider to reset it.</p>")
-                               .arg(version()));
+                              "pictures for light-field displays.</p><p>It is open source, under "
+                              "the MIT licence.</p><p>With OpenCV %2 and Qt %3.</p>")
+                               .arg(version(), CV_VERSION, qVersion()));
     });
+}
+
+void MainWindow::showManual() {
+    const fs::path guide = manualPage("docs/guide.md");
+    if (guide.empty())
+        return warn(this, tr("Manual"),
+                    tr("The manual is not installed with this copy of altiro3D"));
+    QUrl page = QUrl::fromLocalFile(toName(guide));
+    page.setFragment("look-and-show");
+    new Manual(page, this); // deletes itself
 }
 
 void MainWindow::buildToolBar(QAction* open, QAction* show) {

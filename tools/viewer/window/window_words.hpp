@@ -28,19 +28,20 @@ constexpr KeyWords kKeys[] = {
     {"P", "Play or stop the video."},
     {"B", "Paint the depth: brushes and a lasso in a bar of their own; Escape ends it."},
     {"[, ]", "A smaller, a larger brush."},
-    {"Shift+Left, Shift+Right", "Go back or on by 5 s in the video, also during --show."},
+    {"Shift+Left, Shift+Right", "Go back or on by 5 s in the video, also in a show."},
     {"Shift+M, +, -", "Switch the sound of the video off or on, make it louder, quieter; also "
-                      "during --show."},
+                      "in a show."},
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
     {"Escape", "Leave the display; F11 and a double click do the same."},
-    {"Right, Left, Space", "During --show: the next file, the one before, stop or go on."},
+    {"Right, Left, Space", "In a show: the next file, the one before, stop or go on."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
     {"Ctrl+S, Ctrl+Shift+S, Ctrl+E",
      "Export the Native, the quilt, the Natives of all open files."},
     {"Ctrl+Shift+E", "Export the open video as a Native video."},
     {"Ctrl+Z, Ctrl+Shift+Z, Ctrl+R", "Undo, redo, reset all settings."},
     {"Ctrl+W, Ctrl+Q", "Close the file, quit."},
+    {"F1, Ctrl+F1", "Show these keys, the manual."},
 };
 
 /// The path for a file name; file names are bytes.

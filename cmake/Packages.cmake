@@ -96,6 +96,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "altiro3d-viewer, curl, python3")
 set(CPACK_DEBIAN_VIEWER_PACKAGE_NAME altiro3d-viewer)
 set(CPACK_DEBIAN_VIEWER_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_VIEWER_PACKAGE_DEPENDS "altiro3d ${same_version}, libqt5svg5${on_library}${on_qt_library}")
+set(CPACK_DEBIAN_VIEWER_PACKAGE_RECOMMENDS "ca-certificates") # to download a depth network
 set(CPACK_COMPONENT_VIEWER_DESCRIPTION
     "window that shows and makes 3D pictures for light-field displays
 altiro3Dview opens photos, quilts, Natives and videos, turns the knobs of

@@ -140,8 +140,8 @@ TEST_F(ViewerWindow, EverySettingHasATip) {
             << tip.toPlainText().toStdString();
     };
     for (const char* name : {"reading", "fit", "depth", "depthImage", "strength", "autoStrength",
-                             "focus", "autoFocus", "method", "best", "fill", "refinement",
-                             "parallax", "calibration", "columns", "rows", "reset"})
+                             "focus", "autoFocus", "betterDepth", "method", "best", "fill",
+                             "refinement", "parallax", "calibration", "columns", "rows", "reset"})
         expectTip(panel().findChild<QWidget*>(name));
     for (const QWidget* widget : panel().findChildren<QWidget*>()) {
         const auto* const label = qobject_cast<const QLabel*>(widget);

@@ -185,6 +185,14 @@ void Controller::setDisplay(Display display) {
     if (current_ >= 0) readCurrent(); // the kind of a picture depends on the display
 }
 
+void Controller::findNetworks() {
+    depthMaker_->findNetworks();
+    waiting_ = document_ != nullptr && !area_.empty();
+    emit documentChanged();
+    requestFrame();
+    requestNative();
+}
+
 void Controller::setMode(Mode mode) {
     if (mode == mode_ || !has(modesOf(document_ ? document_->kind : Kind::Scene), mode)) return;
     mode_ = mode;

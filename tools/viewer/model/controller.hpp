@@ -92,6 +92,9 @@ class Controller : public QObject {
     void restoreKnobs(const Knobs& knobs);
     QUndoStack& undoStack() { return undoStack_; }
 
+    /// Uses depth networks that were installed since the start.
+    void findNetworks();
+
     const Display& display() const { return *display_; }
     void setDisplay(Display display);
 

@@ -46,6 +46,11 @@ void requireHarmless(const std::string& name) {
 } // namespace
 
 DepthMaker::DepthMaker() {
+    findNetworks();
+}
+
+void DepthMaker::findNetworks() {
+    const std::lock_guard<std::mutex> lock(listMutex_);
     try {
         networks_ = installedNetworks();
     } catch (const Error&) {
@@ -53,7 +58,14 @@ DepthMaker::DepthMaker() {
     }
 }
 
+std::optional<InstalledNetwork> DepthMaker::find(const std::string& name) const {
+    const std::lock_guard<std::mutex> lock(listMutex_);
+    const InstalledNetwork* const found = findIn(networks_, name);
+    return found != nullptr ? std::optional(*found) : std::nullopt;
+}
+
 std::string DepthMaker::choose(const std::string& wish, bool given) const {
+    const std::lock_guard<std::mutex> lock(listMutex_);
     if (findIn(networks_, wish) != nullptr) return wish;
     if (given) return kGivenDepth;
     const auto standard =
@@ -64,8 +76,8 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
 }
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
-    const InstalledNetwork* const network = findIn(networks_, chosen);
-    if (network == nullptr) {
+    const std::optional<InstalledNetwork> network = find(chosen);
+    if (!network) {
         use(*estimatedDepth()); // its error says what to do
         return;
     }

@@ -21,6 +21,8 @@ class DepthMaker {
   public:
     /// Finds the installed networks.
     DepthMaker();
+    /// Finds those that were installed since.
+    void findNetworks();
 
     /// Resolves a choice of depth to a network's name, kGivenDepth, or kBestDepth without a
     /// network.
@@ -35,6 +37,9 @@ class DepthMaker {
     void use(const std::string& chosen, const std::function<void(DepthSource&)>& use);
 
   private:
+    std::optional<InstalledNetwork> find(const std::string& name) const;
+
+    mutable std::mutex listMutex_; // guards networks_
     std::vector<InstalledNetwork> networks_;
     std::mutex mutex_; // guards the following members
     std::set<std::string> harmless_;

@@ -47,6 +47,9 @@ constexpr Tip kTips[] = {
     {"depthImage",
      QT_TRANSLATE_NOOP("tips",
                        "Choose a picture that holds the depth of this photo; near is white.")},
+    {"betterDepth",
+     QT_TRANSLATE_NOOP("tips", "Download a network that estimates depth more accurately. You see "
+                               "first what it is.")},
     {"strength",
      QT_TRANSLATE_NOOP(
          "tips",
@@ -225,17 +228,10 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                     {tr("Show all, with bars"), int(FitMode::Contain)},
                     {tr("Stretch"), int(FitMode::Stretch)}});
     depth_ = named(new QComboBox, "depth", tr("Depth from"));
-    depth_->addItem(tr("Best available"), kBestDepth);
-    depth_->addItem(tr("From its file"), kGivenDepth);
-    try {
-        for (const InstalledNetwork& network : installedNetworks())
-            depth_->addItem(QString::fromStdString(network.profile.name),
-                            QString::fromStdString(network.profile.name));
-    } catch (const Error& error) {
-        depth_->setToolTip(tipOf(QString::fromUtf8(error.what())));
-    }
     depthImage_ = named(new QToolButton, "depthImage", tr("Choose a depth image"));
     depthImage_->setText(tr("Image…"));
+    betterDepth_ = named(new QToolButton, "betterDepth", tr("Better depth"));
+    betterDepth_->setText(tr("Better depth…"));
     depthSource_ = faintLabel("depthSource");
     method_ = choices("method", tr("Method of views"),
                       {{tr("Layered"), int(ViewMethod::Layered)},
@@ -257,6 +253,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     rows_ = numbers("rows", tr("Rows of the quilt"), 1, 64);
     layout_ = faintLabel("layout");
     build();
+    showNetworks(false);
     connectKnobs();
     show(standard);
     show(nullptr, {});
@@ -296,6 +293,7 @@ void KnobPanel::connectKnobs() {
     connect(reading_, qOverload<int>(&QComboBox::activated), this,
             [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
     connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
+    connect(betterDepth_, &QToolButton::clicked, this, &KnobPanel::betterDepthWanted);
 }
 
 void KnobPanel::build() {
@@ -314,6 +312,7 @@ void KnobPanel::build() {
     form = formOf(depth);
     form->addRow(tr("From"), rowOf(depth_, depthImage_));
     form->addRow(depthSource_);
+    form->addRow(betterDepth_);
     column->addWidget(depth);
 
     auto* views = new QGroupBox(tr("Views"));
@@ -459,6 +458,23 @@ void KnobPanel::show(const Display& display, const QuiltLayout& layout) {
                          .arg(layout.tileSize.width)
                          .arg(layout.tileSize.height));
     updating_ = false;
+}
+
+void KnobPanel::showNetworks(bool isBetterKnown) {
+    const QSignalBlocker blocker(depth_);
+    const QVariant chosen = depth_->currentData();
+    depth_->clear();
+    depth_->addItem(tr("Best available"), kBestDepth);
+    depth_->addItem(tr("From its file"), kGivenDepth);
+    try {
+        for (const InstalledNetwork& network : installedNetworks())
+            depth_->addItem(QString::fromStdString(network.profile.name),
+                            QString::fromStdString(network.profile.name));
+    } catch (const Error& error) {
+        depth_->setToolTip(tipOf(QString::fromUtf8(error.what())));
+    }
+    choose(*depth_, chosen);
+    betterDepth_->setVisible(isBetterKnown);
 }
 
 void KnobPanel::showParallax(double viewPixels) {

@@ -59,6 +59,8 @@ class KnobPanel : public QWidget {
     /// Shows the display and the numbers of its quilt.
     void show(const Display& display, const QuiltLayout& layout);
     void showParallax(double viewPixels);
+    /// Lists the installed depth networks, and whether there is a better one to download.
+    void showNetworks(bool isBetterKnown);
 
     KnobSlider& strength() { return *strength_; }
     KnobSlider& focus() { return *focus_; }
@@ -67,6 +69,7 @@ class KnobPanel : public QWidget {
     void turned(const Knobs& knobs, const QString& what, int gesture);
     void readingChosen(Reading reading);
     void depthImageWanted();
+    void betterDepthWanted();
     void calibrationWanted();
     void resetWanted();
 
@@ -86,6 +89,7 @@ class KnobPanel : public QWidget {
     QComboBox* depth_;
     QLabel* depthSource_;
     QToolButton* depthImage_;
+    QToolButton* betterDepth_;
     QComboBox* method_;
     QCheckBox* best_;
     KnobSlider* strength_;

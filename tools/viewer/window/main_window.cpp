@@ -62,6 +62,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     buildStatus();
     connectController();
     resize(QSize(1280, 800).boundedTo(screen()->availableSize()));
+    showNetworks();
     readSettings();
     showSources();
     showDocument();
@@ -183,6 +184,7 @@ void MainWindow::connectController() {
     connect(knobs_, &KnobPanel::resetWanted, &controller_, &Controller::resetKnobs);
     connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
     connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
+    connect(knobs_, &KnobPanel::betterDepthWanted, this, &MainWindow::betterDepthDialog);
     connect(knobs_, &KnobPanel::readingChosen, this, [this](Reading reading) {
         if (const auto& document = controller_.document())
             controller_.reopen(reading, document->source.depth);

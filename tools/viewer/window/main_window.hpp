@@ -69,6 +69,8 @@ class MainWindow : public QMainWindow {
     void openDialog();
     void openDepthDialog();
     void openDirectoryDialog();
+    void showNetworks();
+    void betterDepthDialog();
     void calibrationDialog();
     void useCalibration(const Calibration& calibration, const std::filesystem::path& file);
     void exportDialog(Product product);

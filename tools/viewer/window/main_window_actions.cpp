@@ -124,6 +124,8 @@ void MainWindow::buildEditMenu() {
     action(
         edit, tr("&Paint the depth"), QKeySequence(Qt::Key_B),
         [this] { paintBar_->setVisible(!paintBar_->isVisible()); }, "paintDepth");
+    action(
+        edit, tr("&Better depth…"), {}, [this] { betterDepthDialog(); }, "betterDepthMenu");
     edit.addSeparator();
     action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
            [this] { controller_.resetFrame(); });

@@ -1,5 +1,6 @@
 // The window's dialogs: files, calibrations, exports, displays.
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
@@ -9,7 +10,9 @@
 #include "cli/run_tool.hpp"
 #include "video/video_run.hpp"
 #include "viewer/show/presentation.hpp"
+#include "viewer/window/knob_panel.hpp"
 #include "viewer/window/main_window.hpp"
+#include "viewer/window/network_dialog.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer/window/video_bar.hpp"
 #include "viewer/window/video_export_dialog.hpp"
@@ -86,6 +89,46 @@ void MainWindow::openDepthDialog() {
     const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
                                                       toName(document->source.file.parent_path()));
     if (!name.isEmpty()) controller_.reopen(Reading::Photo, toPath(name));
+}
+
+void MainWindow::showNetworks() {
+    bool isBetterKnown = false;
+    try {
+        isBetterKnown = networkToDownload().has_value();
+    } catch (const Error&) {
+        // the list of networks tells it
+    }
+    knobs_->showNetworks(isBetterKnown);
+}
+
+void MainWindow::betterDepthDialog() {
+    const QString title = tr("Better depth");
+    try {
+        const std::optional<NetworkProfile> network = networkToDownload();
+        if (!network) {
+            const auto best = standardNetwork();
+            QMessageBox::information(
+                this, title,
+                best ? tr("The best depth network for this computer is installed already: %1")
+                           .arg(QString::fromStdString(best->profile.name))
+                     : tr("No depth network is known that could be downloaded"));
+            return;
+        }
+        NetworkDialog dialog(*network, networkFolder(), this);
+        if (dialog.exec() != QDialog::Accepted) return;
+        controller_.findNetworks();
+        showNetworks();
+        if (const auto& document = controller_.document();
+            document && document->kind == Kind::Scene && controller_.knobs().depth != kGivenDepth) {
+            Knobs knobs = controller_.knobs();
+            knobs.depth = kBestDepth; // a photo's own depth goes before it
+            controller_.turn(knobs, tr("depth"));
+        }
+        say(tr("The network %1 is installed and used").arg(QString::fromStdString(network->name)),
+            15000);
+    } catch (const std::exception& error) {
+        warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
+    }
 }
 
 void MainWindow::calibrationDialog() {

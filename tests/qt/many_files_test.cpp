@@ -8,7 +8,6 @@
 #include "window_actions.hpp"
 
 #include <QIcon>
-#include <QListWidget>
 #include <QPixmap>
 #include <QProcess>
 #include <QSettings>

@@ -2,6 +2,8 @@
 #include "support/compare.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/main_window.hpp"
+#include "viewer/window/paint_bar.hpp"
+#include "viewer/window/photo_strip.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer/window/window_words.hpp"
 #include "viewer_scenes.hpp"
@@ -10,7 +12,6 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QLabel>
-#include <QListWidget>
 #include <QMenu>
 #include <QRegularExpression>
 #include <QSettings>
@@ -18,7 +19,9 @@
 #include <QSlider>
 #include <QStatusBar>
 #include <QTextDocument>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <regex>
 
 namespace altiro3D::test {
 namespace {
@@ -48,7 +51,7 @@ class ViewerWindow : public ::testing::Test {
     bool busy() { return window_->controller().isBusy(); }
     PictureView& picture() { return *window_->findChild<PictureView*>(); }
     KnobPanel& panel() { return *window_->findChild<KnobPanel*>(); }
-    QListWidget& files() { return *window_->findChild<QListWidget*>("files"); }
+    PhotoStrip& files() { return *window_->findChild<PhotoStrip*>(); }
     const Knobs& knobs() { return window_->controller().knobs(); }
     QAction* entry(const QString& text) { return entryOf(*window_, text); }
     QStringList answering(const char* name, QMessageBox::StandardButton answer,
@@ -69,7 +72,7 @@ TEST_F(ViewerWindow, TellsWhatToDoWhileItIsEmpty) {
     EXPECT_EQ(picture().headline(), "Drop a photo here");
     EXPECT_FALSE(entry("Export Native")->isEnabled());
     EXPECT_FALSE(panel().strength().isEnabled());
-    EXPECT_EQ(files().count(), 0);
+    EXPECT_EQ(files().model()->rowCount(), 0);
 }
 
 TEST_F(ViewerWindow, ShowsAllWarningsAboutTheDisplay) {
@@ -86,7 +89,7 @@ TEST_F(ViewerWindow, ShowsAllWarningsAboutTheDisplay) {
 
 TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
     openPhoto();
-    EXPECT_EQ(files().count(), 1);
+    EXPECT_EQ(files().model()->rowCount(), 1);
     EXPECT_TRUE(window_->windowTitle().startsWith("photo.png"));
     EXPECT_TRUE(panel().strength().isEnabled());
     window_->controller().setSwinging(false);
@@ -152,6 +155,59 @@ TEST_F(ViewerWindow, EverySettingHasATip) {
             expectTip(widget);
     }
     EXPECT_GE(count, 30);
+}
+
+// What the window says is in its own words: no options and no names of tools.
+TEST_F(ViewerWindow, ItsTextsHaveNoWordsOfATerminal) {
+    const std::regex option(R"re("(?:[^"]* )?(?:--?[a-z][a-z-]+|-[a-z]|\w+2native)[ ,.;)"])re");
+    int lines = 0;
+    for (const char* folder : {"window", "model", "player"}) {
+        for (const auto& file :
+             fs::directory_iterator(sourcePath(std::string("tools/viewer/") + folder))) {
+            std::ifstream text(file.path());
+            for (std::string line; std::getline(text, line); ++lines) {
+                const bool isCode = line.find("kTryNetwork") != std::string::npos;
+                EXPECT_TRUE(isCode || !std::regex_search(line, option)) << line;
+            }
+        }
+    }
+    EXPECT_GT(lines, 3000);
+}
+
+TEST_F(ViewerWindow, SwingsOnAfterPainting) {
+    openPhoto();
+    window_->controller().setSwinging(true);
+    const auto paint = [this] { window_->findChild<QAction*>("paintDepth")->trigger(); };
+    paint();
+    ASSERT_TRUE(waitFor([this] { return !window_->controller().isSwinging(); }));
+    window_->findChild<PaintBar*>()->choose(PaintTool::Lasso);
+    EXPECT_FALSE(window_->controller().isSwinging());
+    paint();
+    EXPECT_TRUE(waitFor([this] { return window_->controller().isSwinging(); }));
+    window_->controller().setSwinging(false);
+    paint();
+    paint();
+    EXPECT_FALSE(window_->controller().isSwinging()); // as before
+}
+
+TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
+    openPhoto();
+    const QPalette before = QApplication::palette();
+    const auto lightness = [this](QPalette::ColorRole role) {
+        return panel().palette().color(role).lightness();
+    };
+    QAction* const dark = window_->findChild<QAction*>("dark");
+    dark->trigger();
+    EXPECT_LT(lightness(QPalette::Window), 80);
+    EXPECT_GT(lightness(QPalette::WindowText), 200);
+    EXPECT_GT(lightness(QPalette::ButtonText), 200);
+    EXPECT_GT(lightness(QPalette::PlaceholderText), 150);
+    window_->close();
+    window_.reset();
+    begin(); // it is kept
+    EXPECT_LT(lightness(QPalette::Window), 80);
+    window_->findChild<QAction*>("dark")->trigger();
+    EXPECT_EQ(QApplication::palette().window().color(), before.window().color());
 }
 
 TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
@@ -284,9 +340,9 @@ TEST_F(ViewerWindow, ABrokenFileIsAMessageInTheWindow) {
     EXPECT_EQ(drags.count(), 0);
     openPhoto();
     EXPECT_TRUE(picture().headline().isEmpty());
-    files().setCurrentRow(0);
+    files().setCurrentIndex(files().model()->index(0, 0));
     ASSERT_TRUE(waitFor([this] { return picture().headline() == "This file cannot be opened"; }));
-    files().setCurrentRow(1);
+    files().setCurrentIndex(files().model()->index(1, 0));
     ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
 }
 
@@ -294,7 +350,8 @@ TEST_F(ViewerWindow, TextsFromFilesAreNotMarkup) {
     fs::copy(folder_ / "photo.png", folder_ / "<b>a.png");
     drop({"<b>a.png"});
     ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));
-    EXPECT_TRUE(files().item(0)->toolTip().contains("&lt;b&gt;a.png"));
+    EXPECT_TRUE(
+        files().model()->index(0, 0).data(Qt::ToolTipRole).toString().contains("&lt;b&gt;a.png"));
     EXPECT_EQ(window_->findChild<QLabel*>("display")->textFormat(), Qt::PlainText); // serial number
     for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
         EXPECT_TRUE(!label->text().contains("<b>") || label->textFormat() == Qt::PlainText);

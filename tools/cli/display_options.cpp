@@ -52,6 +52,10 @@ std::optional<MountedCalibration> mountedVolume(const std::string& serial,
                     "; expected --serial to choose one");
 }
 
+// Instead of options, for people who look at a window.
+constexpr const char* kChooseInMenu =
+    "choose its file, visual.json, with Display > Choose calibration";
+
 fs::path sampleCalibration() {
     for (const fs::path& directory : dataDirectories()) {
         fs::path sample = directory / "calibration" / kSampleName;
@@ -75,13 +79,13 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
         others += (others.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
     }
     if (others.empty()) return;
-    messages.warn(display.source +
-                  ": is used, but a display with another calibration is mounted: " + others +
-                  "; to use that one, give its file with -c");
+    messages.warn(
+        display.source + ": is used, but a display with another calibration is mounted: " + others +
+        "; to use that one, " + (search.isWindow ? kChooseInMenu : "give its file with -c"));
 }
 
 // One calibration of a file.
-Calibration readChosenCalibration(const fs::path& file, const std::string& serial,
+Calibration readChosenCalibration(const fs::path& file, const std::string& serial, bool isWindow,
                                   Messages& messages) {
     const std::vector<Calibration> all = readCalibrations(file);
     if (!serial.empty()) {
@@ -94,8 +98,8 @@ Calibration readChosenCalibration(const fs::path& file, const std::string& seria
     }
     if (all.size() > 1) {
         messages.warn(file.string() + " holds " + std::to_string(all.size()) +
-                      " calibrations; the first, " + all.front().serial +
-                      ", is used (--serial chooses another)");
+                      " calibrations; the first, " + all.front().serial + ", is used" +
+                      (isWindow ? "" : " (--serial chooses another)"));
     }
     return all.front();
 }
@@ -110,7 +114,8 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
     };
     const auto chosen = [&](const fs::path& given) {
         const fs::path file = calibrationFile(given);
-        return displayIn(readChosenCalibration(file, options.serial, messages), file);
+        return displayIn(readChosenCalibration(file, options.serial, volumes.isWindow, messages),
+                         file);
     };
     if (!options.calibration.empty()) return chosen(options.calibration);
     if (const auto named = environment("LKG_CALIBRATION")) {
@@ -140,13 +145,14 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
 }
 
 // The warning about using the sample calibration in place of a display's own.
-std::string sampleWarning(DisplayUse use) {
+std::string sampleWarning(DisplayUse use, bool isWindow) {
     const std::string none = "no calibration was given or found: ";
     switch (use) {
     case DisplayUse::Show:
-        return none + "the sample one of a Portrait is used, and a real display will show the "
-                      "picture doubled and blurred; give the display's own file with -c "
-                      "visual.json";
+        return none +
+               "the sample one of a Portrait is used, and a real display will show the "
+               "picture doubled and blurred; " +
+               (isWindow ? kChooseInMenu : "give the display's own file with -c visual.json");
     case DisplayUse::Simulate:
         return none + "the sample one of a Portrait is simulated, in which a Native for a real "
                       "display looks doubled and blurred; give the file of that display with -c "
@@ -162,12 +168,12 @@ std::string sampleWarning(DisplayUse use) {
     return {};
 }
 
-void tellDisplay(const ChosenDisplay& display, DisplayUse use, Messages& messages) {
+void tellDisplay(const ChosenDisplay& display, DisplayUse use, bool isWindow, Messages& messages) {
     if (use == DisplayUse::None) return;
     if (display.isSample) {
         messages.say("display: none was given or found; " + display.source + ", panel " +
                      sizeText(display.panelSize()));
-        messages.warn(sampleWarning(use));
+        messages.warn(sampleWarning(use, isWindow));
         return;
     }
     const Calibration& known = display.calibration;
@@ -271,7 +277,7 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
     ChosenDisplay display;
     if (options.map.empty()) {
         display = chooseCalibration(options, volumes, messages);
-        tellDisplay(display, use, messages);
+        tellDisplay(display, use, volumes.isWindow, messages);
         return display;
     }
     display.invert = options.invert;
@@ -281,7 +287,8 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
     display.quilt = display.map->quilt();
     if (!options.calibration.empty()) {
         const fs::path file = calibrationFile(options.calibration);
-        display.calibration = readChosenCalibration(file, options.serial, messages);
+        display.calibration =
+            readChosenCalibration(file, options.serial, volumes.isWindow, messages);
         display.files.push_back(file);
         requireSameDisplay(*display.map, options.map, display.calibration, file);
     } else {
@@ -290,7 +297,7 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
         display.calibration.screenW = display.map->panelSize().width;
         display.calibration.screenH = display.map->panelSize().height;
     }
-    tellDisplay(display, use, messages);
+    tellDisplay(display, use, volumes.isWindow, messages);
     return display;
 }
 

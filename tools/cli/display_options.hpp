@@ -43,6 +43,7 @@ struct VolumeSearch {
     /// If several volumes are found and `--serial` is not given: true takes the first one with a
     /// warning, because the user can choose another one later; false is an error.
     bool firstWillDo = false;
+    bool isWindow = false; ///< Warnings name a menu of the viewer instead of options.
 };
 
 /// What a run uses the display for; decides which messages about it are shown.

@@ -73,7 +73,7 @@ int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& la
     // also volumes that are mounted elsewhere; of several the first will do, as the window can
     // choose
     ChosenDisplay display =
-        findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true});
+        findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true, true});
     if (display.isMapOnly) throw UsageError("a map is not enough, expected the calibration -c");
     display.quilt = chooseQuilt(layout, display, messages);
     QApplication application(argc, argv);

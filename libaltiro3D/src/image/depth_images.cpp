@@ -343,7 +343,7 @@ cv::Mat undoColourMap(const cv::Mat& picture, const std::string& subject, Notes*
     addNote(notes, NoteCode::Converted,
             std::string("the depth is drawn in the colour map ") + map->name +
                 ", which is undone: " + map->whiteEnd +
-                " counts as white, near unless --depth-kind says otherwise");
+                " counts as white, near unless you say otherwise");
     cv::Mat levels(pixels.size(), CV_8UC1);
     overRows(pixels.rows, [&](int y) {
         const cv::Vec3b* const px = pixels.ptr<cv::Vec3b>(y);

@@ -78,8 +78,9 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
     const std::optional<InstalledNetwork> network = find(chosen);
     if (!network) {
-        use(*estimatedDepth()); // its error says what to do
-        return;
+        throw Error(ErrorCode::NotFound, "depth",
+                    "no network is installed that could estimate it, expected one from Edit > "
+                    "Better depth, or a depth image");
     }
     const std::lock_guard<std::mutex> lock(mutex_);
     if (loaded_ != chosen) {

@@ -107,8 +107,9 @@ void checkDirection(const Document& document, Notes& notes) {
     if (!looksInverted(depth, [&] { return tools::trustedEstimate(document.picture); })) return;
     const Source& source = document.source;
     const fs::path& file = source.depth.empty() ? source.file : source.depth;
-    const bool isHalf = source.depth.empty() && document.depthOrigin.empty(); // takes --rgbd
-    notes.push_back({NoteCode::Inverted, tools::invertedText(file, DepthKind::NearWhite, isHalf)});
+    notes.push_back({NoteCode::Inverted, file.string() +
+                                             ": near and far look exchanged: its depth seems to be "
+                                             "white where things are far, expected near is white"});
 }
 
 // Gives the photo that is read already, for depth that comes with it.
@@ -280,9 +281,7 @@ Document readDocument(const Source& source, const Display& display) {
         if (!source.depth.empty()) {
             document.notes.push_back(
                 {NoteCode::LeftOut,
-                 source.depth.string() +
-                     ": is not used, as depth images are for photos; video2native "
-                     "takes the depth of videos"});
+                 source.depth.string() + ": is not used, as depth images are for photos"});
         }
         return document;
     }

@@ -130,11 +130,7 @@ QLabel* faintLabel(const QString& name) {
     label->setObjectName(name);
     label->setTextFormat(Qt::PlainText); // what files say is no markup
     label->setWordWrap(true);
-    QPalette palette = label->palette();
-    QColor faint = palette.color(QPalette::WindowText);
-    faint.setAlphaF(0.65);
-    palette.setColor(QPalette::WindowText, faint);
-    label->setPalette(palette);
+    label->setForegroundRole(QPalette::PlaceholderText); // faint in every palette
     return label;
 }
 

@@ -17,7 +17,6 @@
 #include <QDockWidget>
 #include <QDragEnterEvent>
 #include <QLabel>
-#include <QListWidget>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QProgressBar>
@@ -30,20 +29,19 @@
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace altiro3D::viewer {
 
 namespace fs = std::filesystem;
 
 MainWindow::MainWindow(const Display& display, const std::vector<std::string>& warnings)
-    : controller_(display), picture_(new PictureView), knobs_(new KnobPanel),
-      files_(new QListWidget) {
+    : controller_(display), picture_(new PictureView), knobs_(new KnobPanel) {
     setWindowTitle(tr("altiro3D"));
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
     picture_->setAccessibleName(tr("Picture"));
     setCentralWidget(withVideoBar(picture_, controller_));
-    buildFiles();
     buildStrip();
     auto* knobDock = new QDockWidget(tr("Settings"));
     knobDock->setObjectName("knobDock");
@@ -75,21 +73,6 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
 
 MainWindow::~MainWindow() {
     controller_.disconnect(this); // later signals must not reach the destroyed window
-}
-
-void MainWindow::buildFiles() {
-    named(files_, "files", tr("Open files"));
-    files_->setMinimumWidth(150);
-    files_->setTextElideMode(Qt::ElideMiddle);
-    files_->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-    auto* dock = new QDockWidget(tr("Files"));
-    dock->setObjectName("fileDock");
-    dock->setWidget(files_);
-    addDockWidget(Qt::LeftDockWidgetArea, dock);
-    resizeDocks({dock}, {180}, Qt::Horizontal);
-    connect(files_, &QListWidget::currentRowChanged, this, [this](int row) {
-        if (row >= 0) select(row);
-    });
 }
 
 void MainWindow::buildStrip() {
@@ -215,14 +198,6 @@ void MainWindow::connectController() {
 
 void MainWindow::showSources() {
     if (controller_.sources().size() != 1) endWelcome();
-    const QSignalBlocker blocker(files_);
-    files_->clear();
-    for (const Source& source : controller_.sources()) {
-        auto* item = new QListWidgetItem(nameOf(source), files_);
-        item->setToolTip(tipOf(toName(source.file) +
-                               (source.depth.empty() ? QString() : "\n" + toName(source.depth))));
-    }
-    files_->setCurrentRow(controller_.current());
     strip_->setSources(controller_.sources());
     strip_->setCurrent(controller_.current());
     showStrip();
@@ -230,11 +205,7 @@ void MainWindow::showSources() {
 
 void MainWindow::showDocument() {
     const auto& document = controller_.document();
-    {
-        const QSignalBlocker blocker(files_);
-        files_->setCurrentRow(controller_.current());
-        strip_->setCurrent(controller_.current());
-    }
+    strip_->setCurrent(controller_.current());
     const bool any = controller_.current() >= 0;
     const Source* source =
         any ? &controller_.sources()[static_cast<std::size_t>(controller_.current())] : nullptr;
@@ -405,10 +376,13 @@ void MainWindow::buildPaintBar() {
 
 void MainWindow::usePaintBar() {
     if (paintBar_->paint()) {
+        swingsAfterPaint_ = swingsAfterPaint_ || controller_.isSwinging();
         // strokes are drawn on the view from the middle
         if (controller_.mode() != Mode::Depth) controller_.setMode(Mode::Sway);
         controller_.setSwinging(false);
         if (controller_.position() != 0) controller_.setPosition(0);
+    } else if (std::exchange(swingsAfterPaint_, false)) {
+        controller_.setSwinging(true);
     }
     showPointer();
 }

@@ -8,7 +8,6 @@
 class QActionGroup;
 class QDockWidget;
 class QLabel;
-class QListWidget;
 class QProgressBar;
 class QToolButton;
 namespace altiro3D::qt {
@@ -24,7 +23,7 @@ class PictureView;
 class VideoExportDialog;
 class WelcomeCard;
 
-/// The window: files on the left, the picture in the middle, the settings on the right. QSettings
+/// The window: the picture, the settings on the right, several files below. QSettings
 /// keeps its state from run to run.
 class MainWindow : public QMainWindow {
     Q_OBJECT
@@ -55,7 +54,6 @@ class MainWindow : public QMainWindow {
     void buildHelpMenu();
     void showManual();
     void buildToolBar(QAction* open, QAction* show);
-    void buildFiles();
     void buildStrip();
     void buildStatus();
     void buildPaintBar();
@@ -103,14 +101,15 @@ class MainWindow : public QMainWindow {
     Controller controller_;
     PictureView* picture_;
     KnobPanel* knobs_;
-    QListWidget* files_;
     PhotoStrip* strip_ = nullptr;
     QDockWidget* stripDock_ = nullptr;
     QAction* showsStrip_ = nullptr;
     QActionGroup* modes_ = nullptr;
     QMenu* recent_ = nullptr;
     QAction* swing_ = nullptr;
+    bool swingsAfterPaint_ = false;
     QAction* follow_ = nullptr;
+    QAction* dark_ = nullptr;
     std::vector<std::pair<Product, QAction*>> exports_;
     QAction* depthImage_ = nullptr;
     QAction* closeFile_ = nullptr;

@@ -10,12 +10,14 @@
 
 #include <QAction>
 #include <QActionGroup>
+#include <QApplication>
 #include <QDockWidget>
 #include <QFileInfo>
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
 #include <QSettings>
+#include <QStyle>
 #include <QToolBar>
 #include <QUrl>
 #include <algorithm>
@@ -46,6 +48,24 @@ const ModeWords kModes[] = {
 
 constexpr int kMaxRecent = 10;
 constexpr const char* kRecent = "recent";
+
+// Gives all windows dark colours, or those of the desktop.
+void useDarkLook(bool dark) {
+    static const QString kOwnStyle = QApplication::style()->objectName();
+    static const QPalette kOwn = QApplication::palette();
+    if (dark == (QApplication::palette().window().color().value() < 128)) return;
+    QPalette palette = kOwn;
+    if (dark) {
+        palette = QPalette(QColor(53, 53, 53)); // the rest follows from the buttons
+        palette.setColor(QPalette::Base, QColor(35, 35, 35));
+        palette.setColor(QPalette::Highlight, QColor(42, 110, 170));
+        palette.setColor(QPalette::Link, QColor(110, 170, 230));
+        palette.setColor(QPalette::ToolTipBase, QColor(70, 70, 70));
+        palette.setColor(QPalette::ToolTipText, Qt::white);
+    }
+    QApplication::setStyle(dark ? "Fusion" : kOwnStyle); // not all styles take a palette
+    QApplication::setPalette(palette);
+}
 
 // An enumerator from the settings file, which may contain anything.
 template <class Word>
@@ -177,6 +197,10 @@ void MainWindow::buildViewMenu() {
     showsStrip_->setCheckable(true);
     showsStrip_->setChecked(true);
     connect(showsStrip_, &QAction::toggled, this, &MainWindow::showStrip);
+    dark_ = action(
+        view, tr("Dar&k"), {}, [] {}, "dark");
+    dark_->setCheckable(true);
+    connect(dark_, &QAction::toggled, this, &useDarkLook);
 }
 
 QAction* MainWindow::buildDisplayMenu() {
@@ -292,6 +316,7 @@ void MainWindow::readSettings() {
     swing_->setChecked(controller_.isSwinging());
     showsStrip_->setChecked(settings.value("strip", true).toBool());
     follow_->setChecked(settings.value("follow", false).toBool());
+    dark_->setChecked(settings.value("dark", false).toBool());
     restoreGeometry(settings.value("geometry").toByteArray());
     restoreState(settings.value("state").toByteArray());
     paintBar_->hide();
@@ -312,9 +337,10 @@ void MainWindow::writeSettings() const {
     settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     settings.setValue("mode", int(controller_.mode()));
-    settings.setValue("swing", swing_->isChecked());
+    settings.setValue("swing", swing_->isChecked() || swingsAfterPaint_);
     settings.setValue("strip", showsStrip_->isChecked());
     settings.setValue("follow", follow_->isChecked());
+    settings.setValue("dark", dark_->isChecked());
     settings.setValue("geometry", saveGeometry());
     settings.setValue("state", saveState());
 }

@@ -132,7 +132,8 @@ QVariant Thumbnails::data(const QModelIndex& index, int role) const {
     case Qt::AccessibleTextRole:
         return nameOf(source);
     case Qt::ToolTipRole: // names are not markup
-        return tipOf(toName(file));
+        return tipOf(toName(file) +
+                     (source.depth.empty() ? QString() : "\n" + toName(source.depth)));
     case Qt::DecorationRole: {
         if (const QImage* const icon = icons_.object(toName(file))) {
             QPixmap pixmap = QPixmap::fromImage(*icon);

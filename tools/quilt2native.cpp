@@ -1,10 +1,13 @@
 // quilt2native: turns a quilt, or a video of quilts, into a Native.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
 #include "photo/sway_options.hpp"
 #include "video/video_progress.hpp"
 #include "video/video_run.hpp"
+
+#include <opencv2/imgproc.hpp>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -27,8 +30,29 @@ struct QuiltJob {
     fs::path swayFile; // empty: none
     SwayOptions sway;
     std::optional<cv::Size> swaySize;
+    EyesFiles eyes;
     VideoJob video;
 };
+
+// The pictures of two eyes: the views an eighth of the cone to the left and to the right, with
+// square px. That is the distance of eyes if the outermost views have the usual parallax.
+// @param aspect width : height of a view as it is shown
+StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect,
+                  Messages& messages) {
+    if (layout.viewCount < 2)
+        throw UsageError("--save-stereo needs two views, but the quilt has one");
+    const double last = layout.viewCount - 1;
+    const int left = cvRound(last * 3 / 8);
+    const int right = static_cast<int>(last) - left;
+    const cv::Size tile = layout.tileSize;
+    const cv::Size size(std::max(tile.width, cvRound(tile.height * aspect)),
+                        std::max(tile.height, cvRound(tile.width / aspect)));
+    StereoPair eyes;
+    for (const auto& [view, picture] : {std::pair(left, &eyes.left), {right, &eyes.right}})
+        cv::resize(quilt(layout.tile(view)), *picture, size, 0, 0, cv::INTER_LINEAR);
+    messages.say("eyes: views " + std::to_string(left) + " and " + std::to_string(right));
+    return eyes;
+}
 
 bool isVideo(const fs::path& file) {
     if (canWriteImage(file)) return false; // by its name
@@ -72,6 +96,11 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
             job.swayFile, fitQuilt(picture, layout), layout, shape.shownAspect(), job.swaySize,
             job.fit.value_or(FitMode::Cover), job.sampling.views, job.sway);
         times.end("video");
+    }
+    if (!job.eyes.files().empty()) {
+        job.eyes.write(eyesOf(fitQuilt(picture, layout), layout, shape.shownAspect(), messages),
+                       messages);
+        times.end("eyes");
     }
     // last, so that an existing Native means that all outputs exist
     makeNativeFile(renderer, quilt, native, messages, times);
@@ -166,6 +195,7 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
     job.swayFile = commandLine.value("lg").value_or("");
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine);
+    job.eyes = EyesFiles(commandLine);
     return job;
 }
 
@@ -181,6 +211,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     const bool isFolder = isDirectory(job.quilt);
     if (isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
+    if (isFolder || canWriteVideo(job.native))
+        commandLine.refuse({"save-stereo"}, " is made of one quilt, expected a single picture");
     if (!isFolder)
         commandLine.refuse({"skip-existing", "recursive"},
                            " applies to folders, expected a directory of quilts");
@@ -215,6 +247,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.addInputs(display.files);
     outputs.addNative(job.native);
     outputs.addOutputs({job.swayFile});
+    outputs.addOutputs(job.eyes.files());
     outputs.check();
     convertPicture(job, job.quilt, job.native, false, display, messages);
     return kExitDone;
@@ -231,6 +264,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
+    EyesFiles::add(commandLine, "The eyes' pictures are two of the views.");
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addAdvanced({"skip-existing"}, "With a folder: skip quilts whose Native exists.");
     addRecursiveOption(commandLine, "quilts");

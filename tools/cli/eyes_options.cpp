@@ -1,6 +1,10 @@
 #include "cli/eyes_options.hpp"
 
+#include "cli/outputs.hpp"
+
+#include <opencv2/core.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::tools {
@@ -56,6 +60,52 @@ void tellEyesTag(const std::filesystem::path& file, const EyesOptions& options,
     messages.say(file.string() + ": many players know that a file is " + name.words +
                  " only by its name, as " + file.stem().string() + "_" + name.tag +
                  file.extension().string());
+}
+
+void EyesFiles::add(CommandLine& commandLine, const std::string& of) {
+    commandLine.add({"save-stereo"},
+                    "Also write a picture for two eyes (headsets, 3D televisions, red-cyan "
+                    "glasses). " +
+                        of,
+                    "FILE");
+    addEyesOptions(commandLine, "save-stereo", true);
+}
+
+EyesFiles::EyesFiles(const CommandLine& commandLine)
+    : options_(eyesOptions(commandLine, "save-stereo")),
+      file_(commandLine.value("save-stereo").value_or("")) {
+    if (!file_.empty()) requirePictureName(file_);
+}
+
+EyesFiles::EyesFiles(const EyesFiles& same, std::filesystem::path file)
+    : options_(same.options_), file_(std::move(file)) {}
+
+std::vector<std::filesystem::path> EyesFiles::files() const {
+    if (file_.empty()) return {};
+    if (!options_.areFiles) return {file_};
+    const auto named = [&](const char* eye) {
+        std::filesystem::path file = file_;
+        return file.replace_filename(file_.stem().string() + eye + file_.extension().string());
+    };
+    return {named("_L"), named("_R")};
+}
+
+void EyesFiles::write(const StereoPair& eyes, Messages& messages) const {
+    const cv::Mat& left = options_.swapped ? eyes.right : eyes.left;
+    const cv::Mat& right = options_.swapped ? eyes.left : eyes.right;
+    tellEyesTag(file_, options_, messages);
+    if (options_.areFiles) {
+        writeImage(files()[0], left);
+        writeImage(files()[1], right);
+        messages.say(files()[0].string() + ", " + files()[1].filename().string() + ": " +
+                     sizeText(left.size()));
+        return;
+    }
+    cv::Mat joined;
+    joinEyes(left, right, options_.picture, joined);
+    writeImage(file_, joined);
+    messages.say(file_.string() + ": " + nameOf(options_.picture).words + ", " +
+                 sizeText(joined.size()));
 }
 
 } // namespace altiro3D::tools

@@ -5,6 +5,8 @@
 #include "cli/run_tool.hpp"
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace altiro3D::tools {
 
@@ -27,5 +29,28 @@ EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& outpu
 /// Says which tag players look for, if a name lacks it.
 void tellEyesTag(const std::filesystem::path& file, const EyesOptions& options,
                  const Messages& messages);
+
+/// --save-stereo FILE: a picture for two eyes, or one for each.
+class EyesFiles {
+  public:
+    /// --save-stereo and addEyesOptions(). @param of the last sentence of its help
+    static void add(CommandLine& commandLine, const std::string& of);
+    EyesFiles() = default;
+    /// @throws UsageError (also for a name whose format cannot hold it)
+    explicit EyesFiles(const CommandLine& commandLine);
+    /// The same for another file.
+    EyesFiles(const EyesFiles& same, std::filesystem::path file);
+
+    const EyesOptions& options() const { return options_; }
+    const std::filesystem::path& name() const { return file_; } ///< As given; empty: none.
+    /// The files to write: none, one, or those of the left and the right eye.
+    std::vector<std::filesystem::path> files() const;
+    /// Writes them and says so. @throws Error
+    void write(const StereoPair& eyes, Messages& messages) const;
+
+  private:
+    EyesOptions options_;
+    std::filesystem::path file_;
+};
 
 } // namespace altiro3D::tools

@@ -109,6 +109,11 @@ void addOptions(CommandLine& commandLine) {
                     "FILE");
     commandLine.add({"save-depth"}, "Also write the depth before refinement, 16-bit, near = white.",
                     "FILE.png");
+    commandLine.addAdvanced({"save-depth-size"},
+                            "Longer side of the depth of --save-depth and "
+                            "--save-photo-with-depth in px, at most that of the photo (default " +
+                                std::to_string(kSavedDepthSide) + ").",
+                            "PX");
     commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
     commandLine.addAdvanced({"save-photo-with-depth"},
                             "Also write the photo with its depth inside, as phones do (Dynamic "

@@ -517,6 +517,30 @@ TEST_F(Photo2Native, SavedDepthIsNearWhite) {
     EXPECT_EQ(depth.at<ushort>(118, 40), 0); // unknown is far
 }
 
+TEST_F(Photo2Native, SavedDepthHasAtMost4096PxOrWhatIsAskedFor) {
+    writeImage(studio_ / "wide.png", madePhoto(5000, 100));
+    cv::Mat halves(2, 100, CV_8UC1, cv::Scalar(0)); // near at the right
+    halves.colRange(50, 100) = 255;
+    writeImage(studio_ / "halves.png", halves);
+    const auto saved = [&](const Arguments& options) {
+        EXPECT_TRUE(isDone(
+            convert(options + Arguments("-y --fit contain --save-depth d.png "
+                                        "--save-photo-with-depth p.jpg -d wide.png halves.png "
+                                        "a.png"))));
+        const cv::Mat depth = readBack(studio_ / "d.png");
+        EXPECT_EQ(depth.at<ushort>(depth.rows / 2, depth.cols / 4), 0);
+        EXPECT_EQ(depth.at<ushort>(depth.rows / 2, depth.cols * 3 / 4), 65535);
+        EXPECT_EQ(readPhoto(studio_ / "p.jpg").size(), cv::Size(5000, 100));
+        EXPECT_EQ(readEmbeddedDepth(studio_ / "p.jpg").value().depth.size(), depth.size());
+        return depth.size();
+    };
+    EXPECT_EQ(saved({}), cv::Size(4096, 82));
+    EXPECT_EQ(saved("--save-depth-size 500"), cv::Size(500, 10));
+    EXPECT_EQ(saved("--save-depth-size 65500"), cv::Size(5000, 100));
+    EXPECT_TRUE(
+        fails(convert("--save-depth-size 500 photo.png b.png"), 2, "expected --save-depth"));
+}
+
 TEST_F(Photo2Native, FormatsThatKeepLessThanDepthHasAreWarnedOf) {
     const auto save = [&](const char* name) {
         return convert({"-y", "--save-depth", name, "-d", "photo.png", "depth.png", "a.png"});

@@ -432,7 +432,7 @@ std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {
 
 ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                             Messages& messages, StageTimes& times) {
-    const PhotoFile photo(photoFile);
+    PhotoFile photo(photoFile);
     static_cast<void>(photo.bytes()); // once, also a pipe
     refuseNative(photo, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
@@ -478,6 +478,7 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
     if (!isEstimated && !isNamed && (depthFile.empty() || options_.isPair))
         messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + result.source);
     if (isEstimated && !options_.photo.useDepth && !options_.stereo) warnOfHalves(photo, messages);
+    photo = PhotoFile(photoFile); // releases the bytes of a large file
     times.end("read");
     {
         const QuietStandardError quiet; // it may load the network

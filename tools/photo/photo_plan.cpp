@@ -156,6 +156,11 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     takeNames(commandLine, job);
     for (const OutputKind& kind : kOutputs)
         job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
+    job.savedDepthSide =
+        commandLine.wholeNumber("save-depth-size", 16, 65500).value_or(kSavedDepthSide);
+    if (!commandLine.has("save-depth") && !commandLine.has("save-photo-with-depth"))
+        commandLine.refuse({"save-depth-size"}, " is the size of saved depth, expected "
+                                                "--save-depth or --save-photo-with-depth with it");
     job.report = commandLine.value("report").value_or("");
     job.plan = commandLine.value("plan").value_or("");
     const auto given = commandLine.given();

@@ -15,11 +15,14 @@
 /// The command line, the inputs and the outputs of a run of photo2native.
 namespace altiro3D::tools {
 
+/// Usual PhotoJob::savedDepthSide. Depth has less detail than photos, and full size takes long.
+constexpr int kSavedDepthSide = 4096;
+
 /// Files that are made of a photo. An empty path: not requested.
 struct PhotoOutputs {
     std::filesystem::path native;
     std::filesystem::path quilt;
-    std::filesystem::path savedDepth;
+    std::filesystem::path savedDepth; ///< See PhotoJob::savedDepthSide.
     std::filesystem::path rgbd;
     std::filesystem::path photoWithDepth; ///< JPEG with depth inside
     std::filesystem::path video;          ///< the swaying video
@@ -29,7 +32,8 @@ struct PhotoOutputs {
 /// The command line of a run.
 struct PhotoJob {
     std::vector<std::filesystem::path> inputs; ///< Names of photos and folders.
-    PhotoOutputs outputs; ///< As they are named: of several photos, folders for them.
+    PhotoOutputs outputs;   ///< As they are named: of several photos, folders for them.
+    int savedDepthSide = 0; ///< Longer side of depth that is saved, at most; px.
     std::filesystem::path report;
     std::filesystem::path plan; ///< Folder of `--plan`.
     bool replace = false;       ///< `-y`

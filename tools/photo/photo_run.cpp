@@ -4,7 +4,9 @@
 #include "cli/folders.hpp"
 #include "cli/network_trust.hpp"
 
+#include <algorithm>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::tools {
 
@@ -61,30 +63,46 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
     return fit.size;
 }
 
-// Writes the outputs other than the Native; false if there are none. May release the scene's
-// memory.
+// The whole depth map, aligned with a photo, at the photo's size.
+cv::Mat wholeDepth(const cv::Mat& depth, const cv::Mat& photo) {
+    cv::Mat whole;
+    fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo, whole);
+    return whole;
+}
+
+// The photo, shrunk if its longer side exceeds a length.
+cv::Mat smallerPhoto(const cv::Mat& photo, int longerSide) {
+    const double scale = static_cast<double>(longerSide) / std::max(photo.cols, photo.rows);
+    if (scale >= 1) return photo;
+    const auto scaled = [scale](int side) { return std::max(1, cvRound(side * scale)); };
+    cv::Mat smaller;
+    cv::resize(photo, smaller, {scaled(photo.cols), scaled(photo.rows)}, 0, 0, cv::INTER_AREA);
+    return smaller;
+}
+
+// What saveOthers() needs of a scene.
+bool needsDepth(const PhotoItem& item) {
+    return !item.savedDepth.empty() || !item.photoWithDepth.empty() || !item.rgbd.empty();
+}
+
+// Writes the outputs other than the Native; false if there are none. Releases the scene's memory.
 bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
-    const bool needsWholeDepth =
-        !item.savedDepth.empty() || !item.rgbd.empty() || !item.photoWithDepth.empty();
-    if (needsWholeDepth) {
-        cv::Mat wholeDepth;
-        fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)},
-                 scene.photo, wholeDepth);
-        scene.depth.release();
+    if (!item.rgbd.empty()) {
+        cv::Mat rgbd;
+        joinRgbd(scene.photo, wholeDepth(scene.depth, scene.photo), DepthSide::Right, rgbd);
+        writeImage(item.rgbd, rgbd);
+    }
+    if (!item.savedDepth.empty() || !item.photoWithDepth.empty()) {
+        const cv::Mat guide = smallerPhoto(scene.photo, run.job.savedDepthSide);
+        if (item.photoWithDepth.empty()) scene.photo.release();
+        const cv::Mat depth = wholeDepth(scene.depth, guide);
         if (!item.savedDepth.empty()) {
             warnAboutDepthFormat(item.savedDepth, messages);
-            writeImage(item.savedDepth, depthTo16Bit(wholeDepth));
+            writeImage(item.savedDepth, depthTo16Bit(depth));
         }
         if (!item.photoWithDepth.empty())
-            writePhotoWithDepth(item.photoWithDepth, scene.photo, wholeDepth);
-        if (!item.rgbd.empty()) {
-            cv::Mat rgbd;
-            joinRgbd(scene.photo, wholeDepth, DepthSide::Right, rgbd);
-            scene.photo.release();
-            wholeDepth.release();
-            writeImage(item.rgbd, rgbd);
-        }
+            writePhotoWithDepth(item.photoWithDepth, scene.photo, depth);
     }
     if (!item.views.empty()) {
         const QuiltLayout& layout = run.maker.layout();
@@ -95,7 +113,7 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
             }
         });
     }
-    return !item.quilt.empty() || needsWholeDepth || !item.views.empty();
+    return !item.quilt.empty() || needsDepth(item) || !item.views.empty();
 }
 
 // "4 px left, 3 px top": where a scan's border was cut.
@@ -317,8 +335,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         makeQuilt(maker, options, scene, quiltAspect, aspect, placed.scene, run.quilt);
         times.end("views");
     }
-    if (item.savedDepth.empty() && item.rgbd.empty() && item.photoWithDepth.empty() &&
-        item.video.empty())
+    if (!needsDepth(item) && item.video.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     maker.makeNative(placed.scene, run.quilt, run.native);
     times.end("native");

@@ -22,6 +22,9 @@ enum class ErrorCode {
     NetworkFailed    ///< A depth network cannot be loaded or run.
 };
 
+/// The name of a code, for reports. @param code the code @return for example "NotFound"
+[[nodiscard]] ALTIRO3D_EXPORT const char* errorCodeName(ErrorCode code) noexcept;
+
 /// The exception of the library.
 ///
 /// `what()` is one line of the form `<file or argument>: <what is wrong>, expected <what>`.

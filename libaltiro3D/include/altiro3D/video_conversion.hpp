@@ -129,7 +129,8 @@ struct VideoConversion {
     /// or the standard input, because they can be opened only once.
     std::unique_ptr<VideoReader> reader;
     /// File name with the extension .mkv, .mp4, .m4v or .mov; an existing file is replaced. It must
-    /// not be `input`. Exactly one of `output` and `show` must be set.
+    /// not be `input`. "-": Matroska to standard output; the run cannot be resumed. Exactly one of
+    /// `output` and `show` must be set.
     std::filesystem::path output;
     /// Receives each picture [VideoConverter::size(), CV_8UC3, BGR] at its time, in the thread that
     /// called run(). Frames that are late are dropped. Returns false to cancel the run.
@@ -228,8 +229,8 @@ struct VideoConversionResult {
 /// cancelled run can then be resumed with the same inputs and settings, after its last complete
 /// segment; before the end of the first one there is nothing to resume (keepsWork()), and the next
 /// run begins anew. A resumed run gives the same bytes as one without interruption. From a device
-/// or a pipe, the output is written by VideoWriter and cannot be resumed. If a device delivers
-/// frames faster than they are converted, some are dropped.
+/// or a pipe, or to standard output, the output is written by VideoWriter and cannot be resumed. If
+/// a device delivers frames faster than they are converted, some are dropped.
 ///
 /// Given depth of 8 bits is not normalized: value 0 becomes 0, 255 becomes 1 (FarWhite: reversed).
 /// Depth of 16 bits has one range, see GivenVideoDepth::range. Distances and floating-point numbers

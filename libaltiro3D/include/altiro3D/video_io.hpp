@@ -252,7 +252,8 @@ struct VideoWriterOptions {
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
 
-/// Whether VideoWriter supports the extension of a file name: .mkv, .mp4, .m4v or .mov.
+/// Whether VideoWriter supports the extension of a file name: .mkv, .mp4, .m4v or .mov. "-" has
+/// none.
 /// @param path file name; the file is not accessed
 /// @return true if it does
 [[nodiscard]] ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
@@ -364,7 +365,8 @@ class ALTIRO3D_EXPORT VideoWriter {
   public:
     /// Opens the encoder and the file.
     ///
-    /// @param path file name with the extension .mkv, .mp4, .m4v or .mov
+    /// @param path file name with the extension .mkv, .mp4, .m4v or .mov; "-": Matroska to standard
+    ///        output, without the length and the index that are known at the end only
     /// @param options size, codec, times
     /// @param source reader of the video that supplies sound and the other streams; may be null.
     ///        They are copied while its frames are read, so it must not have delivered a frame yet.

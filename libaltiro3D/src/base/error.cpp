@@ -15,6 +15,13 @@ std::string withoutControls(std::string text) {
     return text;
 }
 
+const char* errorCodeName(ErrorCode code) noexcept {
+    constexpr const char* kNames[] = {
+        "InvalidArgument", "NotFound", "ReadFailed", "WriteFailed", "BadFormat",
+        "Unsupported",     "TooLarge", "Mismatch",   "OutOfMemory", "NetworkFailed"};
+    return kNames[static_cast<int>(code)];
+}
+
 Error::Error(ErrorCode code, const std::string& subject, const std::string& problem)
     : std::runtime_error(withoutControls(subject + ": " + problem)), code_(code) {}
 

@@ -62,6 +62,40 @@ std::vector<unsigned char> encode(const cv::Mat& picture, const Writer& writer, 
     return format == "JPEG" ? encodeJpeg(suited) : encodeImage(suited, writer.extension);
 }
 
+// The file's bytes.
+// @param path as the user wrote it, for errors
+std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
+                                  const cv::Mat& picture, ImageMark mark) {
+    checkType(picture, {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}, "picture",
+              "8 or 16 bits and 1 or 3 channels");
+    if (std::max(picture.cols, picture.rows) > writer.longestSide) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    sizeText(picture.size()) + " px are too many for " + writer.format +
+                        ", expected sides of at most " + std::to_string(writer.longestSide) +
+                        " px; write a .png");
+    }
+    if (writer.channels == 1 && picture.channels() == 3) {
+        throw Error(ErrorCode::Unsupported, path.string(),
+                    std::string(writer.format) +
+                        " holds no colours, expected .ppm or .png for a colour picture");
+    }
+    const std::string cannot = std::string("cannot be encoded as ") + writer.format;
+    std::vector<unsigned char> file;
+    try {
+        file = orOutOfMemory(path.string(),
+                             std::string("does not fit into memory as ") + writer.format +
+                                 ", expected a smaller picture or more memory to be free",
+                             [&] { return encode(picture, writer, mark); });
+    } catch (const cv::Exception& exception) {
+        throw Error(ErrorCode::WriteFailed, path.string(),
+                    cannot + ": " + exception.err + "; write a .png");
+    }
+    if (file.empty()) {
+        throw Error(ErrorCode::WriteFailed, path.string(), cannot + "; write a .png");
+    }
+    return file;
+}
+
 } // namespace
 
 void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
@@ -71,34 +105,12 @@ void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
                     "its extension names no picture format that is written, expected .png, .jpg, "
                     ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
     }
-    checkType(picture, {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}, "picture",
-              "8 or 16 bits and 1 or 3 channels");
-    if (std::max(picture.cols, picture.rows) > writer->longestSide) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    sizeText(picture.size()) + " px are too many for " + writer->format +
-                        ", expected sides of at most " + std::to_string(writer->longestSide) +
-                        " px; write a .png");
-    }
-    if (writer->channels == 1 && picture.channels() == 3) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    std::string(writer->format) +
-                        " holds no colours, expected .ppm or .png for a colour picture");
-    }
-    const std::string cannot = std::string("cannot be encoded as ") + writer->format;
-    std::vector<unsigned char> file;
-    try {
-        file = orOutOfMemory(path.string(),
-                             std::string("does not fit into memory as ") + writer->format +
-                                 ", expected a smaller picture or more memory to be free",
-                             [&] { return encode(picture, *writer, mark); });
-    } catch (const cv::Exception& exception) {
-        throw Error(ErrorCode::WriteFailed, path.string(),
-                    cannot + ": " + exception.err + "; write a .png");
-    }
-    if (file.empty()) {
-        throw Error(ErrorCode::WriteFailed, path.string(), cannot + "; write a .png");
-    }
+    const std::vector<unsigned char> file = fileOf(path, *writer, picture, mark);
     writeFile(path, {Bytes{file.data(), file.size()}});
+}
+
+std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) {
+    return fileOf("picture", kWriters.front(), picture, mark);
 }
 
 bool canWriteImage(const fs::path& path) {

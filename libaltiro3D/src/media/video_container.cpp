@@ -24,7 +24,7 @@ namespace {
 // FFmpeg's name of the container for a file name, or null.
 const char* containerName(const fs::path& path) {
     const std::string extension = lowerExtension(path);
-    if (extension == ".mkv") return "matroska";
+    if (extension == ".mkv" || path == "-") return "matroska";
     if (extension == ".mp4" || extension == ".m4v") return "mp4";
     if (extension == ".mov") return "mov";
     return nullptr;
@@ -55,6 +55,11 @@ void markEyes(EyesPicture picture, AVFormatContext& output, AVStream& stream) {
 } // namespace
 
 PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path)) {
+    if (path == "-") {
+        path_ = "standard output";
+        if (const int result = avio_open(&io_, "pipe:1", AVIO_FLAG_WRITE); result < 0) fail(result);
+        return;
+    }
     if (!target_.has_filename()) failWrite(path, EISDIR);
     struct stat state {};
     const bool exists = ::stat(target_.c_str(), &state) == 0;
@@ -117,6 +122,10 @@ void PartFile::check() const {
 void PartFile::finish() {
     avio_flush(io_);
     check();
+    if (!file_.isOpen()) { // standard output
+        if (const int result = avio_closep(&io_); result < 0) fail(result);
+        return;
+    }
     if (const int error = flushFile(file_.get())) failWrite(path_, error);
     // Closed only after the rename, because closing releases the lock against other writers.
     if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
@@ -126,7 +135,7 @@ void PartFile::finish() {
 }
 
 bool canWriteVideo(const fs::path& path) {
-    return containerName(path) != nullptr;
+    return path != "-" && containerName(path) != nullptr;
 }
 
 VideoContainer::VideoContainer(const fs::path& path) : path_(path) {

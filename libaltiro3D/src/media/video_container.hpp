@@ -13,7 +13,7 @@
 namespace altiro3D {
 
 /// A file that FFmpeg writes as `<name>.part` beside its target and that is renamed to it at the
-/// end.
+/// end; or standard output, which "-" stands for.
 class PartFile {
   public:
     /// @throws Error WriteFailed (a directory, not a regular file, no permission, another writer)
@@ -24,6 +24,7 @@ class PartFile {
     PartFile& operator=(const PartFile&) = delete;
 
     AVIOContext* io() { return io_; }
+    /// Empty for standard output.
     const std::filesystem::path& partPath() const { return part_; }
 
     /// Throws the error of the first failed write, if any. @throws Error WriteFailed

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <sys/stat.h>
 #include <system_error>
+#include <unistd.h>
 
 extern "C" {
 #include <libavutil/display.h>
@@ -356,7 +357,10 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     }
     if (input.kind == Kind::File && path == "-") {
         input.kind = Kind::StandardInput;
-        url = "pipe:0";
+        // one that is a file is read as one: the index of an .mp4 may be at its end
+        const bool isFile =
+            fs::is_regular_file("/dev/stdin", noFile) && ::lseek(STDIN_FILENO, 0, SEEK_CUR) == 0;
+        url = isFile ? "file:/dev/stdin" : "pipe:0";
     }
     if (input.kind == Kind::File) checkFile(path, input.subject);
 

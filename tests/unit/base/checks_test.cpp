@@ -1,5 +1,7 @@
 #include "base/checks.hpp"
 
+#include "altiro3D/error.hpp"
+
 #include <gtest/gtest.h>
 #include <set>
 
@@ -15,6 +17,13 @@ std::set<const uchar*> bytesOf(const cv::Mat& picture) {
             bytes.insert(row + i);
     }
     return bytes;
+}
+
+TEST(Error, EachCodeHasItsName) {
+    EXPECT_STREQ(errorCodeName(ErrorCode::InvalidArgument), "InvalidArgument");
+    EXPECT_STREQ(errorCodeName(ErrorCode::BadFormat), "BadFormat");
+    EXPECT_STREQ(errorCodeName(ErrorCode::Mismatch), "Mismatch");
+    EXPECT_STREQ(errorCodeName(ErrorCode::NetworkFailed), "NetworkFailed");
 }
 
 TEST(ShareMemory, RegionsShareItExactlyIfTheyHaveBytesInCommon) {

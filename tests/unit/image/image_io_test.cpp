@@ -152,6 +152,16 @@ TEST_F(ImageIo, APhotoFileIsReadOnceOrComesFromMemory) {
     EXPECT_FALSE(isMarkedNative(path)); // removed
 }
 
+TEST_F(ImageIo, AnEncodedPictureIsTheFileThatWouldBeWritten) {
+    for (const ImageMark mark : {ImageMark::None, ImageMark::Native}) {
+        const cv::Mat picture = randomPhoto({31, 17});
+        writeImage(directory / "a.png", picture, mark);
+        const std::vector<unsigned char> bytes = encodePicture(picture, mark);
+        EXPECT_EQ(std::string(bytes.begin(), bytes.end()), slurp(directory / "a.png"));
+    }
+    EXPECT_ANY_THROW(static_cast<void>(encodePicture(cv::Mat())));
+}
+
 TEST_F(ImageIo, APipeIsLeftAloneUntilItIsRead) {
     const cv::Mat picture = randomPhoto({9, 7});
     writeImage(directory / "a.png", picture, ImageMark::Native);

@@ -44,6 +44,20 @@ cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
     return native;
 }
 
+TEST(NativeMaker, LivePicturesAreThoseOfMethodFastAndOfTheDepthAsItIs) {
+    const Display display = smallDisplay();
+    const altiro3D::Scene scene = photoWithDepth();
+    NativeOptions fast;
+    fast.views.method = ViewMethod::Fast;
+    fast.refine.flaws = DepthFlaws();
+    NativeOptions live;
+    live.showAs(Detail::Panel); // of which nothing is left
+    live.showLive();
+    cv::Mat native;
+    NativeMaker(display, live).makeNative(scene, native);
+    EXPECT_TRUE(samePicture(native, overQuilt(display, scene, fast)));
+}
+
 TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
     const Display display = smallDisplay();
     const altiro3D::Scene scene = photoWithDepth();

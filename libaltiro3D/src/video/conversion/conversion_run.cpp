@@ -30,7 +30,8 @@ std::string nameOf(const std::filesystem::path& input) {
 void refuseInputAsOutput(const VideoConversion& conversion, const std::filesystem::path& input,
                          const char* what) {
     std::error_code error;
-    if (conversion.output.empty() || !std::filesystem::equivalent(conversion.output, input, error))
+    if (conversion.output.empty() || conversion.output == "-" ||
+        !std::filesystem::equivalent(conversion.output, input, error))
         return;
     throw Error(ErrorCode::InvalidArgument, conversion.output.string(),
                 std::string("is also the ") + what + ", expected another file");
@@ -92,9 +93,15 @@ void refuseSameLayout(const VideoConversion& conversion, const VideoFacts& facts
                 std::string("is ") + nameOf(*same).words + " already, expected another layout");
 }
 
+// Whether the output is written in segments, with which a later run can go on.
+bool isResumable(const VideoConversion& conversion) {
+    return !conversion.show && conversion.output != "-" && canReadAgain(conversion.input);
+}
+
 // A range is made by several runs, which read the input again.
 void requireFileInput(const VideoConversion& conversion) {
     check(!conversion.show, "show", "is set, expected an output");
+    check(conversion.output != "-", "output", "is standard output, expected a file");
     std::error_code error;
     if (std::filesystem::exists(conversion.input, error) && !canReadAgain(conversion.input)) {
         throw Error(ErrorCode::InvalidArgument, conversion.input.string(),
@@ -171,8 +178,7 @@ ConversionRun::ConversionRun(VideoConversion given, std::optional<ChunkRange> ra
         if (!conversion.depth) conversion.depth = estimatedDepth();
         conversion.depth->load(); // the stamp describes it
     }
-    if (!conversion.show && canReadAgain(conversion.input))
-        stamp = conversionStamp(conversion, target.layout);
+    if (isResumable(conversion)) stamp = conversionStamp(conversion, target.layout);
     if (conversion.fromQuilt) {
         renderer = makeQuiltRenderer(conversion, target);
     } else if (conversion.eyes.filmed) {
@@ -209,7 +215,7 @@ void ConversionRun::openOutput() {
         chunk_.emplace(range_->directory, encoding, range_->segmentFrames,
                        static_cast<std::size_t>(range_->first / range_->segmentFrames));
         kept_ = {range_->begin, range_->beginPts, range_->state};
-    } else if (!conversion.show && !canReadAgain(conversion.input)) {
+    } else if (!conversion.show && !isResumable(conversion)) {
         plain_.emplace(conversion.output, encoding, reader.get());
     } else if (!conversion.show) {
         if (conversion.unfinished == UnfinishedRun::Discard)
@@ -327,6 +333,9 @@ void ConversionRun::failEmpty() const {
     const auto& duration = reader->facts().duration;
     if (duration && conversion.part.from >= *duration)
         problem += " (it ends at " + clockText(*duration) + ")";
+    if (conversion.input == "-")
+        problem += "; an .mp4 or .mov from a pipe needs its index at the front (ffmpeg -movflags "
+                   "+faststart)";
     throw Error(ErrorCode::BadFormat, nameOf(conversion.input), problem);
 }
 

@@ -17,7 +17,7 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-d
        libavdevice-dev libsdl2-dev
        python3 curl ca-certificates)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz
-       python3-numpy git ffmpeg groff-base man-db zsh xvfb xdotool
+       python3-numpy python3-jsonschema git ffmpeg groff-base man-db zsh xvfb xdotool
        desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
 cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)

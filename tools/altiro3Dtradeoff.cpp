@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "cli/depth_options.hpp"
+#include "cli/json_text.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
@@ -382,7 +383,7 @@ std::string jsonOf(const std::vector<Row>& rows, const std::vector<Row>& depths,
                          {"against", truth ? "true view" : "most accurate setting"},
                          {"rows", list},
                          {"estimatedDepth", depthList}};
-    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return jsonText(report, 2) + "\n";
 }
 
 // Names may hold commas and quotation marks.

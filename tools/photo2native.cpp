@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "cli/display_options.hpp"
 #include "cli/folders.hpp"
+#include "cli/json_text.hpp"
 #include "cli/quilt_options.hpp"
 #include "cluster/photo_chunks.hpp"
 #include "photo/photo_run.hpp"
@@ -17,46 +18,73 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
+// The photos of a run, and their part of its report.
+struct MadePhotos : PhotosMade {
+    Json pictures = Json::array();
+};
+
 // A run of one photo.
-PhotosMade makeOnePhoto(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
-    PhotosMade made;
-    const PhotoItem& item = plan.items.front();
+void makeOnePhoto(const PhotoItem& item, PhotoRun& run, MadePhotos& made, Messages& messages) {
+    const std::string output = nameOf(mainOutput(item), "standard output");
     if (item.isMade) {
-        messages.say(item.photo.string() + ": skipped, as " + item.native.string() + " exists");
+        messages.say(item.photo.string() + ": skipped, as " + output + " exists");
         made.pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
-    } else {
-        made.pictures.push_back(makePhoto(item, run, messages));
+        return;
     }
-    return made;
+    run.isForOnePhoto = true;
+    Progress progress(1, run.job.jsonProgress ? "photo" : "");
+    progress.step(item.photo.string(), item.photo);
+    catchStop();
+    try {
+        made.pictures.push_back(makePhoto(item, run, messages));
+        progress.end(kExitDone, 1);
+    } catch (const Stopped&) {
+        made.status = kExitStopped;
+        messages.dropWarnings();
+        messages.warn("stopped; " + output + " was not made");
+        progress.end(kExitStopped, 0);
+    } catch (const std::exception& error) {
+        failedEnd(error).addTo(made.pictures, "photo", {item.photo, item.native});
+        progress.end(kExitFailed, 0);
+        throw;
+    }
 }
 
 // A run of many photos.
-PhotosMade makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, Messages& messages) {
-    PhotosMade made;
+void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, MadePhotos& made, Messages& messages) {
     std::vector<FolderItem> files;
     for (const PhotoItem& item : plan.items)
-        files.push_back({item.photo, item.native, item.isMade});
-    FolderRun folder("photo", plan.leftOut, messages);
+        files.push_back({item.photo, mainOutput(item), item.isMade});
+    FolderRun folder("photo", plan.leftOut, messages, run.job.jsonProgress);
+    const auto addOutputs = [&](std::size_t i) {
+        for (const fs::path& file : outputsOf(plan.items[i], run.maker.layout().viewCount))
+            made.outputs.push_back(file);
+    };
     const auto make = [&](std::size_t i) {
         made.pictures.push_back(makePhoto(plan.items[i], run, messages));
+        addOutputs(i);
         return kExitDone;
     };
     made.status = folder.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
         end.addTo(made.pictures, "photo", files[i]);
-        if (!end.leftOut.empty() || !end.error.empty()) return;
-        for (const fs::path& file : outputsOf(plan.items[i], run.maker.layout().viewCount))
-            made.outputs.push_back(file);
+        if (!end.error.empty()) made.notMade.push_back("failed: " + end.error);
+        if (!end.leftOut.empty())
+            made.notMade.push_back(files[i].input.string() + ": " + end.leftOut);
+        if (end.isSkipped) addOutputs(i);
     });
     made.mayRecover = folder.mayRecover();
-    return made;
 }
 
 // Makes the photos of a job, or a part of those of a plan.
 PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& messages) {
+    if (job.jsonProgress) messages.leaveStandardOutput();
+    if (isStandardStream(job.outputs.native)) messages.useStandardError();
     StageTimes setup;
     // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
-    const ChosenDisplay display = findDisplay(job.display, messages);
+    const ChosenDisplay display = findDisplay(job.display, messages, {}, displayUse(job));
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
         part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->plan.photos, {}, true};
@@ -64,7 +92,8 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (part != nullptr) part->choose(plan);
     const Outputs outputs = checkedOutputs(job, plan, display, layout.viewCount);
     if (part != nullptr) part->remake(plan);
-    messages.say("quilt: " + quiltText(layout, display.aspect()));
+    if (displayUse(job) != DisplayUse::None)
+        messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
     PhotoRun photoRun = openPhotoRun(job, display, layout, setup, messages);
     if (part != nullptr) part->requireSame(photoRun);
@@ -73,18 +102,29 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (!fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
 
-    PhotosMade made = plan.batch ? makeManyPhotos(plan, photoRun, messages)
-                                 : makeOnePhoto(plan, photoRun, messages);
-    const double peak = peakMegabytes();
-    if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
-    if (!job.report.empty()) {
-        nlohmann::ordered_json report = photoReport(photoRun, messages);
+    MadePhotos made;
+    const auto writeReport = [&](int status) {
+        if (job.report.empty()) return;
+        Json report = photoReport(photoRun, status, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
-        report["peakMegabytes"] = peak;
+        report["peakMegabytes"] = peakMegabytes();
         report["pictures"] = made.pictures;
-        writeFile(job.report, reportText(report));
+        writeFile(job.report, jsonText(report, 2) + "\n");
+    };
+    try {
+        if (plan.batch) {
+            makeManyPhotos(plan, photoRun, made, messages);
+        } else {
+            makeOnePhoto(plan.items.front(), photoRun, made, messages);
+        }
+    } catch (...) {
+        writeReport(kExitFailed);
+        throw;
     }
+    const double peak = peakMegabytes();
+    if (peak > 0) messages.detail("peak memory " + fixed(peak, 0) + " MB");
+    writeReport(made.status);
     return made;
 }
 
@@ -94,6 +134,7 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] --rgbd right RGBD OUT.png");
     commandLine.addUsage("[options] --stereo left-right PAIR OUT.png");
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
+    commandLine.addUsage("--lg OUT.mp4 [options] PHOTO");
     commandLine.addUsage("--plan PLAN [options] DIR OUTDIR");
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
@@ -124,6 +165,7 @@ void addOptions(CommandLine& commandLine) {
     addSwayFileOption(
         commandLine,
         "It holds the whole photo in its own shape, or the part of --center and --zoom, and");
+    addProgressOption(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write all settings used and the time of each stage, for programs.",
                             "FILE.json");
@@ -144,12 +186,17 @@ void addOptions(CommandLine& commandLine) {
                         "quilts, depth images without a photo, videos and other files are named, "
                         "counted and left out. A picture that is grey and smooth counts as a depth "
                         "image; name it itself if it is a photo.");
+    commandLine.addNote("PHOTO may be - for standard input, and OUT.png - for standard output, to "
+                        "which a PNG is written; messages then go to standard error. With --lg or "
+                        "--save-... OUT may be left out: then no Native is made.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addExample("holiday.jpg native.png",
                            "Make a Native for the display that is connected.");
     commandLine.addExample("--best -c visual.json holiday.jpg best.png",
                            "Make the best picture, for the display of that calibration.");
     commandLine.addExample("-d holiday.jpg painted.png given.png", "Take the depth from an image.");
+    commandLine.addExample("--lg holiday.mp4 holiday.jpg",
+                           "Make only a video of the views for any screen.");
     commandLine.addExample("--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",
                            "Also write the quilt, and a video of its views for any screen.");
 }

@@ -3,8 +3,8 @@
 #include "altiro3D/altiro3D.hpp"
 #include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
+#include "cli/json_text.hpp"
 #include "photo/sway_options.hpp"
-#include "video/video_progress.hpp"
 #include "video/video_run.hpp"
 
 #include <opencv2/imgproc.hpp>
@@ -55,7 +55,7 @@ StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect
 }
 
 bool isVideo(const fs::path& file) {
-    if (canWriteImage(file)) return false; // by its name
+    if (canWriteImage(file) || isStandardStream(file)) return false; // by its name
     try {
         const VideoFacts facts = VideoReader(file).facts();
         return !isPicture(file, facts) && facts.format != "gif";
@@ -68,8 +68,9 @@ bool isVideo(const fs::path& file) {
 void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::path& native,
                     bool isFromFolder, const ChosenDisplay& display, Messages& messages) {
     StageTimes times;
-    refuseNative(quiltFile, "a quilt");
-    const cv::Mat picture = readPhotoFile(quiltFile, messages);
+    const PhotoFile file = pictureToRead(quiltFile);
+    refuseNative(file, "a quilt");
+    const cv::Mat picture = readPhotoFile(file, messages);
     times.end("read");
     std::optional<FoundQuilt> found;
     if (!isLayoutStated(job.layout, quiltFile)) found = findQuiltLayout(picture);
@@ -208,7 +209,12 @@ int run(const CommandLine& commandLine, Messages& messages) {
         messages.dropWarnings(); // the following run shows them
         return kExitDone;
     }
-    const bool isFolder = isDirectory(job.quilt);
+    const bool isStream = isStandardStream(job.native);
+    if (isStream) messages.useStandardError();
+    requireNoTerminal(job.native);
+    const bool isFolder = !isStandardStream(job.quilt) && isDirectory(job.quilt);
+    if (isFolder && isStream)
+        throw UsageError("- stands for one picture, expected a directory for several");
     if (isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     if (isFolder || canWriteVideo(job.native))
@@ -238,9 +244,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     job.video = videoJob(commandLine, plan);
     if (isFolder) return convertFolder(job, messages);
     if (makesVideo) return runVideo(job.video, messages);
-    requirePictureName(job.native);
+    if (!isStream) requirePictureName(job.native);
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
-    requireFile(job.quilt);
+    if (!isStandardStream(job.quilt)) requireFile(job.quilt);
     const ChosenDisplay display = findDisplay(job.display, messages);
     Outputs outputs(job.replace);
     outputs.addInputs({job.quilt});
@@ -273,7 +279,7 @@ int main(int argc, char** argv) {
     commandLine.addSection("Videos");
     addEncoderOptions(commandLine);
     commandLine.add({"resume"}, "Continue an interrupted run of the same command.");
-    VideoProgressLine::add(commandLine);
+    addProgressOption(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
@@ -291,6 +297,9 @@ int main(int argc, char** argv) {
         "Of a directory only quilts are converted, and videos of quilts whose names "
         "state the layout; one bad quilt does not stop the rest. Photos, Natives, "
         "other videos and other files are named, counted and left out.");
+    commandLine.addNote(
+        "QUILT may be - for a picture on standard input, and OUT.png - for standard "
+        "output; messages then go to standard error.");
     commandLine.addNote("Quilts may be " + readableFormats() + ", or videos of quilts.");
     commandLine.addExample("holiday_qs8x6a0.75.png native.png",
                            "Make a Native of a quilt whose name states its layout.");

@@ -1,7 +1,7 @@
 // video2native: turns videos into Native videos.
 
 #include "cli/folders.hpp"
-#include "video/video_progress.hpp"
+#include "cli/json_text.hpp"
 #include "video/video_run.hpp"
 
 using namespace altiro3D;
@@ -64,7 +64,7 @@ void addOptions(CommandLine& commandLine) {
                                 "leave out videos whose output is complete.");
     commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");
     addRecursiveOption(commandLine, "videos");
-    VideoProgressLine::add(commandLine);
+    addProgressOption(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
@@ -73,9 +73,10 @@ void addOptions(CommandLine& commandLine) {
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("IN is anything that FFmpeg reads, - for standard input, or a capture "
-                        "device. After Ctrl-C the file is complete up to that time (exit status "
-                        "130). An interrupted run "
-                        "leaves OUT.parts; the same command with --resume continues it.");
+                        "device. OUT may be - for standard output, to which Matroska is written; "
+                        "messages then go to standard error, and the run cannot be resumed. After "
+                        "Ctrl-C the video is complete up to that time. An interrupted run leaves "
+                        "OUT.parts; the same command with --resume continues it.");
     commandLine.addNote(
         "Of a directory only videos are converted; one bad video does not stop the rest. Clips of "
         "Live Photos, videos of quilts and of depth, Native videos, pictures "

@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
+#include <sstream>
 
 namespace altiro3D::test {
 
@@ -515,6 +516,100 @@ TEST_F(Photo2Native, SavedDepthIsNearWhite) {
     EXPECT_EQ(depth.at<ushort>(40, 40), 65535);
     EXPECT_EQ(depth.at<ushort>(40, 85), 0);
     EXPECT_EQ(depth.at<ushort>(118, 40), 0); // unknown is far
+}
+
+TEST_F(Photo2Native, ReadsStandardInputAndWritesStandardOutput) {
+    const Arguments fixed = fixedWay("--embedded-depth off");
+    ASSERT_TRUE(isDone(convert(fixed + Arguments("photo.png file.png"))));
+    studio_.readInputFrom(studio_ / "photo.png");
+    studio_.sendOutputTo(studio_ / "out.png");
+    Outcome outcome = convert(fixed + Arguments("- -"));
+    ASSERT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_TRUE(holds(outcome.err, "standard output: Native, 96 x 128 px")); // not in the picture
+    EXPECT_EQ(slurp(studio_ / "out.png"), slurp(studio_ / "file.png"));
+    EXPECT_TRUE(fails(convert("- - natives"), 2, "- stands for one picture"));
+    outcome = convert("photo.png depth.png -"); // says on standard error what it does
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_TRUE(holds(outcome.err, "error: - stands for one picture"));
+    EXPECT_TRUE(fails(convert("--progress json photo.png -"), 2, "standard output"));
+    EXPECT_TRUE(fails(convert("--report - photo.png a.png"), 2, "only the last name"));
+    studio_.readInputFrom("/dev/null");
+    EXPECT_TRUE(fails(convert("- b.png"), 1, "standard input: "));
+    studio_.sendOutputTo("/dev/full");
+    EXPECT_EQ(convert("photo.png -").status, 1);
+}
+
+TEST_F(Photo2Native, MakesOnlyOtherOutputsIfNoNameFollowsThePhoto) {
+    const Arguments depth("-d photo.png depth.png");
+    ASSERT_TRUE(isDone(convert("--save-quilt with.png -d photo.png depth.png a.png")));
+    fs::remove(studio_ / "a.png");
+    const Outcome outcome = convert(Arguments("--save-quilt q.png --save-depth d.png --lg s.mp4 "
+                                              "--seconds 0.2 --turns 1 --report r.json") +
+                                    depth);
+    ASSERT_TRUE(isDone(outcome));
+    EXPECT_FALSE(holds(outcome.out, ": Native"));
+    EXPECT_EQ(slurp(studio_ / "q_qs3x2a0.75.png"), slurp(studio_ / "with_qs3x2a0.75.png"));
+    EXPECT_TRUE(fs::exists(studio_ / "d.png") && fs::exists(studio_ / "s.mp4"));
+    EXPECT_FALSE(studio_.json("r.json")["pictures"][0].contains("native"));
+
+    fs::create_directory(studio_ / "photos");
+    fs::copy(studio_ / "photo.png", studio_ / "photos/p.png");
+    EXPECT_TRUE(says(convert("--save-depth depths photos"), "p.png: depth"));
+    EXPECT_EQ(names(studio_ / "depths"), std::vector<std::string>{"p_depth.png"});
+    EXPECT_TRUE(
+        says(convert("--skip-existing --save-depth depths photos"), "0 photos made, 1 skip"));
+
+    // the display does not matter for a video
+    EXPECT_TRUE(
+        isDone(studio_.run(kTool, Arguments("--lg t.mp4 --seconds 0.2 --turns 1") + depth)));
+    EXPECT_TRUE(fails(convert("photo.png"), 2, "expected PHOTO and OUT"));
+    EXPECT_TRUE(fails(convert("--plan plan --save-depth d photos"), 2, "a folder for the Natives"));
+}
+
+TEST_F(Photo2Native, AReportTellsHowThePicturesEnded) {
+    fs::create_directory(studio_ / "photos");
+    fs::copy(studio_ / "photo.png", studio_ / "photos/a.png");
+    spill(studio_ / "photos/b.png", "noise");
+    const Outcome outcome = convert("--progress json --report r.json photos natives");
+    EXPECT_EQ(outcome.status, 1);
+    Json report = studio_.json("r.json");
+    EXPECT_EQ(report["state"], "failed");
+    EXPECT_EQ(report["pictures"][1]["code"], "BadFormat");
+    std::istringstream lines(outcome.out);
+    std::vector<Json> progress;
+    for (std::string line; std::getline(lines, line);)
+        progress.push_back(Json::parse(line));
+    ASSERT_EQ(progress.size(), 3);
+    EXPECT_EQ(progress[1]["state"], "running");
+    EXPECT_EQ(progress[1]["photos"], 1);
+    EXPECT_EQ(progress[1]["photosInAll"], 2);
+    EXPECT_EQ(progress[1]["share"], 0.5);
+    EXPECT_EQ(progress[1]["input"], "photos/b.png");
+    EXPECT_EQ(progress[2], Json({{"state", "failed"}, {"photos", 1}}));
+
+    EXPECT_EQ(convert("-y --report r.json photos/b.png b.png").status, 1);
+    report = studio_.json("r.json");
+    EXPECT_EQ(report["state"], "failed");
+    EXPECT_EQ(report["pictures"][0]["code"], "BadFormat");
+}
+
+// The first signal ends the run between two steps of a photo.
+TEST_F(Photo2Native, ASignalEndsARunWithASummaryAndAReport) {
+    fs::create_directory(studio_ / "photos");
+    for (int i = 0; i < 200; ++i)
+        fs::copy(studio_ / "photo.png", studio_ / ("photos/" + std::to_string(i) + ".png"));
+    for (const auto& [signal, status] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
+        fs::remove_all(studio_ / "natives");
+        const Outcome outcome =
+            studio_.run(kTool, "-c small.json -y --report r.json photos natives", signal,
+                        [&] { return fs::exists(studio_ / "natives/1_native.png"); });
+        EXPECT_EQ(outcome.status, status) << outcome.text();
+        EXPECT_TRUE(outcome.odd.empty());
+        EXPECT_TRUE(holds(outcome.out, " not begun, in "));
+        const Json report = studio_.json("r.json");
+        EXPECT_EQ(report["state"], "stopped");
+        EXPECT_EQ(report["pictures"].size(), names(studio_ / "natives").size());
+    }
 }
 
 TEST_F(Photo2Native, SavedDepthHasAtMost4096PxOrWhatIsAskedFor) {

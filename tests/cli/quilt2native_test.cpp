@@ -80,6 +80,17 @@ TEST_F(Quilt2NativeTool, GivesTheNativeOfTheLibrary) {
     }
 }
 
+TEST_F(Quilt2NativeTool, ReadsStandardInputAndWritesStandardOutput) {
+    ASSERT_TRUE(isDone(convert("quilt.png file.png")));
+    studio_.readInputFrom(studio_ / "quilt.png");
+    studio_.sendOutputTo(studio_ / "out.png");
+    const Outcome outcome = convert("- -");
+    ASSERT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_TRUE(holds(outcome.err, "standard output: Native")); // not in the picture
+    EXPECT_EQ(slurp(studio_ / "out.png"), slurp(studio_ / "file.png"));
+    EXPECT_EQ(convert(". -").status, 2); // a folder
+}
+
 TEST_F(Quilt2NativeTool, TheFileNameTellsTheLayout) {
     fs::copy(studio_ / "quilt.png", studio_ / "q_qs3x2a0.75.png");
     EXPECT_TRUE(says(run("-c small.json q_qs3x2a0.75.png a.png"),

@@ -131,7 +131,7 @@ TEST_F(VideoChunksTool, AnInterruptedChunkLeavesNothing) {
     ASSERT_TRUE(isDone(studio.plan("--profile best")));
     const Outcome stopped =
         studio.run(kTool, ChunkStudio::call(1), SIGTERM, [&] { return studio.folders() > 0; });
-    EXPECT_EQ(stopped.status, 130) << stopped.text();
+    EXPECT_EQ(stopped.status, 143) << stopped.text();
     EXPECT_EQ(studio.folders(), 0u);
 }
 

@@ -18,6 +18,10 @@ for need in groff man script; do
 done
 script -qc true /dev/null >/dev/null 2>&1 || { echo "skipped: needs pseudo-terminals (/dev/pts)"; exit 77; }
 
+# the exit statuses of the guide, which all pages list
+statuses=$(grep -oE '^\| [0-9]+ \| ' "$(dirname "$0")/../../docs/guide.md" | tr -dc '0-9\n' | xargs)
+[[ $statuses == "0 1 2 130 143" ]] || fail "docs/guide.md: has the exit statuses $statuses"
+
 count=0
 for page in "$manual"/*.1; do
     count=$((count + 1))
@@ -48,6 +52,8 @@ for page in "$manual"/*.1; do
         [[ $section == ENVIRONMENT && $tool =~ ^(altiro3Dnative|quilt2video)$ ]] ||
             grep -q "^$section\$" "$work/page" || fail "$page: has no $section"
     done
+    listed=$(sed -n '/^EXIT STATUS/,/^SEE ALSO/p' "$work/page" | grep -oE '^ +[0-9]+' | xargs)
+    [[ $listed == "$statuses" ]] || fail "$page: has the exit statuses $listed"
     grep -oE '^\.BR [^ ]+' "$page" | cut -c5- | while read -r other; do
         [[ -e $manual/$other.1 || $other == altiro3Dview ]] || echo "$other"
     done >"$work/missing"

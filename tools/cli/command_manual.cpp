@@ -1,9 +1,11 @@
 // Manual page and shell completions, generated from the help.
 
 #include "cli/command_line.hpp"
+#include "cli/run_tool.hpp"
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <utility>
 
 namespace altiro3D::tools {
@@ -100,8 +102,8 @@ std::string CommandLine::manPage(const std::string& version) const {
     addTerms("EXAMPLES", examples);
     addTerms("FILES", terms(Chapter::Files));
     addTerms("ENVIRONMENT", terms(Chapter::Environment));
-    page += ".SH EXIT STATUS\n0: done; 1: failed; 2: wrong usage. An error is one line on standard "
-            "error.\n.SH SEE ALSO\n";
+    addTerms("EXIT STATUS", {std::begin(kExitStatuses), std::end(kExitStatuses)});
+    page += ".SH SEE ALSO\n";
     std::string others;
     for (const std::string tool : kTools) {
         if (tool != name_) others += (others.empty() ? ".BR " : ",\n.BR ") + tool + " (1)";

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <malloc.h>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
@@ -314,6 +315,11 @@ void ChosenDepth::use(std::shared_ptr<DepthSource> estimator) {
     }
 }
 
+void ChosenDepth::release() {
+    source_.reset();
+    malloc_trim(0);
+}
+
 void ChosenDepth::tellEngine(const Messages& messages) {
     if (isEngineTold_ || network() == nullptr) return;
     isEngineTold_ = true;
@@ -432,7 +438,7 @@ std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {
 
 ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                             Messages& messages, StageTimes& times) {
-    PhotoFile photo(photoFile);
+    PhotoFile photo = pictureToRead(photoFile);
     static_cast<void>(photo.bytes()); // once, also a pipe
     refuseNative(photo, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
@@ -469,16 +475,16 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
         }
     }
     if (options_.photo.unblurred && !result.isUnblurred)
-        messages.say(photoFile.string() + ": no sharp original in the file is used");
+        messages.say(photo.path().string() + ": no sharp original in the file is used");
     result.origin = found.origin;
     result.source = options_.fromFiles ? description_ : found.text;
     result.file = given ? depthFile : found.separateFile;
     const bool isEstimated = result.origin == DepthOrigin::Estimated;
     const bool isNamed = !options_.given.empty(); // by an option
     if (!isEstimated && !isNamed && (depthFile.empty() || options_.isPair))
-        messages.say((messages.hasSubject() ? "" : photoFile.string() + ": ") + result.source);
+        messages.say((messages.hasSubject() ? "" : photo.path().string() + ": ") + result.source);
     if (isEstimated && !options_.photo.useDepth && !options_.stereo) warnOfHalves(photo, messages);
-    photo = PhotoFile(photoFile); // releases the bytes of a large file
+    photo = PhotoFile(photo.path()); // releases the bytes of a large file
     times.end("read");
     {
         const QuietStandardError quiet; // it may load the network
@@ -495,7 +501,7 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
     }
     if (result.origin == DepthOrigin::Given &&
         looksInverted(result.depth, [&] { return trustedEstimate(result.photo); })) {
-        const fs::path& file = depthFile.empty() ? photoFile : depthFile;
+        const fs::path& file = depthFile.empty() ? photo.path() : depthFile;
         messages.warn(invertedText(file, options_.kind, isNamed));
     }
     times.end("depth");

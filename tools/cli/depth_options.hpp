@@ -76,6 +76,8 @@ class ChosenDepth {
 
     /// Estimates depth with another source; depth that comes with a photo still goes before it.
     void use(std::shared_ptr<DepthSource> estimator);
+    /// Releases the network and its memory, after the last read().
+    void release();
     /// The network; null if none is used, or if no photo has needed it yet.
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// The file of the network that the options choose, whether or not it is loaded; empty: none.

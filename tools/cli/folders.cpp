@@ -339,11 +339,19 @@ void FolderEnd::addTo(nlohmann::ordered_json& list, const char* key, const Folde
     const std::string file = item.input.string();
     if (isSkipped) list.push_back({{key, file}, {"skipped", true}});
     if (!leftOut.empty()) list.push_back({{key, file}, {"leftOut", leftOut}});
-    if (!error.empty()) list.push_back({{key, file}, {"error", error}});
+    if (!error.empty()) list.push_back({{key, file}, {"error", error}, {"code", code}});
 }
 
-FolderRun::FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages)
-    : thing_(std::move(thing)), messages_(messages), leftOut_(std::move(leftOut)) {
+FolderEnd failedEnd(const std::exception& error) {
+    FolderEnd end;
+    end.error = sentenceOf(error);
+    end.code = codeOf(error);
+    return end;
+}
+
+FolderRun::FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages,
+                     bool json)
+    : thing_(std::move(thing)), json_(json), messages_(messages), leftOut_(std::move(leftOut)) {
     messages.flushWarnings(); // these belong to no file
 }
 
@@ -353,7 +361,8 @@ int FolderRun::convert(const std::vector<FolderItem>& items,
     const auto start = std::chrono::steady_clock::now();
     files_ = static_cast<std::size_t>(std::count_if(
         items.begin(), items.end(), [](const FolderItem& item) { return !item.isMade; }));
-    Progress progress(files_);
+    Progress progress(files_, json_ ? thing_ : std::string());
+    catchStop();
     for (std::size_t i = 0; i < items.size() && !isStopWanted(); ++i) {
         const std::string name = items[i].input.filename().string();
         FolderEnd end;
@@ -362,16 +371,18 @@ int FolderRun::convert(const std::vector<FolderItem>& items,
             end.isSkipped = true;
             ++skipped_;
         } else {
-            progress.step(name);
+            progress.step(name, items[i].input);
             end = convert(items[i].input, [&] { return work(i); });
         }
         ended(i, end);
     }
-    progress.clear();
+    const int status = stopped_ > 0 || isStopWanted() ? kExitStopped
+                       : failed_ == 0                 ? kExitDone
+                                                      : kExitFailed;
+    progress.end(status, made_);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     messages_.say(summary() + ", in " + fixed(spent.count(), spent.count() < 10 ? 1 : 0) + " s");
-    if (stopped_ > 0 || isStopWanted()) return kExitStopped;
-    return failed_ == 0 ? kExitDone : kExitFailed;
+    return status;
 }
 
 FolderEnd FolderRun::convert(const fs::path& file, const std::function<int()>& work) {
@@ -387,8 +398,11 @@ FolderEnd FolderRun::convert(const fs::path& file, const std::function<int()>& w
         messages_.say(other.file.why);
         leftOut_.push_back(other.file);
         end.leftOut = other.file.why;
+    } catch (const Stopped&) {
+        messages_.dropWarnings();
+        ++stopped_;
     } catch (const std::exception& error) {
-        end.error = sentenceOf(error);
+        end = failedEnd(error);
         messages_.dropWarnings();
         messages_.fail(end.error);
         ++failed_;

@@ -120,23 +120,29 @@ struct FolderEnd {
     bool isSkipped = false;
     std::string leftOut; ///< Why it is not converted; empty: it is.
     std::string error;   ///< Why it failed, if an exception says so.
+    std::string code;    ///< The code of `error`.
 
     /// Adds it to the list of a report, unless it was converted: its work has added more.
     /// @param key of the file's name
     void addTo(nlohmann::ordered_json& list, const char* key, const FolderItem& item) const;
 };
 
-/// Converts files one after the other until the user stops: one that fails does not stop the rest,
-/// and the end counts what was made, skipped, left out and failed. Messages begin with the name of
-/// the file.
+/// A failure, as the end of a file. @param error the exception
+FolderEnd failedEnd(const std::exception& error);
+
+/// Converts files one after the other until the user stops (Ctrl-C, SIGTERM): one that fails does
+/// not stop the rest, and the end counts what was made, skipped, left out and failed. Messages
+/// begin with the name of the file.
 class FolderRun {
   public:
     /// @param thing "photo", for the summary
     /// @param leftOut what the search left out already
-    FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages);
+    /// @param json write the progress as JSON
+    FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages,
+              bool json = false);
 
-    /// @param work converts the file of an index; returns an exit status, or throws NotTaken or an
-    ///        exception that means failure
+    /// @param work converts the file of an index; returns an exit status, or throws NotTaken,
+    ///        Stopped or an exception that means failure
     /// @param ended receives how each file has ended
     /// @return the exit status: that of the user's stop, failure, or success
     int convert(const std::vector<FolderItem>& items, const std::function<int(std::size_t)>& work,
@@ -153,6 +159,7 @@ class FolderRun {
     std::string summary() const;
 
     std::string thing_;
+    bool json_;
     Messages& messages_;
     std::vector<LeftOutFile> leftOut_;
     std::size_t files_ = 0; // to convert

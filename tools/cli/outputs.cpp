@@ -6,6 +6,7 @@
 #include "altiro3D/video_io.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <initializer_list>
 #include <iostream>
@@ -13,6 +14,7 @@
 #include <set>
 #include <string>
 #include <sys/stat.h>
+#include <system_error>
 #include <unistd.h>
 #include <utility>
 
@@ -57,11 +59,50 @@ bool userAgrees(const std::string& problem) {
 
 } // namespace
 
+std::string nameOf(const fs::path& file, const char* stream) {
+    return isStandardStream(file) ? stream : file.string();
+}
+
+PhotoFile pictureToRead(const fs::path& file) {
+    if (!isStandardStream(file)) return file;
+    constexpr std::size_t kMost = std::size_t{1} << 31;
+    constexpr std::size_t kStep = std::size_t{1} << 20;
+    const char* const name = "standard input";
+    std::string bytes;
+    for (std::size_t count = kStep; count == kStep && bytes.size() < kMost;) {
+        const std::size_t begin = bytes.size();
+        bytes.resize(begin + kStep);
+        count = std::fread(bytes.data() + begin, 1, kStep, stdin);
+        bytes.resize(begin + count);
+    }
+    if (std::ferror(stdin) != 0)
+        throw Error(ErrorCode::ReadFailed, name, "cannot be read, expected a picture");
+    if (bytes.size() >= kMost)
+        throw Error(ErrorCode::TooLarge, name, "holds 2 GiB or more, expected a picture");
+    return {std::move(bytes), name};
+}
+
+void writePicture(const fs::path& file, const cv::Mat& picture, ImageMark mark) {
+    if (!isStandardStream(file)) return writeImage(file, picture, mark);
+    const std::vector<unsigned char> bytes = encodePicture(picture, mark);
+    // not reopened by its name: it may be a socket, or a file at another position
+    if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() ||
+        std::fflush(stdout) != 0) {
+        throw Error(ErrorCode::WriteFailed, "standard output",
+                    "cannot be written: " + std::generic_category().message(errno));
+    }
+}
+
+void requireNoTerminal(const fs::path& file) {
+    if (isStandardStream(file) && isatty(STDOUT_FILENO) != 0)
+        throw UsageError("standard output is a terminal, expected > FILE or | PROGRAM");
+}
+
 void Outputs::addNative(const fs::path& file) {
     const bool mayBeMarked = file.extension() == ".png" && isFile(file);
     if (mayBeMarked && !isMarkedNative(file))
         explainExisting(file, "and is not marked as a Native (inputs come first, then outputs)");
-    addOutputs({file});
+    addResult(file);
 }
 
 // "exists" or, with the reason why the name was chosen, "exists, and ..., and so do 47 others"
@@ -78,6 +119,7 @@ void Outputs::check() const {
     std::set<fs::path> inputPlaces;
     std::set<std::pair<dev_t, ino_t>> inputIdentities;
     for (const fs::path& input : inputs_) {
+        if (isStandardStream(input)) continue;
         inputPlaces.insert(place(input));
         if (const auto number = identity(input)) inputIdentities.insert(*number);
     }
@@ -88,6 +130,10 @@ void Outputs::check() const {
     std::set<fs::path> places;
     std::vector<fs::path> existing;
     for (const fs::path& output : outputs_) {
+        if (isStandardStream(output)) {
+            throw UsageError("-: only the last name may be standard output, expected the name of "
+                             "a file");
+        }
         const fs::path outputPlace = place(output);
         const auto number = identity(output);
         if (inputPlaces.count(outputPlace) > 0 || (number && inputIdentities.count(*number) > 0)) {
@@ -198,7 +244,7 @@ void refuseNative(const PhotoFile& file, const std::string& expected) {
                     "native2view shows the views of a Native)");
 }
 
-cv::Mat readPhotoFile(const fs::path& file, Messages& messages) {
+cv::Mat readPhotoFile(const PhotoFile& file, Messages& messages) {
     Notes notes;
     cv::Mat photo;
     {
@@ -206,7 +252,7 @@ cv::Mat readPhotoFile(const fs::path& file, Messages& messages) {
         photo = readPhoto(file, &notes);
     }
     for (const Note& note : notes)
-        messages.warn(file.string() + ": " + note.text);
+        messages.warn(file.path().string() + ": " + note.text);
     return photo;
 }
 

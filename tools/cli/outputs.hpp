@@ -12,6 +12,22 @@
 
 namespace altiro3D::tools {
 
+/// Whether a name stands for standard input or standard output: "-".
+inline bool isStandardStream(const std::filesystem::path& file) {
+    return file == "-";
+}
+/// A name for people. @param stream "standard input" or "standard output"
+std::string nameOf(const std::filesystem::path& file, const char* stream);
+
+/// A picture to read. Standard input is read now. @throws Error ReadFailed, TooLarge
+PhotoFile pictureToRead(const std::filesystem::path& file);
+/// As writeImage(); on standard output, a PNG.
+void writePicture(const std::filesystem::path& file, const cv::Mat& picture,
+                  ImageMark mark = ImageMark::None);
+
+/// Refuses to write a picture or video to a terminal. @throws UsageError
+void requireNoTerminal(const std::filesystem::path& file);
+
 /// The inputs and outputs of a run, checked before any work: no output is an input, no two outputs
 /// are the same file, and existing files are replaced only with the user's consent.
 class Outputs {
@@ -21,9 +37,14 @@ class Outputs {
 
     using Files = std::vector<std::filesystem::path>; ///< Without those of empty names.
     /// Adds files that are read. They may be names of networks or missing; opening them reports
-    /// that.
+    /// that. Standard input is left out.
     void addInputs(const Files& files) { add(files, inputs_); }
+    /// Adds files that are written. Standard output is refused.
     void addOutputs(const Files& files) { add(files, outputs_); }
+    /// Adds the result of the run, which may go to standard output.
+    void addResult(const std::filesystem::path& file) {
+        if (!isStandardStream(file)) addOutputs({file});
+    }
 
     /// Adds the Native that will be written. If a PNG file of that name exists and is not marked as
     /// a Native, the names may be in the wrong order; the message about the file says so.
@@ -97,6 +118,6 @@ void warnIfQuilt(const std::filesystem::path& file, const std::string& instead, 
 void refuseNative(const PhotoFile& file, const std::string& expected);
 
 /// Reads a photo or quilt; remarks about the file become warnings.
-cv::Mat readPhotoFile(const std::filesystem::path& file, Messages& messages);
+cv::Mat readPhotoFile(const PhotoFile& file, Messages& messages);
 
 } // namespace altiro3D::tools

@@ -306,9 +306,9 @@ void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
     renderer.render(quilt, native);
     times.end("render");
     warnAboutNativeFormat(output, messages);
-    writeImage(output, native, ImageMark::Native);
+    writePicture(output, native, ImageMark::Native);
     times.end("write");
-    messages.say(output.string() + ": Native, " + sizeText(native.size()));
+    messages.say(nameOf(output, "standard output") + ": Native, " + sizeText(native.size()));
 }
 
 } // namespace altiro3D::tools

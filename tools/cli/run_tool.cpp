@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/version.hpp"
+#include "cli/json_text.hpp"
 
 #include <QCoreApplication>
 #include <algorithm>
@@ -17,6 +18,7 @@
 #include <limits>
 #include <mutex>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <system_error>
@@ -24,21 +26,9 @@
 
 namespace altiro3D::tools {
 
+using Json = nlohmann::ordered_json;
+
 namespace {
-
-// Standard output may be a full disk or a closed pipe: then the user has not got the answer.
-int finish(const Messages& messages, int status) {
-    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
-    messages.fail("standard output cannot be written");
-    return kExitFailed;
-}
-
-// Prints a text such as the help. Its reader may close the pipe early, as head(1) does.
-int answer(const Messages& messages, const std::string& text) {
-    errno = 0;
-    const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
-    return errno == EPIPE && !written ? kExitDone : finish(messages, kExitDone);
-}
 
 struct Console {
     std::mutex mutex;
@@ -56,12 +46,27 @@ void takeStatusAway() {
     console.showsStatus = false;
 }
 
-std::atomic<bool> stopWanted{false};
+std::atomic<int> stopSignal{0}; // the signal that the user has sent
 
 // The first signal ends the video with a complete file; a second one ends the process.
 extern "C" void stopOnce(int signal) {
-    stopWanted.store(true);
+    stopSignal.store(signal);
     std::signal(signal, SIG_DFL);
+}
+
+// Standard output may be a full disk or a closed pipe: then the user has not got the answer.
+int finish(const Messages& messages, int status) {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0)
+        return status == kExitStopped ? 128 + stopSignal.load() : status; // as in shells
+    messages.fail("standard output cannot be written");
+    return kExitFailed;
+}
+
+// Prints a text such as the help. Its reader may close the pipe early, as head(1) does.
+int answer(const Messages& messages, const std::string& text) {
+    errno = 0;
+    const bool written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+    return errno == EPIPE && !written ? kExitDone : finish(messages, kExitDone);
 }
 
 // Standard error belongs to the process: the first object turns it off, the last one on again.
@@ -79,7 +84,15 @@ void catchStop() {
 }
 
 bool isStopWanted() {
-    return stopWanted.load();
+    return stopSignal.load() != 0;
+}
+
+void endIfStopWanted() {
+    if (isStopWanted()) throw Stopped();
+}
+
+const char* stateName(int exitStatus) {
+    return exitStatus == kExitDone ? "done" : exitStatus == kExitStopped ? "stopped" : "failed";
 }
 
 void writeLine(std::FILE* stream, const std::string& line) {
@@ -114,7 +127,7 @@ std::string oneLine(std::string text) {
 }
 
 void Messages::say(const std::string& line) const {
-    if (!silent_) print(oneLine(ofSubject(line)));
+    if (text_ != nullptr) writeLine(text_, oneLine(ofSubject(line)));
 }
 
 void Messages::warn(const std::string& line) {
@@ -188,24 +201,37 @@ void resetPeakMemory() {
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-Progress::Progress(std::size_t steps) : steps_(steps) {}
+Progress::Progress(std::size_t steps, std::string unit) : steps_(steps), unit_(std::move(unit)) {}
 
 Progress::~Progress() {
     clear();
 }
 
-void Progress::step(const std::string& what) {
-    if (steps_ > 1) {
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+double Progress::secondsLeft() const {
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+    return spent.count() / static_cast<double>(done_) * static_cast<double>(steps_ - done_);
+}
+
+void Progress::step(const std::string& what, const std::filesystem::path& input) {
+    if (!unit_.empty()) {
+        Json line = {{"state", "running"},
+                     {unit_ + "s", done_},
+                     {unit_ + "sInAll", steps_},
+                     {"share", static_cast<double>(done_) / static_cast<double>(steps_)}};
+        if (done_ > 0) line["secondsLeft"] = secondsLeft();
+        line["input"] = input.string();
+        writeProgress(line);
+    } else if (steps_ > 1) {
         std::string text = "[" + std::to_string(done_ + 1) + "/" + std::to_string(steps_) + "] ";
-        if (done_ > 0) {
-            const double left =
-                spent.count() / static_cast<double>(done_) * static_cast<double>(steps_ - done_);
-            text += "(" + fixed(left, 0) + " s left) ";
-        }
+        if (done_ > 0) text += "(" + fixed(secondsLeft(), 0) + " s left) ";
         showStatus(text + oneLine(what));
     }
     ++done_;
+}
+
+void Progress::end(int exitStatus, std::size_t ended) {
+    clear();
+    if (!unit_.empty()) writeProgress({{"state", stateName(exitStatus)}, {unit_ + "s", ended}});
 }
 
 QuietStandardError::QuietStandardError() {
@@ -285,6 +311,15 @@ std::string sentenceOf(const std::exception& error) {
                    : "OpenCV: " + fromOpenCv->err;
     }
     return oneLine(text);
+}
+
+std::string codeOf(const std::exception& error) {
+    if (const auto* known = dynamic_cast<const Error*>(&error)) return errorCodeName(known->code());
+    if (dynamic_cast<const UsageError*>(&error) != nullptr) return "Usage";
+    const auto* const fromOpenCv = dynamic_cast<const cv::Exception*>(&error);
+    const bool isMemory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                          (fromOpenCv != nullptr && fromOpenCv->code == cv::Error::StsNoMem);
+    return isMemory ? errorCodeName(ErrorCode::OutOfMemory) : "Unknown";
 }
 
 int runTool(int argc, char** argv, CommandLine& commandLine,

@@ -16,14 +16,30 @@
 
 namespace altiro3D::tools {
 
+// The exit statuses of all tools; kExitStatuses explains them.
 constexpr int kExitDone = 0;
 constexpr int kExitFailed = 1;
 constexpr int kExitUsage = 2;
-constexpr int kExitStopped = 130; ///< By Ctrl-C, as in shells.
+constexpr int kExitStopped = 130; ///< By the user; runTool() makes it 143 for SIGTERM.
 
-/// Lets the first Ctrl-C set isStopWanted(), and a second one end the process.
+/// The exit statuses and their meaning, for the manual.
+constexpr std::pair<const char*, const char*> kExitStatuses[] = {
+    {"0", "Done."},
+    {"1", "Failed, or some of several files failed: each error is one line on standard error."},
+    {"2", "Wrong usage: nothing was done."},
+    {"130", "Stopped by Ctrl-C (SIGINT). A second Ctrl-C ends a tool that is still finishing."},
+    {"143", "Stopped by SIGTERM."}};
+
+/// How a run ended, for reports and `--progress json`: "done", "failed" or "stopped".
+const char* stateName(int exitStatus);
+
+/// Lets the first Ctrl-C or SIGTERM set isStopWanted(), and a second one end the process.
 void catchStop();
 bool isStopWanted();
+/// Thrown where work ends because the user has stopped it.
+struct Stopped {};
+/// @throws Stopped if isStopWanted()
+void endIfStopWanted();
 
 // All writing to standard output and standard error: whole lines in order and, on a terminal, one
 // status line, which is erased before each line.
@@ -48,7 +64,9 @@ class Messages {
 
     bool verbose() const { return verbose_; }
     /// Reserves standard output for programs: say() and detail() have no effect from now on.
-    void leaveStandardOutput() { silent_ = true; }
+    void leaveStandardOutput() { text_ = nullptr; }
+    /// Reserves standard output for a picture or video: say() and detail() write to standard error.
+    void useStandardError() { text_ = stderr; }
     void say(const std::string& line) const;
     /// Writes a text for programs, such as JSON, unchanged.
     void print(const std::string& text) const { writeLine(stdout, text); }
@@ -78,7 +96,7 @@ class Messages {
 
     std::string tool_;
     bool verbose_;
-    bool silent_ = false;
+    std::FILE* text_ = stdout; // null: silent
     std::string subject_;
     std::vector<std::string> waiting_;
     std::vector<std::string> all_;
@@ -118,18 +136,27 @@ std::string sizeText(cv::Size size);
 /// The text as one line without terminal escape sequences, which file names may contain.
 std::string oneLine(std::string text);
 
-/// A progress line on a terminal, for work of several steps; no effect without a terminal.
+/// The progress of work of several steps: a line on a terminal, or JSON lines for programs.
 class Progress {
   public:
-    explicit Progress(std::size_t steps);
+    /// @param unit "photo": writes JSON lines that count photos, see `--progress json`; empty:
+    /// shows
+    ///        a line if there are several steps
+    explicit Progress(std::size_t steps, std::string unit = {});
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
-    void step(const std::string& what);
+    /// Begins a step. @param what for people @param input its file, for JSON
+    void step(const std::string& what, const std::filesystem::path& input = {});
+    /// Ends the work. @param exitStatus says how @param ended number of steps that ended well
+    void end(int exitStatus, std::size_t ended);
     void clear() { clearStatus(); }
 
   private:
+    double secondsLeft() const; // done_ is not 0
+
     std::size_t steps_;
+    std::string unit_;
     std::size_t done_ = 0;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
@@ -172,5 +199,7 @@ std::optional<std::string> environment(const char* name);
 std::filesystem::path cacheDirectory();
 
 std::string sentenceOf(const std::exception& error);
+/// The code of an error for reports: errorCodeName(), or "Usage" or "Unknown".
+std::string codeOf(const std::exception& error);
 
 } // namespace altiro3D::tools

@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/folders.hpp"
+#include "cli/json_text.hpp"
 #include "cluster/chunk_folder.hpp"
 
 #include <algorithm>
@@ -109,16 +110,9 @@ int plan(const PhotoJob& job, int chunkPhotos, const Words& arguments, const fs:
     return kExitDone;
 }
 
-// The names of the photos that failed or were left out go to the log as well.
-void logPictures(const ChunkCall& call, const nlohmann::ordered_json& pictures) {
-    for (const auto& picture : pictures) {
-        if (picture.contains("error"))
-            logLine(call, "failed: " + picture["error"].get<std::string>());
-        if (picture.contains("leftOut")) {
-            logLine(call, picture["photo"].get<std::string>() + ": " +
-                              picture["leftOut"].get<std::string>());
-        }
-    }
+void logPhotos(const ChunkCall& call, const PhotosMade& made) {
+    for (const std::string& line : made.notMade)
+        logLine(call, line);
 }
 
 int makeChunk(const ChunkCall& call, const std::function<PhotosMade()>& make, Messages& messages) {
@@ -131,14 +125,15 @@ int makeChunk(const ChunkCall& call, const std::function<PhotosMade()>& make, Me
     logLine(call, "begins " + name);
     const auto start = std::chrono::steady_clock::now();
     const PhotosMade made = make();
-    logPictures(call, made.pictures);
+    logPhotos(call, made);
     Words outputs;
     for (const fs::path& file : made.outputs)
         outputs.push_back(fs::absolute(file).string());
-    if (!made.mayRecover) writeWords(recordFile(call.folder, call.number), outputs);
+    const bool isWhole = !made.mayRecover && made.status != kExitStopped;
+    if (isWhole) writeWords(recordFile(call.folder, call.number), outputs);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     logLine(call, "ends " + name + ", in " + fixed(spent.count(), 1) + " s");
-    return made.mayRecover ? kExitFailed : kExitDone;
+    return made.status == kExitStopped ? kExitStopped : isWhole ? kExitDone : kExitFailed;
 }
 
 std::set<std::string> outputsOfChunks(const fs::path& folder, int count) {
@@ -250,11 +245,15 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
     const std::optional<ChunkCall> called = chunkCall(commandLine, kLength);
     if (!called) return std::nullopt;
     const ChunkCall& call = *called;
+    const bool json = wantsJsonProgress(commandLine);
+    if (json) messages.leaveStandardOutput();
     if (call.task == ChunkCall::Task::Plan) {
         commandLine.exclude("plan", "budget");
         const auto photos = commandLine.wholeNumber(kLength, 1, kMaxChunkPhotos);
-        return plan(photoJob(commandLine), photos.value_or(kChunkPhotos), arguments, call.folder,
-                    messages);
+        const PhotoJob job = photoJob(commandLine);
+        if (job.outputs.native.empty())
+            throw UsageError("--plan takes photos and a folder for the Natives, expected its name");
+        return plan(job, photos.value_or(kChunkPhotos), arguments, call.folder, messages);
     }
     return runLogged(call, [&] {
         PhotoPart part;
@@ -266,11 +265,12 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
         int status = kExitDone;
         const auto work = [&](const CommandLine& given) {
             PhotoJob planned = photoJob(given);
+            planned.jsonProgress = json;
             planned.skipExisting = isJoin || !planned.replace; // else what exists is older
             if (isJoin) {
                 if (planned.replace) part.made = outputsOfChunks(call.folder, part.plan.count());
                 const PhotosMade made = make(planned, part);
-                logPictures(call, made.pictures);
+                logPhotos(call, made);
                 logLine(call, "joined " + counted(part.plan.count(), "chunk"));
                 status = made.status;
                 return;

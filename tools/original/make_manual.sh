@@ -46,7 +46,7 @@ help=$("$tools/$command" --help)
                 next
             }
             { print ".PP\n" $0 }'
-    "$tools/$1" --help-man | sed -n '/^\.SH FILES/,/^\.SH EXIT STATUS/ { /^\.SH EXIT STATUS/!p; }'
+    "$tools/$1" --help-man | sed -n '/^\.SH FILES/,/^\.SH SEE ALSO/ { /^\.SH SEE ALSO/!p; }'
     echo '.SH SEE ALSO'
     for tool in "$@"; do
         [ "$tool" = "$1" ] || echo ,

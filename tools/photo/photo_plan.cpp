@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/folders.hpp"
+#include "cli/json_text.hpp"
 
 #include <algorithm>
 #include <map>
@@ -83,7 +84,7 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
     search.recursive = job.recursive;
     search.pairDepth = job.depth.given.empty() && !job.depth.stereo;
     search.leavesOutVr = job.depth.refusesVr;
-    search.outputs = {job.outputs.native};
+    if (!job.outputs.native.empty()) search.outputs.push_back(job.outputs.native);
     if (!job.plan.empty()) search.outputs.push_back(job.plan);
     for (const OutputKind& kind : kOutputs) {
         if (const fs::path& directory = job.outputs.*kind.file; !directory.empty())
@@ -98,7 +99,7 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
             inputs.push_back({names[i], names[i + 1], {}});
     } else {
         for (const fs::path& name : names) {
-            if (!isDirectory(name)) {
+            if (isStandardStream(name) || !isDirectory(name)) {
                 inputs.push_back({name, {}, {}});
                 continue;
             }
@@ -117,16 +118,24 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
     return inputs;
 }
 
-// The names on the command line: photos, and the output.
+// The names on the command line: photos, and the output. One photo, or one folder, needs none if
+// it has other outputs.
 void takeNames(const CommandLine& commandLine, PhotoJob& job) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = job.depth.takesPairs();
     const std::size_t least = pairs ? 3 : 2;
-    if (names.size() < least) {
+    const bool hasOthers =
+        std::any_of(std::begin(kOutputs), std::end(kOutputs),
+                    [&](const OutputKind& kind) { return !(job.outputs.*kind.file).empty(); });
+    // if it does not exist, an option may have taken the photo's name for its value
+    const bool isAlone = hasOthers && names.size() + 1 == least &&
+                         (isStandardStream(names.front()) || isThere(names.front()));
+    const std::size_t outputs = isAlone ? 0 : 1;
+    if (names.size() + 1 < least + outputs) {
         commandLine.failNames(pairs ? pairName(job.depth) + " OUT" : "PHOTO and OUT", least);
     }
-    job.inputs.assign(names.begin(), names.end() - 1);
-    job.outputs.native = names.back();
+    job.inputs.assign(names.begin(), names.end() - static_cast<std::ptrdiff_t>(outputs));
+    if (outputs > 0) job.outputs.native = names.back();
     for (const fs::path& name : job.inputs)
         requirePhotoName(name);
     if (pairs && job.inputs.size() % 2 != 0) {
@@ -153,9 +162,14 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     job.replace = commandLine.has("y");
     job.skipExisting = commandLine.has("skip-existing");
     job.recursive = commandLine.has("recursive");
-    takeNames(commandLine, job);
+    job.jsonProgress = wantsJsonProgress(commandLine);
     for (const OutputKind& kind : kOutputs)
         job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
+    takeNames(commandLine, job);
+    if (isStandardStream(job.outputs.native)) {
+        commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
+                                         "for the Native");
+    }
     job.savedDepthSide =
         commandLine.wholeNumber("save-depth-size", 16, 65500).value_or(kSavedDepthSide);
     if (!commandLine.has("save-depth") && !commandLine.has("save-photo-with-depth"))
@@ -168,8 +182,22 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     return job;
 }
 
+DisplayUse displayUse(const PhotoJob& job) {
+    const PhotoOutputs& outputs = job.outputs;
+    if (!outputs.native.empty()) return DisplayUse::Show;
+    return outputs.quilt.empty() && outputs.views.empty() ? DisplayUse::None : DisplayUse::Quilt;
+}
+
+const fs::path& mainOutput(const PhotoItem& item) {
+    const auto* const other =
+        std::find_if(std::begin(kOutputs), std::end(kOutputs),
+                     [&](const OutputKind& kind) { return !(item.*kind.file).empty(); });
+    return item.native.empty() ? item.*(other->file) : item.native;
+}
+
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
-    std::vector<fs::path> files{item.native};
+    std::vector<fs::path> files;
+    if (!item.native.empty()) files.push_back(item.native);
     for (const OutputKind& kind : kOutputs) {
         const fs::path& file = item.*kind.file;
         if (!file.empty() && &file != &item.views) files.push_back(file);
@@ -183,10 +211,16 @@ PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
     const bool pairs = job.depth.takesPairs();
     const fs::path& output = job.outputs.native;
     PhotoInputs inputs;
+    inputs.batch = job.inputs.size() > (pairs ? 2 : 1) ||
+                   (!isStandardStream(output) && isDirectory(output)) ||
+                   (!isStandardStream(job.inputs.front()) && isDirectory(job.inputs.front()));
+    const auto streams = std::count(job.inputs.begin(), job.inputs.end(), "-");
+    if ((inputs.batch && (streams > 0 || isStandardStream(output))) || streams > 1) {
+        throw UsageError("- stands for one picture, expected names of files and of a directory "
+                         "for several photos");
+    }
     inputs.files = inputsOf(job, inputs.leftOut, messages);
-    inputs.batch = job.inputs.size() > (pairs ? 2 : 1) || isDirectory(output) ||
-                   isDirectory(job.inputs.front());
-    if (inputs.batch) {
+    if (inputs.batch && !output.empty()) {
         requireDirectoryName(output, "photos",
                              job.inputs.size() == 2 && !pairs ? ", or -d with a photo and its depth"
                                                               : "");
@@ -213,11 +247,11 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
         item.isFromFolder =
             std::find(job.inputs.begin(), job.inputs.end(), item.photo) == job.inputs.end();
         if (plan.batch) {
-            item.native /= stems[i] + "_native.png";
+            if (!item.native.empty()) item.native /= stems[i] + "_native.png";
             for (const OutputKind& kind : kOutputs)
                 if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
         } else { // of several, one that is bad does not stop the rest
-            requireFile(item.photo);
+            if (!isStandardStream(item.photo)) requireFile(item.photo);
             if (!item.depth.empty()) requireFile(item.depth);
         }
         if (!item.quilt.empty()) {
@@ -238,8 +272,10 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
     outputs.addInputs({job.depth.network, job.depth.profile, job.camera.file()});
     for (PhotoItem& item : plan.items) {
         outputs.addInputs({item.photo, item.depth});
+        requireNoTerminal(item.native);
         for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
-            if (!file.empty()) requirePictureName(file, file != item.savedDepth);
+            if (!file.empty() && !isStandardStream(file))
+                requirePictureName(file, file != item.savedDepth);
         }
         if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth)) {
             throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +

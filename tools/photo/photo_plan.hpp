@@ -2,6 +2,7 @@
 
 #include "cli/budget.hpp"
 #include "cli/depth_options.hpp"
+#include "cli/display_options.hpp"
 #include "cli/folders.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
@@ -20,7 +21,7 @@ constexpr int kSavedDepthSide = 4096;
 
 /// Files that are made of a photo. An empty path: not requested.
 struct PhotoOutputs {
-    std::filesystem::path native;
+    std::filesystem::path native; ///< "-": standard output
     std::filesystem::path quilt;
     std::filesystem::path savedDepth; ///< See PhotoJob::savedDepthSide.
     std::filesystem::path rgbd;
@@ -39,6 +40,7 @@ struct PhotoJob {
     bool replace = false;       ///< `-y`
     bool skipExisting = false;  ///< Photos whose outputs all exist are not made again.
     bool recursive = false;
+    bool jsonProgress = false;
     DisplayOptions display;
     QuiltRequest quilt;
     DepthOptions depth;
@@ -49,6 +51,8 @@ struct PhotoJob {
     cv::Size swaySize;                        ///< Of the swaying video; empty: the photo's.
     std::map<std::string, std::string> given; ///< The options as they were given, for the report.
 };
+/// What a job needs the display for.
+DisplayUse displayUse(const PhotoJob& job);
 /// Turns a command line into a job. @throws UsageError, Error (camera file)
 PhotoJob photoJob(const CommandLine& commandLine);
 
@@ -71,6 +75,9 @@ struct PhotoInputs {
 struct PhotoPlan : PhotoInputs {
     std::vector<PhotoItem> items;
 };
+
+/// The first of its outputs, which stands for all.
+const std::filesystem::path& mainOutput(const PhotoItem& item);
 
 /// Searches the folders among the names of a job. Says what is left out.
 /// @throws UsageError, Error (a directory that cannot be listed or holds no pictures)

@@ -5,6 +5,7 @@
 #include "cli/network_trust.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -299,10 +300,15 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
                       StageTimes& times, Messages& messages) {
     ChosenDepth depth(job.depth, messages);
     if (depth.network() != nullptr) times.end("network");
-    PhotoRun run{
-        job,        display,          makeNativeMaker(job.scene, display, layout, messages),
-        job.budget, std::move(depth), {},
-        {}};
+    PhotoRun run{job,
+                 display,
+                 makeNativeMaker(job.scene, display, layout, messages),
+                 job.budget,
+                 std::move(depth),
+                 {},
+                 {},
+                 false,
+                 nullptr};
     times.end("display");
     return run;
 }
@@ -311,16 +317,19 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     StageTimes times;
     const double focus = run.maker.options().views.focus;
     ReadPhoto scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    endIfStopWanted();
     requirePhoto(item, scene, messages);
     double aspect = run.display.aspect(); // of the Native
     double quiltAspect = aspect;
     if (!item.quilt.empty()) quiltAspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
-    if (run.maker.path() == NativePath::OverQuilt) aspect = quiltAspect;
+    const bool isOverQuilt = run.maker.path() == NativePath::OverQuilt;
+    if (isOverQuilt) aspect = quiltAspect;
     const cv::Size photoSize = scene.photo.size();
     NativeOptions options;
     std::string chosen;
     Placement placed = place(run, scene, aspect, options, chosen, messages);
     times.end("fit");
+    endIfStopWanted();
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, placed.scene, messages)) {
             scene.source = run.depth.estimateScene(scene.photo, focus, scene);
@@ -329,16 +338,24 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         placed = place(run, scene, aspect, options, chosen, messages);
         times.end("budget");
     }
+    if (run.isForOnePhoto && run.network == nullptr) {
+        run.network = std::make_shared<const Json>(networkJson(run));
+        run.depth.release();
+    }
     const NativeMaker maker = makerOf(run, options.views);
     const ViewOptions& views = maker.options().views;
-    if (maker.path() == NativePath::OverQuilt || !item.quilt.empty() || !item.views.empty()) {
+    const bool makesNative = !item.native.empty();
+    if ((isOverQuilt && makesNative) || !item.quilt.empty() || !item.views.empty()) {
         makeQuilt(maker, options, scene, quiltAspect, aspect, placed.scene, run.quilt);
         times.end("views");
     }
     if (!needsDepth(item) && item.video.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
-    maker.makeNative(placed.scene, run.quilt, run.native);
-    times.end("native");
+    if (makesNative) {
+        maker.makeNative(placed.scene, run.quilt, run.native);
+        times.end("native");
+    }
+    endIfStopWanted();
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
     const FitMode fitMode = maker.options().fit;
     if (!messages.hasSubject()) tellCut(photoAspect, aspect, run.maker.options(), messages);
@@ -352,29 +369,35 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     if (!item.video.empty()) {
         videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
         times.end("video");
+        endIfStopWanted();
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
-    writeImage(item.native, run.native,
-               ImageMark::Native); // last, so that an existing Native means that all outputs exist
-    times.end("write");
+    if (makesNative) { // last, so that an existing Native means that all outputs exist
+        writePicture(item.native, run.native, ImageMark::Native);
+        times.end("write");
+    }
 
     Json report = {{"photo", item.photo.string()},
                    {"photoWidth", photoSize.width},
-                   {"photoHeight", photoSize.height},
-                   {"native", item.native.string()}};
+                   {"photoHeight", photoSize.height}};
+    if (makesNative) report["native"] = item.native.string();
     const bool isPair = run.job.depth.isPair;
     // a depth image beside the photo may not fit it
     const bool isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
     if (isImageUsed) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
     report["depthSource"] = scene.source;
     if (run.job.depth.photo.unblurred) report["unblurred"] = scene.isUnblurred;
-    const std::pair<const char*, fs::path> others[] = {{"quilt", item.quilt},
-                                                       {"depth", item.savedDepth},
-                                                       {"rgbd", item.rgbd},
-                                                       {"photoWithDepth", item.photoWithDepth},
-                                                       {"views", item.views}};
-    for (const auto& [key, file] : others) {
-        if (!file.empty()) report[key] = file.string();
+    const struct {
+        const char* key;
+        const char* text;
+        const fs::path& file;
+    } others[] = {{"quilt", "quilt", item.quilt},
+                  {"depth", "depth", item.savedDepth},
+                  {"rgbd", "RGB-D image", item.rgbd},
+                  {"photoWithDepth", "photo with its depth", item.photoWithDepth},
+                  {"views", "views", item.views}};
+    for (const auto& other : others) {
+        if (!other.file.empty()) report[other.key] = other.file.string();
     }
     if (!item.video.empty()) {
         report["video"] = {{"file", item.video.string()},
@@ -393,35 +416,43 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     for (const auto& [stage, milliseconds] : times.milliseconds()) {
         report["milliseconds"][stage] = milliseconds;
     }
-    std::string line = item.native.string() + ": Native, " + sizeText(run.native.size());
-    if (messages.hasSubject()) { // one line for each of many photos
-        for (const auto& [key, file] : others)
-            line += file.empty() ? "" : std::string(", ") + key;
-        line += item.video.empty() ? "" : ", video";
+    std::vector<std::string> made; // names and what they are
+    if (makesNative) {
+        made.push_back(nameOf(item.native, "standard output") + ": Native, " +
+                       sizeText(run.native.size()));
+    }
+    const bool isOneLine = messages.hasSubject(); // for each of many photos
+    for (const auto& other : others) {
+        if (!other.file.empty())
+            made.push_back((isOneLine ? "" : other.file.string() + ": ") + other.text);
+    }
+    if (!item.video.empty())
+        made.push_back(isOneLine
+                           ? "video"
+                           : item.video.string() + ": video, " + swayText(run.job.sway, videoSize));
+    if (isOneLine) {
+        std::string line = joined(made);
         if (isImageUsed && !isPair) line += "; depth of " + item.depth.filename().string();
         const std::string cut = cutText(photoAspect, aspect, fitMode);
         line += cut.empty() ? "" : "; " + cut;
         line += chosen.empty() ? "" : "; " + chosen;
         messages.say(line);
     } else {
-        messages.say(line);
-        for (const auto& [key, file] : others) {
-            if (!file.empty()) messages.say(file.string() + ": " + key);
-        }
-        if (!item.video.empty())
-            messages.say(item.video.string() + ": video, " + swayText(run.job.sway, videoSize));
+        for (const std::string& line : made)
+            messages.say(line);
     }
     messages.detail(times.text());
     return report;
 }
 
-Json photoReport(const PhotoRun& run, const Messages& messages) {
+Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) {
     const PhotoJob& job = run.job;
     const AutoChoices& choices = job.scene.choices;
     const QuiltLayout& layout = run.maker.layout();
     const NativeOptions& options = run.maker.options();
     Json report = {{"tool", "photo2native"},
                    {"version", version()},
+                   {"state", stateName(exitStatus)},
                    {"openCv", CV_VERSION},
                    {"threads", cv::getNumThreads()}};
     const Json display = {
@@ -463,7 +494,7 @@ Json photoReport(const PhotoRun& run, const Messages& messages) {
                           {"depthImages", job.depth.fromFiles},
                           {"rgbdSide", given(job, "rgbd")},
                           {"stereo", given(job, "stereo")},
-                          {"network", networkJson(run)},
+                          {"network", run.network != nullptr ? *run.network : networkJson(run)},
                           {"depthKind", given(job, "depth-kind", "near-white")}};
     if (!job.outputs.video.empty()) {
         report["settings"]["video"] = {{"secondsPerTurn", job.sway.secondsPerTurn},
@@ -473,10 +504,6 @@ Json photoReport(const PhotoRun& run, const Messages& messages) {
     report["budget"] = run.budget.report();
     report["warnings"] = messages.warnings();
     return report;
-}
-
-std::string reportText(const Json& report) {
-    return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 } // namespace altiro3D::tools

@@ -3,8 +3,12 @@
 #include "altiro3D/native_maker.hpp"
 #include "photo/photo_plan.hpp"
 
-#include <nlohmann/json.hpp>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
 
 /// The work of photo2native.
 namespace altiro3D::tools {
@@ -18,6 +22,9 @@ struct PhotoRun {
     ChosenDepth depth;
     cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
     cv::Mat native; ///< reused
+    /// No other photo follows: its depth releases the network's memory.
+    bool isForOnePhoto = false;
+    std::shared_ptr<const nlohmann::ordered_json> network; ///< Of the report, then.
 };
 
 /// Chooses the source of depth and prepares the maker of Natives.
@@ -30,21 +37,18 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
 /// Makes all outputs of one photo. The Native is written last, so an existing Native means that all
 /// outputs exist.
 /// @return its entry in the report
-/// @throws NotTaken, UsageError, Error
+/// @throws NotTaken, Stopped, UsageError, Error
 nlohmann::ordered_json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages);
 
 /// The report of a run without its times and pictures.
-nlohmann::ordered_json photoReport(const PhotoRun& run, const Messages& messages);
-
-/// The text of a report's file.
-std::string reportText(const nlohmann::ordered_json& report);
+nlohmann::ordered_json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages);
 
 /// How the photos of a call ended.
-struct PhotosMade { // NOLINT(bugprone-exception-escape): the library of JSON states no noexcept
+struct PhotosMade {
     int status = kExitDone;
     bool mayRecover = false; ///< See FolderRun.
     std::vector<std::filesystem::path> outputs;
-    nlohmann::ordered_json pictures = nlohmann::ordered_json::array(); ///< Of the report.
+    std::vector<std::string> notMade; ///< A line for each photo that failed or was left out.
 };
 
 } // namespace altiro3D::tools

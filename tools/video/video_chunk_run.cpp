@@ -1,6 +1,7 @@
 #include "video/video_run.hpp"
 
 #include "altiro3D/file_io.hpp"
+#include "cli/json_text.hpp"
 #include "cluster/chunk_folder.hpp"
 #include "video/video_progress.hpp"
 
@@ -158,7 +159,7 @@ std::optional<int> runVideoChunks(const CommandLine& commandLine,
     const std::optional<ChunkCall> called = chunkCall(commandLine, kLength);
     if (!called) return std::nullopt;
     const ChunkCall& call = *called;
-    const bool json = VideoProgressLine::json(commandLine);
+    const bool json = wantsJsonProgress(commandLine);
     if (json) messages.leaveStandardOutput();
     if (call.task == ChunkCall::Task::Plan) {
         commandLine.exclude("plan", {"show", "resume", "report", "recursive"});

@@ -4,6 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
 #include "cli/folders.hpp"
+#include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
 #include "video/video_progress.hpp"
 #include "video/video_run.hpp"
@@ -127,9 +128,10 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     if (!report.empty()) {
         const Json all = {{"tool", job.tool},
                           {"version", version()},
+                          {"state", stateName(status)},
                           {"videos", reports},
                           {"warnings", messages.warnings()}};
-        writeFile(report, all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+        writeFile(report, jsonText(all, 2) + "\n");
     }
     return status;
 }

@@ -233,9 +233,10 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     run.layout = plan.fromQuilt
                      ? chooseQuilt(job.quilt, run.display, messages, plan.input, facts.size, found)
                      : layoutOfViews(run, messages);
-    if (plan.product == VideoProduct::Quilt)
+    if (plan.product == VideoProduct::Quilt && !isStandardStream(plan.output))
         plan.output = quiltFileName(plan.output, run.layout, run.display.aspect());
     checkOutputs(job, plan, run.display);
+    run.isChecked = true;
     if (plan.fromQuilt) {
         const QuiltShape shape(plan.input, run.layout, run.display, job.fit);
         messages.say("quilt: " + quiltText(run.layout, shape.shownAspect()) +

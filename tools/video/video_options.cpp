@@ -2,7 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_io.hpp"
-#include "video/video_progress.hpp"
+#include "cli/json_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -128,10 +128,23 @@ VideoPlan planVideo(const CommandLine& commandLine) {
                                      "max-rate", "compat", "progress"});
         return plan;
     }
-    if (takesFolder(commandLine)) return plan;
-    requireVideoName(plan.output);
+    const bool isStream = isStandardStream(plan.output);
+    if (isStream) {
+        requireNoTerminal(plan.output);
+        const std::string why =
+            ", but standard output is written once, expected the name of a file";
+        commandLine.refuse({"resume"}, " continues a file" + why);
+        commandLine.refuse({"plan"}, " joins chunks" + why);
+        commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
+                                         "for the video");
+    }
+    if (takesFolder(commandLine)) {
+        if (isStream) throw UsageError("- stands for one video, expected a directory for several");
+        return plan;
+    }
+    if (!isStream) requireVideoName(plan.output);
     if (!plan.native.empty()) requireVideoName(plan.native);
-    plan.isFile = isFile(plan.input);
+    plan.isFile = !isStream && isFile(plan.input);
     return plan;
 }
 
@@ -327,7 +340,7 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     job.replace = commandLine.has("y");
     job.resume = commandLine.has("resume");
     job.recursive = commandLine.has("recursive");
-    job.jsonProgress = VideoProgressLine::json(commandLine);
+    job.jsonProgress = wantsJsonProgress(commandLine);
     job.isPreview = commandLine.has("preview");
     job.isMaxRateGiven = commandLine.has("max-rate");
     job.profile = videoProfile(commandLine, plan.show);
@@ -389,9 +402,9 @@ void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDispla
                                 "and no unfinished run of it is kept, so it may be complete");
     outputs.addInputs(display.files);
     outputs.addInputs({job.depth.network, job.depth.profile});
-    if (plan.input != "-") outputs.addInputs({plan.input});
-    if (plan.depth != "-") outputs.addInputs({plan.depth});
-    if (!plan.show) outputs.addOutputs({plan.output, plan.native});
+    outputs.addInputs({plan.input, plan.depth});
+    if (!plan.show) outputs.addResult(plan.output);
+    outputs.addOutputs({plan.native});
     outputs.addOutputs({plan.report});
     outputs.check();
 }

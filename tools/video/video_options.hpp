@@ -60,8 +60,8 @@ bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
 /// Names and kinds of the input and outputs of one run. An empty path: not given.
 struct VideoPlan {
     std::filesystem::path input;
-    std::filesystem::path depth; ///< a video or a directory of pictures
-    std::filesystem::path output;
+    std::filesystem::path depth;  ///< a video or a directory of pictures
+    std::filesystem::path output; ///< "-": standard output
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
     std::filesystem::path native; ///< Of a video for two eyes: a Native video is made as well.
@@ -73,8 +73,9 @@ struct VideoPlan {
     std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line
     VideoReaderOptions part;
 
-    /// The input's name for people.
-    std::string inputName() const { return input == "-" ? "standard input" : input.string(); }
+    // The names for people.
+    std::string inputName() const { return nameOf(input, "standard input"); }
+    std::string outputName() const { return nameOf(output, "standard output"); }
 };
 
 /// The command line of a run.

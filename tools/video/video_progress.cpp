@@ -1,5 +1,7 @@
 #include "video/video_progress.hpp"
 
+#include "cli/json_text.hpp"
+
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -45,18 +47,6 @@ std::optional<double> VideoPace::secondsLeft() const {
     const double made = now_.end - firstTime_;
     if (!share() || firstTime_ < 0 || made <= 0) return std::nullopt;
     return spent() * std::max(*now_.length - now_.end, 0.0) / made;
-}
-
-void VideoProgressLine::add(CommandLine& commandLine) {
-    commandLine.addAdvanced(
-        {"progress"},
-        "Show the progress as bar (default: a line on a terminal) or json (one object per line "
-        "on standard output, for programs).",
-        "bar|json");
-}
-
-bool VideoProgressLine::json(const CommandLine& commandLine) {
-    return commandLine.choice("progress", {"bar", "json"}).value_or(0) == 1;
 }
 
 VideoProgressLine::VideoProgressLine(bool json, const VideoProgress& start, std::string input,
@@ -123,7 +113,7 @@ nlohmann::ordered_json VideoProgressLine::stateLine(const std::string& state) co
 
 void VideoProgressLine::putLine(nlohmann::ordered_json line) const {
     if (!input_.empty()) line["input"] = input_;
-    writeLine(stdout, line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    writeProgress(line);
 }
 
 void VideoProgressLine::end(const std::string& state) {

@@ -4,7 +4,7 @@
 #include "cli/run_tool.hpp"
 
 #include <chrono>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -34,11 +34,6 @@ class VideoPace {
 /// Shows the progress of a video: a bar on a terminal, JSON lines for programs, else nothing.
 class VideoProgressLine {
   public:
-    /// --progress
-    static void add(CommandLine& commandLine);
-    /// True for `--progress json`. @throws UsageError
-    static bool json(const CommandLine& commandLine);
-
     /// @param json write JSON objects, one per line, to standard output instead of a bar
     /// @param start progress before the first frame
     /// @param input name of the video for JSON; empty: not written
@@ -52,7 +47,7 @@ class VideoProgressLine {
     /// Shows new progress: a frame was made, or the file is being closed.
     void update(const VideoProgress& now);
     /// Writes the last JSON line and erases the bar.
-    /// @param state "done", "stopped" or "truncated"
+    /// @param state "done", "stopped", "truncated" or "failed"
     void end(const std::string& state);
     /// Erases the bar.
     void clear() { clearStatus(); }

@@ -3,6 +3,7 @@
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
 #include "cli/folders.hpp"
+#include "cli/json_text.hpp"
 #include "video/video_progress.hpp"
 
 #include <QCoreApplication>
@@ -82,7 +83,7 @@ struct VideoOutcome {
     bool stopped = false; // by the user
     bool failed = false;  // the error was reported already
     std::string cutOff;   // warning that the input is cut off; empty if it is not
-    double bytes = 0;     // of the file, with its sound
+    double bytes = 0;     // of the file, with its sound; 0: standard output
 
     double rate() const { // frames per second
         const double seconds = result.seconds();
@@ -150,6 +151,12 @@ Json settingsJson(const VideoRun& run) {
     return settings;
 }
 
+// 0 means that a number is not known.
+template <typename Number>
+Json known(Number number) {
+    return number > 0 ? Json(number) : Json(nullptr);
+}
+
 // Settings, counts and times of a run, for programs.
 std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                         const Messages& messages) {
@@ -169,8 +176,8 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"seconds", result.seconds()},
                        {"finishSeconds", result.finishSeconds},
                        {"framesPerSecond", outcome.rate()},
-                       {"bytes", outcome.bytes},
-                       {"megabitsPerSecond", outcome.megabitsPerSecond()},
+                       {"bytes", known(static_cast<std::int64_t>(outcome.bytes))},
+                       {"megabitsPerSecond", known(outcome.megabitsPerSecond())},
                        {"stages", stagesJson(result.pipeline)},
                        {"inferences", result.inferences},
                        {"repeatedFrames", result.repeated},
@@ -183,7 +190,21 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"peakMegabytes", peakMegabytes()},
                        {"settings", settingsJson(run)},
                        {"warnings", messages.warnings()}};
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return jsonText(json, 2) + "\n";
+}
+
+// The same of a run that has failed.
+std::string failedReport(const VideoRun& run, const std::exception& error,
+                         const Messages& messages) {
+    const Json json = {{"tool", run.job.tool},
+                       {"version", version()},
+                       {"input", run.plan.input.string()},
+                       {"output", run.plan.output.string()},
+                       {"state", stateName(kExitFailed)},
+                       {"error", sentenceOf(error)},
+                       {"code", codeOf(error)},
+                       {"warnings", messages.warnings()}};
+    return jsonText(json, 2) + "\n";
 }
 
 // Says what a preview lets expect of the whole, what --max-rate did, and what plays the Natives of
@@ -309,7 +330,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
                         "was stopped before the first frame");
         }
     } catch (...) {
-        progress.clear();
+        progress.end(stateName(kExitFailed));
         if (converter.keepsWork()) {
             messages.say("the frames so far are kept in " +
                          unfinishedVideoDirectory(plan.output).string() + "; --resume continues");
@@ -317,16 +338,17 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
         throw;
     }
     outcome.stopped = outcome.result.cancelled;
-    outcome.bytes = static_cast<double>(std::filesystem::file_size(plan.output));
+    const bool isStream = isStandardStream(plan.output);
+    if (!isStream) outcome.bytes = static_cast<double>(std::filesystem::file_size(plan.output));
     tellRemarks(run, outcome, messages);
     progress.end(outcome.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D", "stereo"};
-    messages.say(plan.output.string() + ": " + kProducts[static_cast<int>(plan.product)] +
-                 " video, " + sizeText(outcome.size) + ", " +
-                 counted(outcome.result.frames, "frame") + ", " + clockText(outcome.result.end) +
-                 ", " + bytesAndRateText(outcome.bytes, outcome.result.end) + "; " +
-                 fixed(outcome.rate(), 1) + " fps");
-    tellRate(run, outcome, messages);
+    messages.say(plan.outputName() + ": " + kProducts[static_cast<int>(plan.product)] + " video, " +
+                 sizeText(outcome.size) + ", " + counted(outcome.result.frames, "frame") + ", " +
+                 clockText(outcome.result.end) +
+                 (isStream ? "" : ", " + bytesAndRateText(outcome.bytes, outcome.result.end)) +
+                 "; " + fixed(outcome.rate(), 1) + " fps");
+    if (!isStream) tellRate(run, outcome, messages);
     return outcome;
 }
 
@@ -392,9 +414,18 @@ void repeatEncoder(const VideoWriterOptions& encoding) {
 
 int runVideo(const VideoJob& job, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
+    if (isStandardStream(job.plan.output)) messages.useStandardError();
     VideoRun run(job, messages);
     std::string report;
-    const int status = makeVideo(run, job.plan.report.empty() ? nullptr : &report, messages);
+    int status = kExitFailed;
+    try {
+        status = makeVideo(run, job.plan.report.empty() ? nullptr : &report, messages);
+    } catch (const std::exception& error) {
+        // before its name is checked, the report may replace a file
+        if (run.isChecked && !job.plan.report.empty())
+            writeFile(job.plan.report, failedReport(run, error, messages));
+        throw;
+    }
     if (!report.empty()) writeFile(job.plan.report, report);
     if (status != kExitDone || job.plan.native.empty()) return status;
     VideoJob other = job;
@@ -415,7 +446,7 @@ int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
     if (report != nullptr) *report = videoReport(run, outcome, messages);
     if (outcome.stopped) {
         std::string line = "stopped at " + clockText(outcome.result.end);
-        if (!plan.show) line += "; " + plan.output.string() + " is whole up to there";
+        if (!plan.show) line += "; " + plan.outputName() + " is whole up to there";
         if (outcome.result.keepsWork) line += ", --resume continues";
         messages.warn(line);
         return kExitStopped;

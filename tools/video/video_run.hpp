@@ -25,6 +25,7 @@ struct VideoRun {
     std::optional<ChosenDepth> depth; ///< Absent if frames are quilts.
     VideoWriterOptions encoding;      ///< How frames are encoded.
     VideoFacts inputFacts;            ///< Of the input that was opened last.
+    bool isChecked = false;           ///< The names of the outputs are checked.
 };
 
 /// Chooses the source of depth, unless the run has one already or the frames are quilts.

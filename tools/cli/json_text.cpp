@@ -1,0 +1,57 @@
+#include "cli/json_text.hpp"
+
+#include "cli/run_tool.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace altiro3D::tools {
+
+using Json = nlohmann::ordered_json;
+
+namespace {
+
+void roundNumbers(Json& value) {
+    if (value.is_structured()) {
+        for (Json& part : value)
+            roundNumbers(part);
+        return;
+    }
+    if (!value.is_number_float()) return;
+    const double number = value.get<double>();
+    const double size = std::abs(number);
+    if (!(size > 0) || size >= 1e9) return; // also what is not finite
+    constexpr int kSignificant = 6;
+    constexpr int kLeast = 3;
+    constexpr int kMost = 12;
+    const int whole = static_cast<int>(std::floor(std::log10(size))) + 1;
+    const double unit = std::pow(10.0, std::clamp(kSignificant - whole, kLeast, kMost));
+    value = std::round(number * unit) / unit;
+}
+
+} // namespace
+
+std::string jsonText(Json value, int indent) {
+    roundNumbers(value);
+    return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+void addProgressOption(CommandLine& commandLine) {
+    commandLine.addAdvanced(
+        {"progress"},
+        "Show the progress as bar (default: a line on a terminal) or json (one object per line "
+        "on standard output, for programs).",
+        "bar|json");
+}
+
+bool wantsJsonProgress(const CommandLine& commandLine) {
+    return commandLine.choice("progress", {"bar", "json"}).value_or(0) == 1;
+}
+
+void writeProgress(const Json& line) {
+    writeLine(stdout, jsonText(line));
+}
+
+} // namespace altiro3D::tools

@@ -206,6 +206,9 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (action == "status") return status(plan, messages);
     if (action == "local") {
         const int atOnce = *commandLine.wholeNumber("local", 1, 1024);
+        messages.say(plan.folder.string() + ": " +
+                     counted(missingChunks(plan, 1, plan.chunks()).size(), "chunk") +
+                     " to make by " + plan.tool + ", " + std::to_string(atOnce) + " at a time");
         return makeAll(plan,
                        [&](const std::vector<int>& numbers) { runHere(plan, numbers, atOnce); });
     }

@@ -81,6 +81,7 @@ void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, MadePhotos& made, Mess
 PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
     if (isStandardStream(job.outputs.native)) messages.useStandardError();
+    messages.setQuiet(part != nullptr); // the plan has said this
     StageTimes setup;
     // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
@@ -101,6 +102,7 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     const std::string fixedWay = fixedWayText(job.scene.unasked);
     if (!fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
+    messages.setQuiet(false);
 
     MadePhotos made;
     const auto writeReport = [&](int status) {

@@ -62,6 +62,8 @@ TEST(Cluster, RunsHereAsOneRunDoes) {
     EXPECT_TRUE(holds(outcome.out, "the plan: 0 of 3 chunks made"));
     outcome = studio.cluster("--local 2");
     ASSERT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_TRUE(holds(outcome.out, "the plan: 3 chunks to make by photo2native, 2 at a time"));
+    EXPECT_FALSE(holds(outcome.out, "display: ")); // of each chunk
     ASSERT_TRUE(isDone(studio.convert("photo2native", "-j 1 photos whole")));
     for (const char* name : {"a_native.png", "b_native.png", "c_native.png"})
         EXPECT_EQ(slurp(studio / "natives" / name), slurp(studio / "whole" / name)) << name;

@@ -120,6 +120,19 @@ TEST(ViewTool, ShowsAllOfAFolderAndEnds) {
     EXPECT_TRUE(fails(studio.show("--show empty"), 1, "empty: holds no pictures"));
 }
 
+TEST(ViewTool, OptionsAfterTheFileOfShowWorkAsBeforeIt) {
+    const ViewerStudio studio;
+    const auto differs = [&](const Arguments& option, const std::string& problem) {
+        EXPECT_TRUE(fails(studio.run(kTool, option + Arguments("--show photo.png")), 2, problem));
+        EXPECT_TRUE(fails(studio.run(kTool, Arguments("--show photo.png") + option), 2, problem));
+    };
+    differs("--volume 300", "--volume is \"300\"");
+    differs("--each 0", "--each is \"0\"");
+    differs("--json", "applies to --list-displays");
+    EXPECT_TRUE(fails(studio.run(kTool, "--show --loop photo.png"), 2,
+                      "--show takes a value, but --loop follows"));
+}
+
 TEST(ViewTool, ListsDisplaysForPeopleAndPrograms) {
     ViewerStudio studio;
     EXPECT_TRUE(warns(studio.run(kTool, "--list-displays"), "no desktop"));

@@ -5,6 +5,7 @@
 #include "support/texts.hpp"
 #include "support/video.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -124,6 +125,36 @@ TEST_F(VideoChunksTool, AKilledChunkIsMadeAgain) {
     EXPECT_EQ(studio.folders(), static_cast<std::size_t>(studio.count()));
     ASSERT_TRUE(isDone(studio.join()));
     EXPECT_TRUE(slurp(studio / "out.mp4") == studio.oneRun("--profile best"));
+}
+
+TEST_F(VideoChunksTool, APlanSaysWhyItDoesNotPay) {
+    const ChunkStudio studio;
+    const auto plan = [&](const Arguments& more) {
+        return studio.run(kTool, Arguments("-y --plan plan") + studio.options() + more +
+                                     Arguments("clip.mp4 out.mp4"));
+    };
+    EXPECT_TRUE(says(plan("--chunk-seconds 1 --preview 5"),
+                     "does not pay: there is one chunk, because a chunk consists of whole"));
+    EXPECT_TRUE(says(plan({}), "because the video is not longer than a chunk"));
+    EXPECT_TRUE(says(plan("--chunk-seconds 6"), "it hardly pays: chunks of "));
+    const Outcome gains = plan("--chunk-seconds 12 --from 0 --to 33");
+    EXPECT_TRUE(isDone(gains));
+    EXPECT_FALSE(holds(gains.out, "pay"));
+    // one scene
+    ffmpeg("-f lavfi -i mandelbrot=size=60x80:rate=4 -t 30 -c:v libx264 " +
+           arg(studio / "scene.mp4"));
+    fs::rename(studio / "scene.mp4", studio / "clip.mp4");
+    EXPECT_TRUE(says(plan("--chunk-seconds 6"), "it does not pay: even with a machine for each"));
+}
+
+// The display, the quilt and the network are told by the plan, not by each chunk.
+TEST_F(VideoChunksTool, AChunkSaysOneLine) {
+    const ChunkStudio studio;
+    const Outcome plan = studio.plan();
+    EXPECT_TRUE(says(plan, "display: "));
+    const Outcome chunk = studio.chunk(1);
+    ASSERT_TRUE(says(chunk, "chunk 1: made "));
+    EXPECT_EQ(std::count(chunk.out.begin(), chunk.out.end(), '\n'), 1) << chunk.out;
 }
 
 TEST_F(VideoChunksTool, AnInterruptedChunkLeavesNothing) {

@@ -311,10 +311,20 @@ std::vector<std::string> CommandLine::warnings() const {
     return all;
 }
 
+void CommandLine::checkValue(const std::string& option, const std::string& text) const {
+    if (text.empty()) throw UsageError(dashed(option) + " is empty; see " + name_ + " --help");
+    const std::size_t dashes = std::min(text.find_first_not_of('-'), text.size());
+    const std::string name = text.substr(dashes, text.find('=') - dashes);
+    if (dashes == (name.size() == 1 ? 1 : 2) && options_.count(name) > 0) {
+        throw UsageError(dashed(option) + " takes a value, but " + text +
+                         " follows, which is an option; see " + name_ + " --help");
+    }
+}
+
 std::optional<std::string> CommandLine::value(const std::string& option) const {
     if (!has(option)) return std::nullopt;
     const std::string text = toBytes(parser_.value(fromBytes(option)));
-    if (text.empty()) throw UsageError(dashed(option) + " is empty; see " + name_ + " --help");
+    checkValue(option, text);
     return text;
 }
 

@@ -94,7 +94,7 @@ class CommandLine {
 
     /// Whether an option was given; false for an option that the tool does not have.
     bool has(const std::string& option) const;
-    /// The value of an option. @throws UsageError if it is empty
+    /// The value of an option. @throws UsageError if it is empty or an option of the tool
     std::optional<std::string> value(const std::string& option) const;
     /// All values of an option that may be repeated. @throws UsageError if one is empty
     std::vector<std::string> values(const std::string& option) const;
@@ -153,6 +153,8 @@ class CommandLine {
     // The technical terms that these entries use, with their meanings.
     Terms words(const std::vector<HelpEntry>& entries) const;
     Terms terms(Chapter chapter) const;
+    // Refuses an empty value, and an option in place of one. @throws UsageError
+    void checkValue(const std::string& option, const std::string& text) const;
     // The option that an unknown one may be a misspelling of; empty if none is similar.
     std::string suggestion(int argc, char** argv) const;
 

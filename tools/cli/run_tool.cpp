@@ -127,7 +127,7 @@ std::string oneLine(std::string text) {
 }
 
 void Messages::say(const std::string& line) const {
-    if (text_ != nullptr) writeLine(text_, oneLine(ofSubject(line)));
+    if (text_ != nullptr && (!quiet_ || verbose_)) writeLine(text_, oneLine(ofSubject(line)));
 }
 
 void Messages::warn(const std::string& line) {

@@ -67,6 +67,8 @@ class Messages {
     void leaveStandardOutput() { text_ = nullptr; }
     /// Reserves standard output for a picture or video: say() and detail() write to standard error.
     void useStandardError() { text_ = stderr; }
+    /// say() has no effect, except with `-v`.
+    void setQuiet(bool quiet) { quiet_ = quiet; }
     void say(const std::string& line) const;
     /// Writes a text for programs, such as JSON, unchanged.
     void print(const std::string& text) const { writeLine(stdout, text); }
@@ -96,6 +98,7 @@ class Messages {
 
     std::string tool_;
     bool verbose_;
+    bool quiet_ = false;
     std::FILE* text_ = stdout; // null: silent
     std::string subject_;
     std::vector<std::string> waiting_;

@@ -51,6 +51,42 @@ auto withProgress(bool json, const Work& work) {
     return result;
 }
 
+// Says why there is only one chunk, and when many machines do not pay.
+void tellGain(const VideoChunkPlan& made, const VideoChunkOptions& options, Messages& messages) {
+    const std::string plainly = "; a run without --plan makes the same file";
+    if (made.chunks.size() == 1) {
+        messages.say(std::string("it does not pay: there is one chunk, because ") +
+                     (options.seconds < made.end ? "a chunk consists of whole segments of the "
+                                                   "output, of about 6 s each"
+                                                 : "the video is not longer than a chunk") +
+                     plainly);
+        return;
+    }
+    // The longest time with a machine for each chunk; those of depth alone go first.
+    constexpr double kDepth = 0.5; // of the time of a frame, by the default network
+    double depthAlone = 0;
+    double longest = 0;
+    for (const VideoChunk& chunk : made.chunks) {
+        const double depth = kDepth * static_cast<double>(chunk.first - chunk.begin);
+        double& most = chunk.frames == 0 ? depthAlone : longest;
+        most = std::max(most, depth + static_cast<double>(chunk.frames));
+    }
+    constexpr double kGains = 0.8;       // of the time of one run
+    constexpr double kShortSeconds = 10; // a chunk takes one or two seconds to start
+    const double share = (depthAlone + longest) / static_cast<double>(made.frames);
+    const double seconds = made.end / static_cast<double>(made.chunks.size());
+    if (share > kGains) {
+        messages.say("it does not pay: even with a machine for each chunk it takes about " +
+                     fixed(100 * share, 0) +
+                     " % of the time of one run, because depth is carried "
+                     "through long scenes" +
+                     plainly);
+    } else if (seconds < kShortSeconds) {
+        messages.say("it hardly pays: chunks of " + fixed(seconds, 1) +
+                     " s take as long to start as to make" + plainly);
+    }
+}
+
 int plan(const VideoJob& job, const VideoChunkOptions& options,
          const std::vector<std::string>& arguments, const fs::path& folder, Messages& messages) {
     if (!job.plan.isFile) requireFile(job.plan.input);
@@ -75,6 +111,7 @@ int plan(const VideoJob& job, const VideoChunkOptions& options,
                  ", " + counted(made.frames, "frame") + ", " + clockText(made.end) +
                  "; depth that is made twice: " + fixed(repeated, 1) + " %; planned in " +
                  fixed(made.seconds, 1) + " s");
+    tellGain(made, options, messages);
     const double most = run.encoding.maxRate;
     if (most > 0) {
         messages.say("the pictures take at most about " + bytesText(1e6 / 8 * most * made.end) +
@@ -174,7 +211,9 @@ std::optional<int> runVideoChunks(const CommandLine& commandLine,
     }
     return runLogged(call, [&] {
         PlannedRun run;
+        messages.setQuiet(true); // the plan has said this
         openPlanned(call.folder, commandLine.name(), addOptions, run, messages);
+        messages.setQuiet(false);
         return call.task == ChunkCall::Task::Chunk
                    ? makeChunk(call, run, json, messages)
                    : join(call, run, commandLine.has("y"), json, messages);

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::test {
@@ -324,6 +325,86 @@ TEST(DepthMap, FittingAgreesWithTheSlowReference) {
             samePicture(fitted(depth, guide, c.part), referenceFit(depth, c.part, guide), 2e-6))
             << c.depth << c.part << c.guide;
     }
+}
+
+cv::Mat fittedRefined(const cv::Mat& depth, const cv::Mat& guide, const cv::Rect2d& part) {
+    cv::Mat result;
+    fitRefinedDepth(depth, part, guide, result);
+    return result;
+}
+
+// The rule of fitRefinedDepth(), from its definition.
+cv::Mat slowlyHardened(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& soft) {
+    cv::Mat result = soft.clone();
+    const auto last = [](double end, int count) {
+        return std::min(static_cast<int>(std::ceil(end)) - 1, count - 1);
+    };
+    const cv::Point first(static_cast<int>(part.x), static_cast<int>(part.y));
+    const cv::Point end(last(part.br().x, depth.cols), last(part.br().y, depth.rows));
+    for (int y = 0; y < soft.rows; ++y) {
+        for (int x = 0; x < soft.cols; ++x) {
+            const auto before = [](double start, double length, int at, int count) {
+                return static_cast<int>(std::floor(start + (at + 0.5) * (length / count) - 0.5));
+            };
+            const cv::Point at(before(part.x, part.width, x, soft.cols),
+                               before(part.y, part.height, y, soft.rows));
+            const auto range = [&](int from, int to) {
+                std::vector<float> values;
+                for (int j = from; j <= to; ++j) {
+                    for (int i = from; i <= to; ++i)
+                        values.push_back(depth.at<float>(std::clamp(at.y + j, first.y, end.y),
+                                                         std::clamp(at.x + i, first.x, end.x)));
+                }
+                const auto [least, most] = std::minmax_element(values.begin(), values.end());
+                return std::pair(*least, *most);
+            };
+            const auto [least, most] = range(0, 1);
+            const auto [lowest, highest] = range(-1, 2);
+            float& value = result.at<float>(y, x);
+            if (most - least >= 0.03F && most - least >= 0.6F * (highest - lowest))
+                value = value > (least + most) / 2 ? most : least;
+            value = std::clamp(value, least, most);
+        }
+    }
+    return result;
+}
+
+TEST(DepthMap, RefinedDepthFitsAsItsSlowTwin) {
+    for (const FitCase& c : kFitCases) {
+        if (c.guide.width <= c.part.width && c.guide.height <= c.part.height) continue;
+        for (const double threshold : {0.0, 0.5}) { // 0.5: many hard steps
+            cv::Mat depth = randomPicture(c.depth, CV_32FC1, 3, 0, 1);
+            if (threshold > 0) cv::threshold(depth, depth, threshold, 0.75, cv::THRESH_BINARY);
+            const cv::Mat guide = randomPicture(c.guide, CV_8UC3, 4, 90, 160);
+            const cv::Mat soft = fitted(depth, guide, c.part);
+            EXPECT_TRUE(samePicture(fittedRefined(depth, guide, c.part),
+                                    slowlyHardened(depth, c.part, soft)))
+                << c.depth << c.part << c.guide;
+        }
+    }
+}
+
+TEST(DepthMap, StepsOfRefinedDepthStayHardAndSlopesStaySmooth) {
+    const cv::Rect2d all(0, 0, 8, 6);
+    cv::Mat depth(6, 8, CV_32FC1, cv::Scalar(0.2));
+    depth.colRange(4, 8).setTo(0.8);
+    // 5 px per sample: the centres of the samples 3 and 4 are at 17.5 and 22.5
+    for (const int edge : {0, 19, 20, 21}) { // of the picture; 0: none
+        cv::Mat guide(30, 40, CV_8UC3, cv::Scalar(40, 60, 50));
+        guide.colRange(edge, 40).setTo(cv::Scalar(180, 150, 200));
+        cv::Mat truth(guide.size(), CV_32FC1, cv::Scalar(0.2));
+        truth.colRange(edge == 0 ? 20 : edge, 40).setTo(0.8);
+        // 1e-4: px beside the step have a little of the colour that is far from theirs
+        EXPECT_TRUE(samePicture(fittedRefined(depth, guide, all), truth, 1e-4)) << edge;
+        if (edge == 0) {
+            EXPECT_GT(compare(fitted(depth, guide), truth).largest, 0.2);
+        }
+    }
+    for (int x = 0; x < 8; ++x)
+        depth.col(x).setTo(0.1 + 0.1 * x);
+    const cv::Mat slope = fittedRefined(depth, cv::Mat(30, 40, CV_8UC3, cv::Scalar::all(9)), all);
+    for (int x = 8; x < 32; ++x) // not at the ends, where samples are repeated
+        EXPECT_NEAR(slope.at<float>(15, x), 0.1 + 0.1 * ((x + 0.5) / 5 - 0.5), 1e-6) << x;
 }
 
 TEST(DepthMap, InterpolationAgreesWithTheSlowReference) {

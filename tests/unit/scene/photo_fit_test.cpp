@@ -349,6 +349,41 @@ TEST(PhotoFit, MatchedDepthIsNeitherShrunkNorShifted) {
     EXPECT_LT(onTheWrongSide(fitted.depth), onTheWrongSide(matched.depth) / 10);
 }
 
+// Three discs, by the formula of the circle.
+Scene discs(cv::Size size) {
+    const double unit = size.width / 160.0;
+    Scene scene{cv::Mat(size, CV_8UC3, cv::Scalar(90, 130, 60)),
+                cv::Mat(size, CV_32FC1, cv::Scalar(0.2))};
+    for (const cv::Point2d at : {cv::Point2d(34, 30), cv::Point2d(110, 44), cv::Point2d(70, 88)}) {
+        for (int y = 0; y < size.height; ++y) {
+            for (int x = 0; x < size.width; ++x) {
+                if (std::hypot(x + 0.5 - at.x * unit, y + 0.5 - at.y * unit) >= 20 * unit) continue;
+                scene.photo.at<cv::Vec3b>(y, x) = {200, 40, 20};
+                scene.depth.at<float>(y, x) = 0.8F;
+            }
+        }
+    }
+    return scene;
+}
+
+TEST(PhotoFit, DepthOfAnEnlargedPhotoHasHardStepsAtTheEdgesOfThePhoto) {
+    Scene scene = discs({160, 120});
+    cv::GaussianBlur(scene.depth.clone(), scene.depth, {}, 2);
+    for (const int times : {2, 3}) {
+        const cv::Size size = scene.photo.size() * times;
+        const cv::Mat truth = discs(size).depth;
+        Scene fitted;
+        const PhotoFit fit = fitPhoto(scene.photo.size(), 4.0 / 3, size);
+        const DepthFlaws flaws = fitScene(scene, fit, 0.5, fitted);
+        EXPECT_NEAR(flaws.softnessPixels, 4, 1) << times; // of the photo's own px
+        const cv::Mat wrong = cv::abs(fitted.depth - truth);
+        const double contours = 3 * 2 * CV_PI * 20 * times; // px along the three contours
+        // half a px of the photo; one as soft as the photo's px would have twice as many
+        EXPECT_LT(cv::countNonZero(wrong > 0.1), contours * times / 2) << times;
+        EXPECT_LT(cv::countNonZero((wrong > 0.1) & (wrong < 0.5)), contours * times / 20) << times;
+    }
+}
+
 TEST(PhotoFit, RefinementOfASceneKeepsItsMixedPixels) {
     const cv::Size size(60, 40);
     cv::Mat depth(size, CV_32FC1, cv::Scalar(0.2));

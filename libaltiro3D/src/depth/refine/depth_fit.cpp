@@ -11,7 +11,10 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 // This file is compiled once per instruction set; the best one is chosen at run time.
@@ -334,11 +337,49 @@ Samples collectSamples(const cv::Mat& depth, const cv::Mat& guide, const Axis& c
     return samples;
 }
 
-void enlarge(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
+// The 2 x 2 samples around each place between samples. Enlarged depth stays within their range, and
+// takes one end of it where they are the whole of a step.
+struct Steps {
+    std::vector<float> from; // per place, as the planes of FitSamples: the least sample
+    std::vector<float> to;   // the largest one; of a step: exchanged
+
+    explicit Steps(const Samples& samples) : from(samples.depth.size()), to(from) {
+        constexpr float kHeight = 0.03F; // of the lowest step, in units of depth
+        constexpr float kPart = 0.6F;    // of the range around; a slope has a third of it
+        const std::size_t columns = samples.columns;
+        for (std::size_t i = 0; i + kFitTaps <= samples.rows; ++i) {
+            for (std::size_t at = i * columns; at + kFitTaps <= (i + 1) * columns; ++at) {
+                const float* const above = &samples.depth[at + columns + 1];
+                const float* const below = above + columns;
+                std::tie(from[at], to[at]) = std::minmax({above[0], above[1], below[0], below[1]});
+                const float range = samples.most[at] - samples.least[at];
+                if (to[at] - from[at] >= std::max(kHeight, kPart * range))
+                    std::swap(from[at], to[at]);
+            }
+        }
+    }
+
+    // @param first place of the row @param tap of each px
+    void harden(std::size_t first, const std::vector<int>& tap, int count, float* fitted) const {
+        for (int x = 0; x < count; ++x) {
+            const std::size_t at =
+                first + static_cast<std::size_t>(tap[static_cast<std::size_t>(x)]);
+            const float a = from[at];
+            const float b = to[at];
+            fitted[x] = a <= b ? std::clamp(fitted[x], a, b) : fitted[x] > (a + b) / 2 ? a : b;
+        }
+    }
+};
+
+// @param keepsSteps steps between two samples stay hard
+void enlarge(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, bool keepsSteps,
+             cv::Mat& fitted) {
     static const std::array<float, kColorSteps + 1> colorWeights = makeColorWeights();
     const Axis columns = layOut(part.x, part.width, guide.cols, depth.cols);
     const Axis rows = layOut(part.y, part.height, guide.rows, depth.rows);
     const Samples samples = collectSamples(depth, guide, columns, rows);
+    std::optional<Steps> steps;
+    if (keepsSteps) steps.emplace(samples);
     FitColumns fitColumns;
     fitColumns.tap = columns.tap.data();
     for (std::size_t j = 0; j < kFitTaps; ++j)
@@ -358,6 +399,10 @@ void enlarge(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
             HWY_DYNAMIC_DISPATCH(fitDepthRowOn)
             (samples.from(rows.tap[row]), fitColumns, rowWeight, colorWeights.data(), fitGuide,
              width, fitted.ptr<float>(y));
+            if (steps) {
+                steps->harden(static_cast<std::size_t>(rows.tap[row]) * samples.columns,
+                              columns.tap, guide.cols, fitted.ptr<float>(y));
+            }
         }
     });
 }
@@ -444,17 +489,27 @@ bool isShrunk(const cv::Rect2d& part, cv::Size size) {
     return part.width >= size.width && part.height >= size.height;
 }
 
-} // namespace
-
-void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
+void fit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, bool keepsSteps,
+         cv::Mat& fitted) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkType(guide, {CV_8UC3}, "guide", "CV_8UC3");
     checkPart(depth, part);
     if (isShrunk(part, guide.size())) {
         pickNearest(depth, part, guide.size(), fitted);
     } else {
-        enlarge(depth, part, guide, fitted);
+        enlarge(depth, part, guide, keepsSteps, fitted);
     }
+}
+
+} // namespace
+
+void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
+    fit(depth, part, guide, false, fitted);
+}
+
+void fitRefinedDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
+                     cv::Mat& fitted) {
+    fit(depth, part, guide, true, fitted);
 }
 
 void interpolateDepth(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size,

@@ -14,6 +14,14 @@ namespace altiro3D {
 /// @throws Error as fitDepth()
 void interpolateDepth(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size, cv::Mat& fitted);
 
+/// As fitDepth(), for depth whose steps are hard: they stay hard, where fitDepth() has depths
+/// between their sides. Depth lies within the range of the 2 x 2 samples around it. Where these
+/// differ by 0.03 and by 0.6 of the range of the 4 x 4 samples around, it is their least or largest
+/// one, whichever is nearer to that of fitDepth().
+/// @throws Error as fitDepth()
+void fitRefinedDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
+                     cv::Mat& fitted);
+
 constexpr std::size_t kFitTaps = 4; ///< Along each axis: the cubic B-spline's support.
 
 /// Weights by squared colour distance, in steps of 8; beyond the table (5.6 sigma) the weight is a

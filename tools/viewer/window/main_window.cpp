@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/qt/image.hpp"
 #include "altiro3D/qt/native_widget.hpp"
+#include "viewer/show/slide_presenter.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/paint_bar.hpp"
 #include "viewer/window/photo_strip.hpp"
@@ -327,6 +328,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     controller_.setSwinging(false);
     controller_.cancelExport();
     onDisplay_.reset();
+    slides_.reset();
     event->accept();
 }
 

@@ -20,6 +20,7 @@ class KnobPanel;
 class PaintBar;
 class PhotoStrip;
 class PictureView;
+class SlidePresenter;
 class VideoExportDialog;
 class WelcomeCard;
 
@@ -82,7 +83,13 @@ class MainWindow : public QMainWindow {
     bool mayLosePaintedDepth();
     void showOnDisplay();
     void showTestPicture();
-    qt::NativeWidget* onDisplay(); ///< On the display found; null, after a message, if none is.
+    /// The screen that was chosen, or that of the display found; null, after a message, if there is
+    /// none. The calibration of the display is used.
+    QScreen* displayScreen();
+    qt::NativeWidget* onDisplay(); ///< On displayScreen(); null without one.
+    void fillScreens();
+    void showSlides();
+    void endSlides();
     void endWelcome();
     void tellDisplays();
     void remember(const std::filesystem::path& file);
@@ -106,6 +113,8 @@ class MainWindow : public QMainWindow {
     QAction* showsStrip_ = nullptr;
     QActionGroup* modes_ = nullptr;
     QMenu* recent_ = nullptr;
+    QMenu* screens_ = nullptr;
+    QString screen_; // chosen by hand; empty: that of the display
     QAction* swing_ = nullptr;
     bool swingsAfterPaint_ = false;
     QAction* follow_ = nullptr;
@@ -131,6 +140,8 @@ class MainWindow : public QMainWindow {
     QProgressBar* progress_ = nullptr;
     QToolButton* cancel_ = nullptr;
     std::unique_ptr<qt::NativeWidget> onDisplay_;
+    std::vector<std::string> slideProblems_;
+    std::unique_ptr<SlidePresenter> slides_; // while a slide show runs
 };
 
 } // namespace altiro3D::viewer

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/version.hpp"
+#include "viewer/show/presentation.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/manual.hpp"
@@ -210,6 +211,11 @@ QAction* MainWindow::buildDisplayMenu() {
     show->setIconText(tr("Show on display"));
     show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
     action(
+        display, tr("S&lide show…"), {}, [this] { showSlides(); }, "slideShowMenu");
+    screens_ = display.addMenu(tr("S&creen"));
+    screens_->setObjectName("screens");
+    connect(screens_, &QMenu::aboutToShow, this, &MainWindow::fillScreens);
+    action(
         display, tr("&Test picture"), {}, [this] { showTestPicture(); }, "testPicture");
     action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
     action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
@@ -283,6 +289,26 @@ void MainWindow::fillRecent() {
     if (recent_->isEmpty()) recent_->addAction(tr("Nothing yet"))->setEnabled(false);
 }
 
+void MainWindow::fillScreens() {
+    screens_->clear();
+    const auto add = [this](const QString& text, const QString& name) {
+        QAction* const entry = screens_->addAction(text);
+        entry->setCheckable(true);
+        entry->setChecked(name == screen_);
+        connect(entry, &QAction::triggered, this, [this, name] { screen_ = name; });
+    };
+    add(tr("That of the display"), {});
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    for (std::size_t i = 0; i < screens.size(); ++i) {
+        const qt::ScreenFacts& screen = screens[i];
+        const QString name = nameOf(screen, i);
+        QString text = name;
+        if (!screen.model.empty()) text += ", " + QString::fromStdString(screen.model);
+        text += tr(", %1 × %2 px").arg(screen.size.width).arg(screen.size.height);
+        add(text.replace("&", "&&"), name);
+    }
+}
+
 void MainWindow::readSettings() {
     const QSettings settings;
     Knobs knobs;
@@ -317,6 +343,7 @@ void MainWindow::readSettings() {
     showsStrip_->setChecked(settings.value("strip", true).toBool());
     follow_->setChecked(settings.value("follow", false).toBool());
     dark_->setChecked(settings.value("dark", false).toBool());
+    screen_ = settings.value("screen").toString();
     restoreGeometry(settings.value("geometry").toByteArray());
     restoreState(settings.value("state").toByteArray());
     paintBar_->hide();
@@ -341,6 +368,7 @@ void MainWindow::writeSettings() const {
     settings.setValue("strip", showsStrip_->isChecked());
     settings.setValue("follow", follow_->isChecked());
     settings.setValue("dark", dark_->isChecked());
+    settings.setValue("screen", screen_);
     settings.setValue("geometry", saveGeometry());
     settings.setValue("state", saveState());
 }

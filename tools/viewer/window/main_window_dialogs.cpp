@@ -10,10 +10,12 @@
 #include "cli/run_tool.hpp"
 #include "video/video_run.hpp"
 #include "viewer/show/presentation.hpp"
+#include "viewer/show/slide_presenter.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/network_dialog.hpp"
 #include "viewer/window/picture_view.hpp"
+#include "viewer/window/slide_show_dialog.hpp"
 #include "viewer/window/video_bar.hpp"
 #include "viewer/window/video_export_dialog.hpp"
 #include "viewer/window/window_words.hpp"
@@ -26,6 +28,7 @@
 #include <QSettings>
 #include <QToolButton>
 #include <algorithm>
+#include <utility>
 
 namespace altiro3D::viewer {
 
@@ -290,24 +293,87 @@ void MainWindow::endExportAll(const BatchReport& report) {
     box.exec();
 }
 
-qt::NativeWidget* MainWindow::onDisplay() {
+QScreen* MainWindow::displayScreen() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
     const Display& own = controller_.display();
-    const auto chosen = qt::chooseDisplay(displays, screens, own.calibration, own.panelSize());
-    if (!chosen) {
+    std::optional<std::size_t> screen;
+    const qt::FoundDisplay* display = nullptr; // on that screen
+    for (std::size_t i = 0; i < screens.size() && !screen_.isEmpty(); ++i)
+        if (nameOf(screens[i], i) == screen_) screen = i;
+    if (screen) {
+        for (const qt::FoundDisplay& found : displays)
+            if (found.screen == screen) display = &found;
+    } else if (!screen_.isEmpty()) {
+        warn(this, tr("Screen"),
+             tr("The screen %1 is not connected: choose another one with Display > Screen")
+                 .arg(screen_));
+        return nullptr;
+    } else if (const auto chosen =
+                   qt::chooseDisplay(displays, screens, own.calibration, own.panelSize())) {
+        display = &displays[*chosen];
+        screen = display->screen;
+    } else {
         tellDisplays();
         return nullptr;
     }
-    const qt::FoundDisplay& display = displays[*chosen];
-    if (display.calibration && fingerprint(*display.calibration) != fingerprint(own.calibration))
-        useCalibration(*display.calibration, display.calibrationFile);
-    if (!display.problems.empty()) say(linesOf(display.problems), 15000);
+    if (display != nullptr && display->calibration &&
+        fingerprint(*display->calibration) != fingerprint(own.calibration))
+        useCalibration(*display->calibration, display->calibrationFile);
+    const std::vector<std::string> problems =
+        display != nullptr ? display->problems
+                           : qt::problemsOf(screens[*screen], controller_.display().panelSize());
+    if (!problems.empty()) say(linesOf(problems), 15000);
+    return QGuiApplication::screens()[static_cast<int>(*screen)];
+}
+
+qt::NativeWidget* MainWindow::onDisplay() {
+    QScreen* const screen = displayScreen();
+    if (screen == nullptr) return nullptr;
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
             [this] { controller_.setPresenting(false); });
-    onDisplay_->showOn(*QGuiApplication::screens()[static_cast<int>(*display.screen)]);
+    onDisplay_->showOn(*screen);
     return onDisplay_.get();
+}
+
+void MainWindow::showSlides() {
+    SlideShowDialog dialog(controller_.sources().size(), this);
+    if (dialog.exec() != QDialog::Accepted) return;
+    std::vector<fs::path> names;
+    if (!dialog.folder().isEmpty()) {
+        names.push_back(toPath(dialog.folder()));
+    } else {
+        for (const Source& source : controller_.sources()) {
+            names.push_back(source.file);
+            if (!source.depth.empty()) names.push_back(source.depth);
+        }
+    }
+    QScreen* const screen = displayScreen();
+    if (screen == nullptr) return;
+    try {
+        slideProblems_.clear();
+        slides_ = std::make_unique<SlidePresenter>(
+            dialog.settings(), ShowFiles(names),
+            std::make_shared<const Display>(controller_.display()), qt::factsOf(*screen).size,
+            [this](const std::string& problem) { slideProblems_.push_back(problem); });
+    } catch (const std::exception& error) {
+        return warn(this, tr("Slide show"), QString::fromStdString(tools::sentenceOf(error)));
+    }
+    onDisplay_.reset();
+    controller_.setPresenting(false);
+    controller_.setPlaying(false);
+    connect(slides_.get(), &SlidePresenter::ended, this, &MainWindow::endSlides,
+            Qt::QueuedConnection);
+    slides_->setPlaySettings(controller_.playSettings());
+    slides_->start(*screen);
+}
+
+void MainWindow::endSlides() {
+    slides_.reset();
+    if (!slideProblems_.empty())
+        warn(this, tr("Slide show"),
+             tr("Not shown:") + "\n" + linesOf(std::exchange(slideProblems_, {})));
 }
 
 void MainWindow::showOnDisplay() {
@@ -363,9 +429,10 @@ void MainWindow::tellDisplays() {
         text += "</p>";
     }
     if (displays.empty()) {
-        text = tr("<p><b>No light-field display was found.</b></p><p>Connect its video and USB "
-                  "cables, extend the desktop to it, and mount its volume. Without one, look with "
-                  "Sway, Quilt and Lens.</p>");
+        text =
+            tr("<p><b>No light-field display was found.</b></p><p>Connect its video and USB "
+               "cables, extend the desktop to it, and mount its volume, or choose its screen with "
+               "Display &gt; Screen. Without one, look with Sway, Quilt and Lens.</p>");
     }
     QMessageBox::information(this, tr("Displays"), text);
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/qt/display_search.hpp"
 #include "viewer/model/making.hpp"
 
 #include <QFile>
@@ -58,6 +59,13 @@ inline QString toName(const std::filesystem::path& path) {
 inline QString nameOf(const Source& source) {
     const std::filesystem::path& file = source.file; // perhaps "views/"
     return toName(file.has_filename() ? file.filename() : file.parent_path().filename());
+}
+
+/// The name of a screen for people, which tells it from the others.
+/// @param index of it among all
+inline QString nameOf(const qt::ScreenFacts& screen, std::size_t index) {
+    return screen.name.empty() ? QObject::tr("Screen %1").arg(index + 1)
+                               : QString::fromStdString(screen.name);
 }
 
 /// The sentences, one per line.

@@ -10,6 +10,7 @@
 #include <QDoubleSpinBox>
 #include <QEvent>
 #include <QFormLayout>
+#include <QGraphicsOpacityEffect>
 #include <QGroupBox>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -130,7 +131,9 @@ QLabel* faintLabel(const QString& name) {
     label->setObjectName(name);
     label->setTextFormat(Qt::PlainText); // what files say is no markup
     label->setWordWrap(true);
-    label->setForegroundRole(QPalette::PlaceholderText); // faint in every palette
+    auto* faint = new QGraphicsOpacityEffect(label); // in every palette
+    faint->setOpacity(0.65);
+    label->setGraphicsEffect(faint);
     return label;
 }
 

@@ -60,6 +60,7 @@ void useDarkLook(bool dark) {
         palette = QPalette(QColor(53, 53, 53)); // the rest follows from the buttons
         palette.setColor(QPalette::Base, QColor(35, 35, 35));
         palette.setColor(QPalette::Highlight, QColor(42, 110, 170));
+        palette.setColor(QPalette::HighlightedText, Qt::white);
         palette.setColor(QPalette::Link, QColor(110, 170, 230));
         palette.setColor(QPalette::ToolTipBase, QColor(70, 70, 70));
         palette.setColor(QPalette::ToolTipText, Qt::white);

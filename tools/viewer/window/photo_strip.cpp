@@ -31,6 +31,12 @@ QImage reducedJpeg(const fs::path& file, int side) {
     return reader.read();
 }
 
+// Of an icon and its name: the same for each, though icons differ in height.
+QSize cellSize() {
+    constexpr int kSide = Thumbnails::kSide;
+    return {kSide + 12, kSide + QFontMetrics(QApplication::font()).height() + 14};
+}
+
 } // namespace
 
 PhotoStrip::PhotoStrip(QWidget* parent)
@@ -46,7 +52,7 @@ PhotoStrip::PhotoStrip(QWidget* parent)
     setWordWrap(false);
     constexpr int kSide = Thumbnails::kSide;
     setIconSize({kSide, kSide});
-    const QSize cell(kSide + 12, kSide + fontMetrics().height() + 14);
+    const QSize cell = cellSize();
     setGridSize(cell);
     setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
     setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOn);
@@ -131,6 +137,8 @@ QVariant Thumbnails::data(const QModelIndex& index, int role) const {
     case Qt::DisplayRole:
     case Qt::AccessibleTextRole:
         return nameOf(source);
+    case Qt::SizeHintRole:
+        return cellSize();
     case Qt::ToolTipRole: // names are not markup
         return tipOf(toName(file) +
                      (source.depth.empty() ? QString() : "\n" + toName(source.depth)));

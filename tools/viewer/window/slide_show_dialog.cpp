@@ -19,7 +19,9 @@
 namespace altiro3D::viewer {
 
 SlideShowDialog::SlideShowDialog(std::size_t openFiles, QWidget* parent)
-    : QDialog(parent), ofFiles_(new QRadioButton(tr("The %n open file(s)", "", int(openFiles)))),
+    : QDialog(parent),
+      ofFiles_(new QRadioButton(openFiles == 1 ? tr("The open file")
+                                               : tr("The %1 open files").arg(openFiles))),
       ofFolder_(new QRadioButton(tr("All of a folder"))), name_(new QLabel),
       each_(new QDoubleSpinBox), shuffles_(new QCheckBox(tr("In random order"))),
       loops_(new QCheckBox(tr("Begin again after the last file"))) {

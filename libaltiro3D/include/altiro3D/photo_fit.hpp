@@ -139,9 +139,9 @@ ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& o
                                        const cv::Rect& part = {});
 
 /// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then
-/// refineScene() inside the bars. If the fit enlarges the photo, and its depth map is not larger
-/// than it, depth is refined first, at the size of the photo: except for mixed px, flaws are then
-/// lengths in px of the photo.
+/// refineScene() inside the bars. If the fit enlarges the photo 1.25 times or more, and its depth
+/// map is not larger than it, depth is refined first, at the size of the photo: except for mixed
+/// px, flaws are then lengths in px of the photo.
 ///
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()

@@ -176,9 +176,12 @@ void resampleDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit
     inside.copyTo(fitted(filled));
 }
 
-// Whether the fit enlarges the photo and its depth.
+// Whether the fit enlarges the photo and its depth by so much that refinement before it pays. Views
+// of a quilt's size seldom do; their depth, of networks above all, is better refined afterwards.
 bool isEnlarged(const Scene& scene, const PhotoFit& fit) {
-    return fit.target.width > fit.source.width && fit.target.height > fit.source.height &&
+    constexpr double kLeast = 1.25;
+    return fit.target.width >= kLeast * fit.source.width &&
+           fit.target.height >= kLeast * fit.source.height &&
            scene.depth.cols <= scene.photo.cols && scene.depth.rows <= scene.photo.rows;
 }
 

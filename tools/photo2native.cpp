@@ -137,6 +137,7 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] --stereo left-right PAIR OUT.png");
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     commandLine.addUsage("--lg OUT.mp4 [options] PHOTO");
+    commandLine.addUsage("--save-stereo OUT.png [options] PHOTO");
     commandLine.addUsage("--plan PLAN [options] DIR OUTDIR");
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
@@ -164,6 +165,12 @@ void addOptions(CommandLine& commandLine) {
                             "FILE.jpg");
     commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
                             "DIR");
+    EyesFiles::add(
+        commandLine,
+        "It has the photo's own size and needs no display, and without OUT no Native is "
+        "made. The parallax between the eyes is --strength, by default 2.5. A photo of "
+        "both eyes is laid out anew as it is, unless --strength, --focus, --depth-curve, "
+        "--method or --stereo-keep is given.");
     addSwayFileOption(
         commandLine,
         "It holds the whole photo in its own shape, or the part of --center and --zoom, and");

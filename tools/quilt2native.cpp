@@ -105,6 +105,7 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
     }
     // last, so that an existing Native means that all outputs exist
     makeNativeFile(renderer, quilt, native, messages, times);
+    if (!job.eyes.name().empty()) messages.say(job.eyes.name().string() + ": " + job.eyes.words());
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
@@ -246,6 +247,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (makesVideo) return runVideo(job.video, messages);
     if (!isStream) requirePictureName(job.native);
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
+    if (!job.eyes.files().empty()) requirePictureName(job.eyes.name());
     if (!isStandardStream(job.quilt)) requireFile(job.quilt);
     const ChosenDisplay display = findDisplay(job.display, messages);
     Outputs outputs(job.replace);

@@ -73,12 +73,16 @@ void EyesFiles::add(CommandLine& commandLine, const std::string& of) {
 
 EyesFiles::EyesFiles(const CommandLine& commandLine)
     : options_(eyesOptions(commandLine, "save-stereo")),
-      file_(commandLine.value("save-stereo").value_or("")) {
-    if (!file_.empty()) requirePictureName(file_);
-}
+      file_(commandLine.value("save-stereo").value_or("")) {}
 
 EyesFiles::EyesFiles(const EyesFiles& same, std::filesystem::path file)
     : options_(same.options_), file_(std::move(file)) {}
+
+std::string EyesFiles::ending() const {
+    if (options_.areFiles) return ".png";
+    const std::string tag = nameOf(options_.picture).tag;
+    return "_" + (tag.empty() ? nameOf(options_.picture).option : tag) + ".png";
+}
 
 std::vector<std::filesystem::path> EyesFiles::files() const {
     if (file_.empty()) return {};
@@ -97,15 +101,11 @@ void EyesFiles::write(const StereoPair& eyes, Messages& messages) const {
     if (options_.areFiles) {
         writeImage(files()[0], left);
         writeImage(files()[1], right);
-        messages.say(files()[0].string() + ", " + files()[1].filename().string() + ": " +
-                     sizeText(left.size()));
         return;
     }
     cv::Mat joined;
     joinEyes(left, right, options_.picture, joined);
     writeImage(file_, joined);
-    messages.say(file_.string() + ": " + nameOf(options_.picture).words + ", " +
-                 sizeText(joined.size()));
 }
 
 } // namespace altiro3D::tools

@@ -43,9 +43,15 @@ class EyesFiles {
 
     const EyesOptions& options() const { return options_; }
     const std::filesystem::path& name() const { return file_; } ///< As given; empty: none.
+    /// The end of the names of such files in a folder: "_LRF.png".
+    std::string ending() const;
     /// The files to write: none, one, or those of the left and the right eye.
     std::vector<std::filesystem::path> files() const;
-    /// Writes them and says so. @throws Error
+    /// What they are, for people: "side by side".
+    const char* words() const {
+        return options_.areFiles ? "the pictures of both eyes" : nameOf(options_.picture).words;
+    }
+    /// Writes them. Says which tag players look for. @throws Error
     void write(const StereoPair& eyes, Messages& messages) const;
 
   private:

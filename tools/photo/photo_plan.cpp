@@ -46,7 +46,8 @@ constexpr OutputKind kOutputs[] = {
     {"save-rgbd", &PhotoOutputs::rgbd, "_rgbd.png"},
     {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
     {"lg", &PhotoOutputs::video, ".mp4"},
-    {"save-views", &PhotoOutputs::views, "_views"}};
+    {"save-views", &PhotoOutputs::views, "_views"},
+    {"save-stereo", &PhotoOutputs::stereo, ""}}; // by its layout
 
 std::string pairName(const DepthOptions& depth) {
     return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
@@ -165,6 +166,9 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     job.jsonProgress = wantsJsonProgress(commandLine);
     for (const OutputKind& kind : kOutputs)
         job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
+    job.eyes = EyesFiles(commandLine);
+    for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
+        job.keepsEyes = job.keepsEyes && !commandLine.has(other);
     takeNames(commandLine, job);
     if (isStandardStream(job.outputs.native)) {
         commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
@@ -200,8 +204,10 @@ std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     if (!item.native.empty()) files.push_back(item.native);
     for (const OutputKind& kind : kOutputs) {
         const fs::path& file = item.*kind.file;
-        if (!file.empty() && &file != &item.views) files.push_back(file);
+        if (!file.empty() && &file != &item.views && &file != &item.stereo) files.push_back(file);
     }
+    for (const fs::path& file : item.eyes.files())
+        files.push_back(file);
     for (int i = 0; i < views && !item.views.empty(); ++i)
         files.push_back(item.views / viewFileName(i, views));
     return files;
@@ -250,10 +256,12 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
             if (!item.native.empty()) item.native /= stems[i] + "_native.png";
             for (const OutputKind& kind : kOutputs)
                 if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
+            if (!item.stereo.empty()) item.stereo += job.eyes.ending();
         } else { // of several, one that is bad does not stop the rest
             if (!isStandardStream(item.photo)) requireFile(item.photo);
             if (!item.depth.empty()) requireFile(item.depth);
         }
+        item.eyes = EyesFiles(job.eyes, item.stereo);
         if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
             const double aspect = named && named->aspect ? *named->aspect : display.aspect();
@@ -273,7 +281,8 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
     for (PhotoItem& item : plan.items) {
         outputs.addInputs({item.photo, item.depth});
         requireNoTerminal(item.native);
-        for (const fs::path& file : {item.native, item.quilt, item.savedDepth, item.rgbd}) {
+        for (const fs::path& file :
+             {item.native, item.quilt, item.savedDepth, item.rgbd, item.stereo}) {
             if (!file.empty() && !isStandardStream(file))
                 requirePictureName(file, file != item.savedDepth);
         }

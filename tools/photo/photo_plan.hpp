@@ -3,6 +3,7 @@
 #include "cli/budget.hpp"
 #include "cli/depth_options.hpp"
 #include "cli/display_options.hpp"
+#include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
@@ -28,6 +29,7 @@ struct PhotoOutputs {
     std::filesystem::path photoWithDepth; ///< JPEG with depth inside
     std::filesystem::path video;          ///< the swaying video
     std::filesystem::path views;          ///< a directory
+    std::filesystem::path stereo;         ///< See EyesFiles.
 };
 
 /// The command line of a run.
@@ -47,6 +49,9 @@ struct PhotoJob {
     SceneOptions scene;
     CameraOptions camera;
     Budget budget;
+    EyesFiles eyes; ///< How pictures for two eyes are made; named as PhotoOutputs::stereo.
+    /// Nothing asks for other pictures of eyes than those that were photographed.
+    bool keepsEyes = true;
     SwayOptions sway;
     cv::Size swaySize;                        ///< Of the swaying video; empty: the photo's.
     std::map<std::string, std::string> given; ///< The options as they were given, for the report.
@@ -60,6 +65,7 @@ PhotoJob photoJob(const CommandLine& commandLine);
 struct PhotoItem : PhotoOutputs {
     std::filesystem::path photo;
     std::filesystem::path depth; ///< its depth image; with `--stereo files` the right eye's picture
+    EyesFiles eyes;              ///< The files of PhotoOutputs::stereo.
     bool isFromFolder = false; ///< Not named itself: it is left out if it turns out to be a quilt.
     bool isMade = false;       ///< All outputs exist already: `--skip-existing`.
 };

@@ -64,6 +64,54 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
     return fit.size;
 }
 
+// Both eyes' pictures as they were photographed; nothing if options ask for other ones, or if the
+// photo is not of both eyes.
+std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun& run,
+                                           DepthOrigin origin) {
+    const PhotoJob& job = run.job;
+    if (origin != DepthOrigin::Matched || !job.keepsEyes) return std::nullopt;
+    const PhotoFile photo = pictureToRead(item.photo);
+    if (job.depth.isPair) return StereoPair{readPhoto(photo), readPhoto(item.depth), {}};
+    if (!job.depth.stereo)
+        if (auto pair = readStereoPair(photo)) return pair;
+    const auto name = parseSceneName(photo.path());
+    if (!job.depth.stereo && !name) return std::nullopt;
+    const StereoLayout layout = job.depth.stereo ? job.depth.stereo->layout : name->layout;
+    const StereoHalves halves =
+        halvesOf(photo.path(), job.depth.stereo ? job.depth.stereo->halves : name->halves);
+    const cv::Mat whole = readPhoto(photo);
+    const EyesOptions& wanted = job.eyes.options();
+    if (!wanted.areFiles && !wanted.swapped &&
+        eyesPictureOf(layout, halves, whole.size()) == wanted.picture) {
+        throw Error(ErrorCode::InvalidArgument, photo.path().string(),
+                    std::string("is ") + nameOf(wanted.picture).words +
+                        " already, expected another --stereo-layout");
+    }
+    return splitStereoPair(whole, layout, halves);
+}
+
+// Writes the pictures for two eyes, of the whole photo at its own size.
+void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+                const ReadPhoto& scene, Messages& messages) {
+    if (const auto pair = photographedEyes(item, run, scene.origin)) {
+        messages.say("both eyes: as they were photographed");
+        StereoPair eyes = *pair;
+        if (eyes.right.size() != eyes.left.size())
+            cv::resize(eyes.right, eyes.right, eyes.left.size(), 0, 0, cv::INTER_AREA);
+        item.eyes.write(eyes, messages);
+        return;
+    }
+    const EyesOptions& wanted = run.job.eyes.options();
+    PlacementOptions whole = options;
+    whole.fit = FitMode::Stretch;
+    whole.framing = {};
+    whole.views.strengthPercent = wanted.strengthPercent;
+    const cv::Size size = scene.photo.size();
+    const Placement placed =
+        placeScene(scene, static_cast<double>(size.width) / size.height, size, whole);
+    item.eyes.write(renderEyes(placed.scene, whole.views, wanted.from), messages);
+}
+
 // The whole depth map, aligned with a photo, at the photo's size.
 cv::Mat wholeDepth(const cv::Mat& depth, const cv::Mat& photo) {
     cv::Mat whole;
@@ -349,7 +397,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         makeQuilt(maker, options, scene, quiltAspect, aspect, placed.scene, run.quilt);
         times.end("views");
     }
-    if (!needsDepth(item) && item.video.empty())
+    if (!needsDepth(item) && item.video.empty() && item.stereo.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative) {
         maker.makeNative(placed.scene, run.quilt, run.native);
@@ -369,6 +417,11 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     if (!item.video.empty()) {
         videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
         times.end("video");
+        endIfStopWanted();
+    }
+    if (!item.stereo.empty()) {
+        saveStereo(item, run, options, scene, messages);
+        times.end("stereo");
         endIfStopWanted();
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
@@ -395,7 +448,8 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
                   {"depth", "depth", item.savedDepth},
                   {"rgbd", "RGB-D image", item.rgbd},
                   {"photoWithDepth", "photo with its depth", item.photoWithDepth},
-                  {"views", "views", item.views}};
+                  {"views", "views", item.views},
+                  {"stereo", item.eyes.words(), item.stereo}};
     for (const auto& other : others) {
         if (!other.file.empty()) report[other.key] = other.file.string();
     }

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
-#include <string>
+#include <optional>
 
 namespace altiro3D {
 
@@ -29,6 +29,13 @@ struct EyesPictureName {
 /// @return true for any of the usual tags; always true for Rows, which have none
 [[nodiscard]] ALTIRO3D_EXPORT bool hasEyesTag(const std::filesystem::path& file,
                                               EyesPicture picture);
+
+/// The kind of a picture that holds both eyes.
+/// @param layout order of the eyes @param halves shape of the halves
+/// @param whole size of the picture in px
+/// @return the kind; nothing for orders that joinEyes() does not make
+[[nodiscard]] ALTIRO3D_EXPORT std::optional<EyesPicture>
+eyesPictureOf(StereoLayout layout, StereoHalves halves, cv::Size whole);
 
 /// The size of a picture for two eyes.
 /// @param eye size of the picture of one eye in px

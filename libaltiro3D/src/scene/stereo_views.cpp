@@ -4,6 +4,7 @@
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 #include "base/srgb_light.hpp"
+#include "image/picture_halves.hpp"
 
 #include <algorithm>
 #include <array>
@@ -108,6 +109,23 @@ bool hasEyesTag(const std::filesystem::path& file, EyesPicture picture) {
         picture == EyesPicture::SideBySideHalf || picture == EyesPicture::TopBottomHalf;
     return found->halves == StereoHalves::Automatic ||
            (found->halves == StereoHalves::Squeezed) == isHalf;
+}
+
+std::optional<EyesPicture> eyesPictureOf(StereoLayout layout, StereoHalves halves, cv::Size whole) {
+    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    const bool isHalf = squeezeOf(whole, isBeside, halves) != Squeeze::None;
+    switch (layout) {
+    case StereoLayout::LeftRight:
+        return isHalf ? EyesPicture::SideBySideHalf : EyesPicture::SideBySide;
+    case StereoLayout::TopBottom:
+        return isHalf ? EyesPicture::TopBottomHalf : EyesPicture::TopBottom;
+    case StereoLayout::RightLeft:
+        if (!isHalf) return EyesPicture::Crossed;
+        break;
+    case StereoLayout::BottomTop:
+        break;
+    }
+    return std::nullopt;
 }
 
 cv::Size eyesSize(cv::Size eye, EyesPicture picture) {

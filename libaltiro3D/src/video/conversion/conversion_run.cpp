@@ -3,7 +3,6 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "base/checks.hpp"
-#include "image/picture_halves.hpp"
 #include "media/video_picture.hpp"
 
 #include <algorithm>
@@ -79,15 +78,7 @@ void checkFields(const VideoConversion& conversion) {
 // Frames that are as wanted already.
 void refuseSameLayout(const VideoConversion& conversion, const VideoFacts& facts) {
     const StereoVideo& now = *conversion.stereo;
-    const bool isBeside =
-        now.layout == StereoLayout::LeftRight || now.layout == StereoLayout::RightLeft;
-    const bool isHalf = squeezeOf(facts.size, isBeside, now.halves) != Squeeze::None;
-    std::optional<EyesPicture> same;
-    if (now.layout == StereoLayout::LeftRight)
-        same = isHalf ? EyesPicture::SideBySideHalf : EyesPicture::SideBySide;
-    if (now.layout == StereoLayout::TopBottom)
-        same = isHalf ? EyesPicture::TopBottomHalf : EyesPicture::TopBottom;
-    if (now.layout == StereoLayout::RightLeft && !isHalf) same = EyesPicture::Crossed;
+    const auto same = eyesPictureOf(now.layout, now.halves, facts.size);
     if (same != conversion.eyes.picture || conversion.eyes.swapped) return;
     throw Error(ErrorCode::InvalidArgument, nameOf(conversion.input),
                 std::string("is ") + nameOf(*same).words + " already, expected another layout");

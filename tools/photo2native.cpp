@@ -20,17 +20,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The photos of a run, and their part of its report.
-struct MadePhotos : PhotosMade {
-    Json pictures = Json::array();
-};
-
-// A run of one photo.
-void makeOnePhoto(const PhotoItem& item, PhotoRun& run, MadePhotos& made, Messages& messages) {
+// A run of one photo. @param pictures receives its entry in the report
+void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& pictures,
+                  Messages& messages) {
     const std::string output = nameOf(mainOutput(item), "standard output");
     if (item.isMade) {
         messages.say(item.photo.string() + ": skipped, as " + output + " exists");
-        made.pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
+        pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
         return;
     }
     run.isForOnePhoto = true;
@@ -38,7 +34,7 @@ void makeOnePhoto(const PhotoItem& item, PhotoRun& run, MadePhotos& made, Messag
     progress.step(item.photo.string(), item.photo);
     catchStop();
     try {
-        made.pictures.push_back(makePhoto(item, run, messages));
+        pictures.push_back(makePhoto(item, run, messages));
         progress.end(kExitDone, 1);
     } catch (const Stopped&) {
         made.status = kExitStopped;
@@ -46,14 +42,15 @@ void makeOnePhoto(const PhotoItem& item, PhotoRun& run, MadePhotos& made, Messag
         messages.warn("stopped; " + output + " was not made");
         progress.end(kExitStopped, 0);
     } catch (const std::exception& error) {
-        failedEnd(error).addTo(made.pictures, "photo", {item.photo, item.native});
+        failedEnd(error).addTo(pictures, "photo", {item.photo, item.native});
         progress.end(kExitFailed, 0);
         throw;
     }
 }
 
-// A run of many photos.
-void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, MadePhotos& made, Messages& messages) {
+// A run of many photos. @param pictures receives their entries in the report
+void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json& pictures,
+                    Messages& messages) {
     std::vector<FolderItem> files;
     for (const PhotoItem& item : plan.items)
         files.push_back({item.photo, mainOutput(item), item.isMade});
@@ -63,12 +60,12 @@ void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, MadePhotos& made, Mess
             made.outputs.push_back(file);
     };
     const auto make = [&](std::size_t i) {
-        made.pictures.push_back(makePhoto(plan.items[i], run, messages));
+        pictures.push_back(makePhoto(plan.items[i], run, messages));
         addOutputs(i);
         return kExitDone;
     };
     made.status = folder.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
-        end.addTo(made.pictures, "photo", files[i]);
+        end.addTo(pictures, "photo", files[i]);
         if (!end.error.empty()) made.notMade.push_back("failed: " + end.error);
         if (!end.leftOut.empty())
             made.notMade.push_back(files[i].input.string() + ": " + end.leftOut);
@@ -104,21 +101,22 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     outputs.makeDirectories();
     messages.setQuiet(false);
 
-    MadePhotos made;
+    PhotosMade made;
+    Json pictures = Json::array();
     const auto writeReport = [&](int status) {
         if (job.report.empty()) return;
         Json report = photoReport(photoRun, status, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peakMegabytes();
-        report["pictures"] = made.pictures;
+        report["pictures"] = pictures;
         writeFile(job.report, jsonText(report, 2) + "\n");
     };
     try {
         if (plan.batch) {
-            makeManyPhotos(plan, photoRun, made, messages);
+            makeManyPhotos(plan, photoRun, made, pictures, messages);
         } else {
-            makeOnePhoto(plan.items.front(), photoRun, made, messages);
+            makeOnePhoto(plan.items.front(), photoRun, made, pictures, messages);
         }
     } catch (...) {
         writeReport(kExitFailed);

@@ -97,7 +97,8 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (part != nullptr) part->requireSame(photoRun);
     messages.detail("ready: " + setup.text());
     const std::string fixedWay = fixedWayText(job.scene.unasked);
-    if (!fixedWay.empty()) messages.say(fixedWay);
+    const bool isPlaced = displayUse(job) != DisplayUse::None;
+    if (isPlaced && !fixedWay.empty()) messages.say(fixedWay);
     outputs.makeDirectories();
     messages.setQuiet(false);
 

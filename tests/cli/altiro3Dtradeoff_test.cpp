@@ -160,7 +160,7 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
     depth = estimated.depth;
     cv::resize(depth, depth, stereo.depth.size(), 0, 0, cv::INTER_LINEAR);
     EXPECT_NEAR(row.at("rankCorrelation").get<double>(), rankCorrelation(depth, stereo.depth),
-                1e-9);
+                kReportPrecision);
     alignDepth(depth, stereo.depth, depth);
     ViewOptions layered;
     layered.method = ViewMethod::Layered;
@@ -168,8 +168,8 @@ TEST_F(Tradeoff, SourcesOfDepthAreComparedWithTheTruth) {
     Depth2Quilt({1, 1, stereo.photo.size(), 1}, stereo.options(layered))
         .renderView({stereo.photo, depth}, 1, view);
     const ViewAccuracy accuracy = compareViews(view, stereo.truth, stereo.band());
-    EXPECT_NEAR(row.at("psnrInside").get<double>(), accuracy.psnrInside, 1e-9);
-    EXPECT_NEAR(row.at("ssimWhole").get<double>(), accuracy.ssimWhole, 1e-9);
+    EXPECT_NEAR(row.at("psnrInside").get<double>(), accuracy.psnrInside, kReportPrecision);
+    EXPECT_NEAR(row.at("ssimWhole").get<double>(), accuracy.ssimWhole, kReportPrecision);
 }
 
 // A network whose numbers overflow where the picture is bright.
@@ -237,7 +237,8 @@ TEST_F(Tradeoff, ScenesOfATableGetMeans) {
         EXPECT_EQ(mean.at("setting"), one.at("setting"));
         for (const char* key : {"millisecondsPerView", "psnrWhole", "ssimWhole", "ssimInside"}) {
             EXPECT_NEAR(mean.at(key).get<double>(),
-                        (one.at(key).get<double>() + two.at(key).get<double>()) / 2, 1e-9)
+                        (one.at(key).get<double>() + two.at(key).get<double>()) / 2,
+                        kReportPrecision)
                 << key;
         }
     }

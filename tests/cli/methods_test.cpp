@@ -143,14 +143,16 @@ TEST_F(Methods, TheCameraGivesTheStrength) {
     options.strengthPercent = 32;
     for (const Arguments& keep : {Arguments{}, Arguments{"-k"}}) { // whatever the view's size
         const Json json = report(keep + Arguments("-g --camera camera.json"));
-        EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 32, 1e-9);
+        EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 32,
+                    kReportPrecision);
         EXPECT_TRUE(json.at("settings").at("strengthPercent").is_null());
     }
     EXPECT_TRUE(samePicture(native("-g --camera camera.json"), libraryNative(options)));
     EXPECT_TRUE(samePicture(native("-g --strength 32"), libraryNative(options)));
     writeCamera(R"("zFar": null)"); // infinitely far: 2 80 0.2 = 32 px
     const Json json = report("-g --camera camera.json");
-    EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 3200 / 90.0, 1e-9);
+    EXPECT_NEAR(json.at("pictures").at(0).at("strengthPercent").get<double>(), 3200 / 90.0,
+                kReportPrecision);
 }
 
 TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
@@ -159,7 +161,7 @@ TEST_F(Methods, TheCameraIsCroppedWithThePhoto) {
     writeCamera();
     const Json picture = report("-g --camera camera.json").at("pictures").at(0);
     EXPECT_EQ(picture.at("crop").at(2), 90);
-    EXPECT_NEAR(picture.at("strengthPercent").get<double>(), 32, 1e-9);
+    EXPECT_NEAR(picture.at("strengthPercent").get<double>(), 32, kReportPrecision);
 }
 
 TEST_F(Methods, TheStrengthOfTheCameraDecidesHowFarThePhotoIsEnlarged) {
@@ -174,7 +176,7 @@ TEST_F(Methods, TheStrengthOfTheCameraDecidesHowFarThePhotoIsEnlarged) {
     EXPECT_EQ(made.at("crop"), expected.at("crop"));
     EXPECT_NE(made.at("crop"), picture("--strength 10").at("crop"));
     const double shown = made.at("crop").at(2);
-    EXPECT_NEAR(made.at("strengthPercent").get<double>(), 3.2 * 900 / shown, 1e-9);
+    EXPECT_NEAR(made.at("strengthPercent").get<double>(), 3.2 * 900 / shown, kReportPrecision);
 }
 
 TEST_F(Methods, BadCamerasAreOneErrorLine) {

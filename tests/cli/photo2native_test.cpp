@@ -153,7 +153,7 @@ TEST_F(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
     const Json& picture = report.at("pictures").at(0);
     EXPECT_NEAR(picture.at("focus").get<double>(), path.views.focus, 1e-6);
     EXPECT_NEAR(picture.at("strengthPercent").get<double>(), path.views.strengthPercent, 1e-6);
-    EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, 1e-9);
+    EXPECT_NEAR(picture.at("center").at(0).get<double>(), path.framing.centre.x, kReportPrecision);
     EXPECT_GT(path.views.strengthPercent, 0);
     EXPECT_LE(path.views.strengthPercent, kMaxAutoStrength);
     EXPECT_TRUE(samePicture(readBack(studio_ / "native.png"), libraryNative(studio_, path)));
@@ -752,7 +752,8 @@ TEST_F(Photo2Native, TheReportIsEnoughToMakeThePictureAgain) {
         // a camera takes the place of the strength: 2 80 0.2 (1/1 - 1/10) = 28.8 px of 90
         const bool camera = arguments.back() == "camera.json";
         EXPECT_EQ(settings.at("strengthPercent").is_null(), camera);
-        EXPECT_NEAR(picture.at("strengthPercent").get<double>(), camera ? 32 : 17.3, 1e-9);
+        EXPECT_NEAR(picture.at("strengthPercent").get<double>(), camera ? 32 : 17.3,
+                    kReportPrecision);
         EXPECT_TRUE(settings.at("network").is_null());
         EXPECT_TRUE(settings.at("rgbdSide").is_null());
         EXPECT_EQ(settings.at("display").at("serial"), "TEST-1");
@@ -1512,6 +1513,72 @@ TEST_F(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
             << wrong;
     }
     EXPECT_TRUE(fails(convert("--stereo left-right --rgbd right l.png c.png"), 2, "--rgbd"));
+}
+
+TEST_F(Photo2Native, EyesAreTheViewsOfAQuiltOfTwo) {
+    writeImage(studio_ / "p.png", scenery({80, 60}, 3));
+    writeImage(studio_ / "d.png", depthTo16Bit(randomDepth({80, 60})));
+    const Arguments pair("-y -d p.png d.png");
+    const Outcome views = run(studio_.display() +
+                              Arguments("--save-views v --fit stretch --strength 2.5 --focus 0.4 "
+                                        "-q 1x2 -r 60x80 --quick") +
+                              pair + Arguments("n.png"));
+    ASSERT_EQ(views.status, 0) << views.text();
+    const cv::Mat left = readImage(studio_ / "v/view_0.png");
+    const cv::Mat right = readImage(studio_ / "v/view_1.png");
+    EXPECT_FALSE(samePicture(left, right));
+    // no display, no Native
+    const auto made = [&](const Arguments& layout, const char* name) {
+        const Outcome outcome =
+            run(Arguments{"--save-stereo", name} + Arguments("--focus 0.4") + layout + pair);
+        EXPECT_TRUE(isDone(outcome));
+        EXPECT_EQ(outcome.out.find("display"), std::string::npos) << outcome.out;
+        return outcome;
+    };
+    made({}, "e_LRF.png");
+    cv::Mat expected;
+    joinEyes(left, right, EyesPicture::SideBySide, expected);
+    EXPECT_TRUE(samePicture(readImage(studio_ / "e_LRF.png"), expected));
+    EXPECT_TRUE(holds(made("--stereo-layout anaglyph --stereo-swap", "r.png").out,
+                      "only by its name, as r_anaglyph.png"));
+    joinEyes(right, left, EyesPicture::Anaglyph, expected);
+    EXPECT_TRUE(samePicture(readImage(studio_ / "r.png"), expected));
+    made("--stereo-layout files", "f.png");
+    EXPECT_TRUE(samePicture(readImage(studio_ / "f_L.png"), left));
+    EXPECT_TRUE(samePicture(readImage(studio_ / "f_R.png"), right));
+    made("--stereo-layout files --stereo-keep left", "k.png");
+    EXPECT_TRUE(samePicture(readImage(studio_ / "k_L.png"), readImage(studio_ / "p.png")));
+    EXPECT_TRUE(fails(run("--save-stereo f.png --stereo-layout files p.png"), 1, "f_L.png"));
+    EXPECT_TRUE(fails(run("--stereo-layout tb p.png n.png"), 2, "describes --save-stereo"));
+    EXPECT_TRUE(fails(run("--save-stereo e.mp4 p.png"), 2, "e.mp4"));
+}
+
+TEST_F(Photo2Native, PhotographedEyesAreLaidOutAnew) {
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat both;
+    joinEyes(eyes.left, eyes.right, EyesPicture::SideBySide, both);
+    fs::create_directory(studio_ / "in");
+    writeImage(studio_ / "in/a_LRF.png", both);
+    writeImage(studio_ / "in/l.png", eyes.left);
+    writeImage(studio_ / "in/r.png", eyes.right);
+    cv::Mat expected;
+    joinEyes(eyes.left, eyes.right, EyesPicture::TopBottom, expected);
+    const auto make = [&](const Arguments& arguments) { return run(arguments); };
+    const Arguments stacked("-y --save-stereo t_TBF.png --stereo-layout tb");
+    for (const char* input : {"in/a_LRF.png", "--stereo left-right:full in/a_LRF.png",
+                              "--stereo files in/l.png in/r.png"}) {
+        EXPECT_TRUE(isDone(make(stacked + Arguments(input)))) << input;
+        EXPECT_TRUE(samePicture(readImage(studio_ / "t_TBF.png"), expected)) << input;
+    }
+    EXPECT_TRUE(fails(make("--save-stereo s_LRF.png in/a_LRF.png"), 1, "is side by side already"));
+    // other views are asked for
+    EXPECT_TRUE(isDone(make(stacked + Arguments("--strength 2 in/a_LRF.png"))));
+    EXPECT_FALSE(samePicture(readImage(studio_ / "t_TBF.png"), expected));
+    // a folder of them
+    fs::remove(studio_ / "in/l.png");
+    fs::remove(studio_ / "in/r.png");
+    EXPECT_TRUE(isDone(make("--save-stereo out --stereo-layout tb in")));
+    EXPECT_TRUE(samePicture(readImage(studio_ / "out/a_LRF_TBF.png"), expected));
 }
 
 } // namespace altiro3D::test

@@ -426,4 +426,24 @@ TEST_F(Quilt2NativeTool, TheSoundOfAVideoIsCopied) {
     EXPECT_GT(cv::PSNR(reader.next()->picture, libraryNative(studio, quilt, 3, 3)), kMinPsnr);
 }
 
+TEST_F(Quilt2NativeTool, EyesAreTwoOfTheViews) {
+    SmallStudio studio;
+    cv::Mat quilt(80, 90, CV_8UC3);
+    const QuiltLayout layout{3, 2, {30, 40}, 6};
+    for (int i = 0; i < 6; ++i)
+        randomPhoto({30, 40}, i).copyTo(quilt(layout.tile(i)));
+    writeImage(studio / "q_qs3x2a0.75.png", quilt);
+    const Outcome outcome =
+        studio.run(kTool, "-c small.json --save-stereo e_LRF.png q_qs3x2a0.75.png n.png");
+    ASSERT_TRUE(isDone(outcome));
+    EXPECT_TRUE(holds(outcome.out, "eyes: views 2 and 3")); // an eighth of 5 to each side
+    const cv::Mat eyes = readImage(studio / "e_LRF.png");
+    EXPECT_TRUE(samePicture(eyes.colRange(0, 30), quilt(layout.tile(2))));
+    EXPECT_TRUE(samePicture(eyes.colRange(30, 60), quilt(layout.tile(3))));
+    EXPECT_TRUE(fails(studio.run(kTool, "-c small.json --save-stereo e.png q_qs3x2a0.75.png n.mp4"),
+                      2, "--save-stereo is made of one quilt"));
+    EXPECT_TRUE(fails(studio.run(kTool, "-c small.json --stereo-swap q_qs3x2a0.75.png m.png"), 2,
+                      "describes --save-stereo"));
+}
+
 } // namespace altiro3D::test

@@ -129,6 +129,9 @@ class SmallStudio : public Sandbox {
     Arguments goodCall(const std::string& tool, const std::string& output) const;
 };
 
+/// Reports have six digits; for numbers below 100.
+constexpr double kReportPrecision = 1e-4;
+
 /// A test in a studio, mostly of one tool.
 class StudioTest : public ::testing::Test {
   protected:

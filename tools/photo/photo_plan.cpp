@@ -249,19 +249,22 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
     }
     const std::vector<std::string> stems = outputStems(inputs.files);
     for (std::size_t i = 0; i < inputs.files.size(); ++i) {
-        PhotoItem item{job.outputs, inputs.files[i].file, inputs.files[i].depth};
+        PhotoItem item{job.outputs, inputs.files[i].file, inputs.files[i].depth,
+                       EyesFiles(job.eyes, job.outputs.stereo)};
         item.isFromFolder =
             std::find(job.inputs.begin(), job.inputs.end(), item.photo) == job.inputs.end();
         if (plan.batch) {
             if (!item.native.empty()) item.native /= stems[i] + "_native.png";
             for (const OutputKind& kind : kOutputs)
                 if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
-            if (!item.stereo.empty()) item.stereo += job.eyes.ending();
+            if (!item.stereo.empty()) {
+                item.stereo += job.eyes.ending();
+                item.eyes = EyesFiles(job.eyes, item.stereo);
+            }
         } else { // of several, one that is bad does not stop the rest
             if (!isStandardStream(item.photo)) requireFile(item.photo);
             if (!item.depth.empty()) requireFile(item.depth);
         }
-        item.eyes = EyesFiles(job.eyes, item.stereo);
         if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
             const double aspect = named && named->aspect ? *named->aspect : display.aspect();

@@ -406,8 +406,11 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     endIfStopWanted();
     const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
     const FitMode fitMode = maker.options().fit;
-    if (!messages.hasSubject()) tellCut(photoAspect, aspect, run.maker.options(), messages);
-    if (!messages.hasSubject() && !chosen.empty()) messages.say("auto: " + chosen);
+    const bool isPlaced = displayUse(run.job) != DisplayUse::None;
+    if (isPlaced && !messages.hasSubject()) {
+        tellCut(photoAspect, aspect, run.maker.options(), messages);
+        if (!chosen.empty()) messages.say("auto: " + chosen);
+    }
     const bool hasCamera = !run.job.camera.file().empty();
     const AdjacentParallax parallax =
         tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);

@@ -97,30 +97,35 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
     plan.fromQuilt = commandLine.has("from-quilt");
     if (plan.fromQuilt) {
-        commandLine.exclude("from-quilt", {"quilt-out",
-                                           "rgbd-out",
-                                           "d",
-                                           "depth",
-                                           "rgbd",
-                                           "n",
-                                           "l",
-                                           "net-profile",
-                                           "network-size",
-                                           "depth-every",
-                                           "k",
-                                           "g",
-                                           "method",
-                                           "continuous",
-                                           "best",
-                                           "strength",
-                                           "focus",
-                                           "stereo",
-                                           "depth-curve",
-                                           "fill",
-                                           "borders",
-                                           "refine",
-                                           "inpaint-from",
-                                           "exact-depth"});
+        constexpr const char* kOfScenes[] = {"quilt-out",
+                                             "rgbd-out",
+                                             "d",
+                                             "depth",
+                                             "rgbd",
+                                             "n",
+                                             "l",
+                                             "net-profile",
+                                             "network-size",
+                                             "depth-every",
+                                             "k",
+                                             "g",
+                                             "method",
+                                             "continuous",
+                                             "best",
+                                             "strength",
+                                             "focus",
+                                             "stereo",
+                                             "depth-curve",
+                                             "fill",
+                                             "borders",
+                                             "refine",
+                                             "inpaint-from",
+                                             "exact-depth",
+                                             "stereo-layout",
+                                             "stereo-keep",
+                                             "stereo-swap"};
+        for (const char* other : kOfScenes)
+            commandLine.exclude("from-quilt", other);
     }
     plan.part = videoReaderOptions(commandLine);
     if (show) {
@@ -353,7 +358,7 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +
             (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
     }
-    job.eyes = eyesOptions(commandLine, "stereo-out");
+    if (!plan.fromQuilt) job.eyes = eyesOptions(commandLine, "stereo-out");
     if (job.eyes.areFiles)
         commandLine.failValue("stereo-layout", "a layout of one video; files is for pictures");
     for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})

@@ -141,12 +141,12 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
     addDepthOptions(commandLine);
-    addViewOptions(commandLine, AutoUse::Default);
+    addViewOptions(commandLine, AutoUse::Photos);
     addNativeOptions(commandLine);
     addQuickOption(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
-    addPhotoFitOptions(commandLine, AutoUse::Default);
+    addPhotoFitOptions(commandLine, AutoUse::Photos);
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");

@@ -302,10 +302,10 @@ ChosenDepth::ChosenDepth(const DepthOptions& options, Messages& messages)
         return;
     }
     chooseNetwork(messages);
-    if (options_.medium == Medium::Photo) use(source_);
+    if (options_.medium == Medium::Photo) setEstimator(source_); // stored depth goes before it
 }
 
-void ChosenDepth::use(std::shared_ptr<DepthSource> estimator) {
+void ChosenDepth::setEstimator(std::shared_ptr<DepthSource> estimator) {
     source_ = std::move(estimator);
     description_ = source_->description();
     if (options_.stereo && !options_.isPair) {

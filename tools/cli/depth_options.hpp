@@ -75,7 +75,7 @@ class ChosenDepth {
     ChosenDepth(const DepthOptions& options, Messages& messages);
 
     /// Estimates depth with another source; depth that comes with a photo still goes before it.
-    void use(std::shared_ptr<DepthSource> estimator);
+    void setEstimator(std::shared_ptr<DepthSource> estimator);
     /// Releases the network and its memory, after the last read().
     void release();
     /// The network; null if none is used, or if no photo has needed it yet.

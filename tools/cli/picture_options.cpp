@@ -114,7 +114,8 @@ void requireContinuous(const CommandLine& commandLine, const SceneOptions& optio
     }
 }
 
-// What a photo shows without options that ask for something else.
+// What a photo shows without options that ask for something else: the plain command gets its direct
+// path, continuous positions and filter here.
 void chooseDetailOfPhotos(const CommandLine& commandLine, NativeOptions& options) {
     if (commandLine.has("best")) {
         if (commandLine.has("quick"))
@@ -138,7 +139,7 @@ bool isContinuous(const NativeOptions& options) {
 void addSceneOptions(CommandLine& commandLine, AutoUse use) {
     std::string strength = "10)";
     std::string focus = "0.5).";
-    if (use == AutoUse::Default) {
+    if (use == AutoUse::Photos) {
         strength = "10, of estimated depth less where views would show much that the photo does "
                    "not)";
         focus = "auto, the depth of the subject).";
@@ -229,7 +230,7 @@ void addQuickOption(CommandLine& commandLine) {
 }
 
 SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMethod standard) {
-    const bool isPhoto = use == AutoUse::Default;
+    const bool isPhoto = use == AutoUse::Photos;
     const auto has = [&](const char* option) { return commandLine.has(option); };
     const auto isAuto = [&](const char* option) { return commandLine.value(option) == "auto"; };
     SceneOptions options;
@@ -384,7 +385,7 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
 }
 
 void addPhotoFitOptions(CommandLine& commandLine, AutoUse use) {
-    const bool isDefault = use == AutoUse::Default;
+    const bool isDefault = use == AutoUse::Photos;
     commandLine.add(
         {"fit"},
         std::string("Pictures of another shape than the panel's: cover") +

@@ -16,7 +16,7 @@ namespace altiro3D::tools {
 enum class AutoUse {
     None,
     Named,
-    Default ///< Also without the options.
+    Photos ///< Also without the options. More is made of photos, see sceneOptions().
 };
 
 /// --strength --focus
@@ -40,7 +40,7 @@ struct SceneOptions {
     std::string continuous; ///< "--best" or "--continuous", if given: it must be possible.
 };
 /// Reads the options of views and sampling, --fit, --center, --zoom, -k, --best and --continuous.
-/// @param use of photos (Default): more is made of them, as by NativeOptions::showAs(), unless
+/// @param use Photos: more is made of them, as by NativeOptions::showAs(), unless
 ///        --quick or an option that asks for something else is given; framing and focus are chosen
 ///        and the strength is limited, unless options state them
 /// @param standard without --method

@@ -151,7 +151,7 @@ void takeNames(const CommandLine& commandLine, PhotoJob& job) {
 PhotoJob photoJob(const CommandLine& commandLine) {
     PhotoJob job;
     job.budget = Budget(commandLine);
-    job.scene = sceneOptions(commandLine, AutoUse::Default);
+    job.scene = sceneOptions(commandLine, AutoUse::Photos);
     job.camera = CameraOptions(commandLine, job.scene.native.views.method);
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine).value_or(cv::Size());

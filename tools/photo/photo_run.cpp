@@ -179,30 +179,30 @@ std::string borderText(cv::Size photo, const cv::Rect& inside) {
     return text;
 }
 
-// Places a photo.
+// Places a photo. The options of run.maker are those that were asked for; `options` are those of
+// this photo, of which its own maker (makerOf()) takes strength and focus.
 // @param options the framing, focus and strength of this photo @param chosen tells them
 Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, NativeOptions& options,
                 std::string& chosen, Messages& messages) {
     options = run.maker.options();
-    PlacementOptions& placement = options;
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.choices;
     const cv::Size result = run.maker.workSize();
     const auto strength =
-        run.job.camera.strength(options.views, fitWithMargins(size, aspect, result, placement));
+        run.job.camera.strength(options.views, fitWithMargins(size, aspect, result, options));
     if (strength) {
         options.views.strengthPercent = *strength;
         choices.strength = choices.limit = false;
     }
     const ChosenOptions choice =
-        chooseFromScene(scene, aspect, run.maker.layout(), placement, choices);
-    placement = choice.options;
+        chooseFromScene(scene, aspect, run.maker.layout(), options, choices);
+    static_cast<PlacementOptions&>(options) = choice.options; // detail and sampling stay
     chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) chosen += "; border of the scan cut: " + border;
     options.views = run.job.camera.apply(options.views, scene.focalLength35mm, size,
-                                         fitWithMargins(size, aspect, result, placement), messages);
-    return placeScene(scene, aspect, result, placement);
+                                         fitWithMargins(size, aspect, result, options), messages);
+    return placeScene(scene, aspect, result, options);
 }
 
 // The maker for one photo; with --camera or auto each photo has its own strength and focus.
@@ -301,8 +301,8 @@ bool chooseByBudget(PhotoRun& run, const ReadPhoto& scene, const Scene& fitted,
                           depths, makeNative, messages);
     run.maker = run.maker.withViews(chosen.views);
     if (chosen.depth == 0 || sources.empty()) return false;
-    run.depth.use(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
-                                       : sources[chosen.depth].load());
+    run.depth.setEstimator(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
+                                                : sources[chosen.depth].load());
     return true;
 }
 
@@ -342,6 +342,107 @@ Json filesJson(const std::vector<fs::path>& files) {
     return names;
 }
 
+// What was made of a photo, for people and for the report.
+struct MadePhoto {
+    const PhotoItem& item;
+    cv::Size photoSize;
+    cv::Size videoSize;
+    double aspect; // of the Native
+    double quiltAspect;
+    cv::Rect crop;
+    Framing framing;
+    ViewOptions views;
+    AdjacentParallax parallax;
+    std::string chosen; // automatically
+    std::string depthSource;
+    bool isUnblurred;
+    bool isImageUsed; // the depth image of the item
+
+    double photoAspect() const { return static_cast<double>(photoSize.width) / photoSize.height; }
+};
+
+// The outputs besides Native and video: their key in the report, and what they are.
+struct OtherOutput {
+    const char* key;
+    const char* text;
+    const fs::path& file;
+};
+std::vector<OtherOutput> othersOf(const PhotoItem& item) {
+    const OtherOutput all[] = {{"quilt", "quilt", item.quilt},
+                               {"depth", "depth", item.savedDepth},
+                               {"rgbd", "RGB-D image", item.rgbd},
+                               {"photoWithDepth", "photo with its depth", item.photoWithDepth},
+                               {"views", "views", item.views},
+                               {"stereo", item.eyes.words(), item.stereo}};
+    std::vector<OtherOutput> made;
+    for (const OtherOutput& other : all)
+        if (!other.file.empty()) made.push_back(other);
+    return made;
+}
+
+// Says what was made: a line for each file, or one for each of many photos.
+void tellPicture(const PhotoRun& run, const MadePhoto& made, Messages& messages) {
+    const PhotoItem& item = made.item;
+    std::vector<std::string> lines; // names and what they are
+    if (!item.native.empty()) {
+        lines.push_back(nameOf(item.native, "standard output") + ": Native, " +
+                        sizeText(run.native.size()));
+    }
+    const bool isOneLine = messages.hasSubject();
+    for (const OtherOutput& other : othersOf(item))
+        lines.push_back((isOneLine ? "" : other.file.string() + ": ") + other.text);
+    if (!item.video.empty()) {
+        lines.push_back(isOneLine ? "video"
+                                  : item.video.string() + ": video, " +
+                                        swayText(run.job.sway, made.videoSize));
+    }
+    if (!isOneLine) {
+        for (const std::string& line : lines)
+            messages.say(line);
+        return;
+    }
+    std::string line = joined(lines);
+    if (made.isImageUsed && !run.job.depth.isPair)
+        line += "; depth of " + item.depth.filename().string();
+    if (displayUse(run.job) != DisplayUse::None) {
+        const std::string cut = cutText(made.photoAspect(), made.aspect, run.maker.options().fit);
+        line += cut.empty() ? "" : "; " + cut;
+        line += made.chosen.empty() ? "" : "; " + made.chosen;
+    }
+    messages.say(line);
+}
+
+// The entry of a photo in the report.
+Json pictureReport(const PhotoRun& run, const MadePhoto& made, const StageTimes& times) {
+    const PhotoItem& item = made.item;
+    Json report = {{"photo", item.photo.string()},
+                   {"photoWidth", made.photoSize.width},
+                   {"photoHeight", made.photoSize.height}};
+    if (!item.native.empty()) report["native"] = item.native.string();
+    if (made.isImageUsed)
+        report[run.job.depth.isPair ? "rightImage" : "depthImage"] = item.depth.string();
+    report["depthSource"] = made.depthSource;
+    if (run.job.depth.photo.unblurred) report["unblurred"] = made.isUnblurred;
+    for (const OtherOutput& other : othersOf(item))
+        report[other.key] = other.file.string();
+    if (!item.video.empty()) {
+        report["video"] = {{"file", item.video.string()},
+                           {"width", made.videoSize.width},
+                           {"height", made.videoSize.height},
+                           {"frames", framesPerTurn(run.job.sway) * run.job.sway.turns}};
+    }
+    report["aspect"] = made.aspect;
+    if (!item.quilt.empty()) report["quiltAspect"] = made.quiltAspect;
+    report["crop"] = {made.crop.x, made.crop.y, made.crop.width, made.crop.height};
+    report["center"] = {made.framing.centre.x, made.framing.centre.y};
+    report["strengthPercent"] = made.views.strengthPercent;
+    report["focus"] = made.views.focus;
+    report["adjacentParallax"] = parallaxJson(made.parallax);
+    for (const auto& [stage, milliseconds] : times.milliseconds())
+        report["milliseconds"][stage] = milliseconds;
+    return report;
+}
+
 } // namespace
 
 PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
@@ -363,8 +464,8 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
 
 Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     StageTimes times;
-    const double focus = run.maker.options().views.focus;
-    ReadPhoto scene = run.depth.read(item.photo, item.depth, focus, messages, times);
+    const double flatDepth = run.maker.options().views.focus; // the photo's own is chosen later
+    ReadPhoto scene = run.depth.read(item.photo, item.depth, flatDepth, messages, times);
     endIfStopWanted();
     requirePhoto(item, scene, messages);
     double aspect = run.display.aspect(); // of the Native
@@ -380,7 +481,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     endIfStopWanted();
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, placed.scene, messages)) {
-            scene.source = run.depth.estimateScene(scene.photo, focus, scene);
+            scene.source = run.depth.estimateScene(scene.photo, flatDepth, scene);
         }
         // the views are others now
         placed = place(run, scene, aspect, options, chosen, messages);
@@ -404,21 +505,32 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         times.end("native");
     }
     endIfStopWanted();
-    const double photoAspect = static_cast<double>(photoSize.width) / photoSize.height;
-    const FitMode fitMode = maker.options().fit;
+    MadePhoto made{item,
+                   photoSize,
+                   {},
+                   aspect,
+                   quiltAspect,
+                   placed.fit.source,
+                   options.framing,
+                   views,
+                   {},
+                   chosen,
+                   scene.source,
+                   scene.isUnblurred,
+                   false};
+    // a depth image beside the photo may not fit it
+    made.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
     const bool isPlaced = displayUse(run.job) != DisplayUse::None;
     if (isPlaced && !messages.hasSubject()) {
-        tellCut(photoAspect, aspect, run.maker.options(), messages);
+        tellCut(made.photoAspect(), aspect, run.maker.options(), messages);
         if (!chosen.empty()) messages.say("auto: " + chosen);
     }
     const bool hasCamera = !run.job.camera.file().empty();
-    const AdjacentParallax parallax =
-        tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
+    made.parallax = tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
 
     warnAboutNativeFormat(item.native, messages);
-    cv::Size videoSize;
     if (!item.video.empty()) {
-        videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
+        made.videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
         times.end("video");
         endIfStopWanted();
     }
@@ -433,73 +545,9 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         times.end("write");
     }
 
-    Json report = {{"photo", item.photo.string()},
-                   {"photoWidth", photoSize.width},
-                   {"photoHeight", photoSize.height}};
-    if (makesNative) report["native"] = item.native.string();
-    const bool isPair = run.job.depth.isPair;
-    // a depth image beside the photo may not fit it
-    const bool isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
-    if (isImageUsed) report[isPair ? "rightImage" : "depthImage"] = item.depth.string();
-    report["depthSource"] = scene.source;
-    if (run.job.depth.photo.unblurred) report["unblurred"] = scene.isUnblurred;
-    const struct {
-        const char* key;
-        const char* text;
-        const fs::path& file;
-    } others[] = {{"quilt", "quilt", item.quilt},
-                  {"depth", "depth", item.savedDepth},
-                  {"rgbd", "RGB-D image", item.rgbd},
-                  {"photoWithDepth", "photo with its depth", item.photoWithDepth},
-                  {"views", "views", item.views},
-                  {"stereo", item.eyes.words(), item.stereo}};
-    for (const auto& other : others) {
-        if (!other.file.empty()) report[other.key] = other.file.string();
-    }
-    if (!item.video.empty()) {
-        report["video"] = {{"file", item.video.string()},
-                           {"width", videoSize.width},
-                           {"height", videoSize.height},
-                           {"frames", framesPerTurn(run.job.sway) * run.job.sway.turns}};
-    }
-    report["aspect"] = aspect;
-    if (!item.quilt.empty()) report["quiltAspect"] = quiltAspect;
-    report["crop"] = {placed.fit.source.x, placed.fit.source.y, placed.fit.source.width,
-                      placed.fit.source.height};
-    report["center"] = {options.framing.centre.x, options.framing.centre.y};
-    report["strengthPercent"] = views.strengthPercent;
-    report["focus"] = views.focus;
-    report["adjacentParallax"] = parallaxJson(parallax);
-    for (const auto& [stage, milliseconds] : times.milliseconds()) {
-        report["milliseconds"][stage] = milliseconds;
-    }
-    std::vector<std::string> made; // names and what they are
-    if (makesNative) {
-        made.push_back(nameOf(item.native, "standard output") + ": Native, " +
-                       sizeText(run.native.size()));
-    }
-    const bool isOneLine = messages.hasSubject(); // for each of many photos
-    for (const auto& other : others) {
-        if (!other.file.empty())
-            made.push_back((isOneLine ? "" : other.file.string() + ": ") + other.text);
-    }
-    if (!item.video.empty())
-        made.push_back(isOneLine
-                           ? "video"
-                           : item.video.string() + ": video, " + swayText(run.job.sway, videoSize));
-    if (isOneLine) {
-        std::string line = joined(made);
-        if (isImageUsed && !isPair) line += "; depth of " + item.depth.filename().string();
-        const std::string cut = cutText(photoAspect, aspect, fitMode);
-        line += cut.empty() ? "" : "; " + cut;
-        line += chosen.empty() ? "" : "; " + chosen;
-        messages.say(line);
-    } else {
-        for (const std::string& line : made)
-            messages.say(line);
-    }
+    tellPicture(run, made, messages);
     messages.detail(times.text());
-    return report;
+    return pictureReport(run, made, times);
 }
 
 Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) {

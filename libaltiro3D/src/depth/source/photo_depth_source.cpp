@@ -163,7 +163,7 @@ class PhotoDepthSource : public FoundDepthSource {
                 return original;
             }
         }
-        return fallback().readPhoto(file, notes).photo;
+        return fallback().readPhoto(file, notes).photo; // sources that estimate only decode it
     }
 
     PhotoDepthOptions options_;

@@ -51,9 +51,10 @@ expect() { # file, what file(1) says of it
     kind=$(file -b "$root/made/$1")
     [[ $kind == *"$2"* ]] || fail "$1: is $kind, expected $2"
 }
-for picture in native given with-quilt from-quilt view image; do
+for picture in native with-quilt from-quilt view image; do
     expect "$picture.png" "1536 x 2048"
 done
+expect given.tif "width=1536"
 expect sway.mp4 "ISO Media"
 expect native.mkv "Matroska"
 # this package is only recommended: a tool that needs it must say so

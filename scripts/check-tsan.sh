@@ -53,7 +53,7 @@ while [[ ! -e $work/out.mkv.parts/000002.mp4 ]]; do
 done
 pkill -KILL -f "$work/out.mkv"
 wait $! || true
-convert --resume "$work/long.mp4" | grep "goes on at"
+convert --resume "$work/long.mp4" | grep "continues at"
 if compgen -G "$work/report.*" >/dev/null; then # the run that was killed cannot say so itself
     echo "ThreadSanitizer: FAILED"
     exit 1

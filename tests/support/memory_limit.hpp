@@ -2,10 +2,12 @@
 
 #include <fstream>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
-/// Skips the test if a limit of the address space cannot work: sanitizers reserve terabytes.
+/// Skips the test if a limit of the address space cannot work: sanitizers reserve terabytes, and
+/// the emulator QEMU ignores it.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
 #elif defined(__has_feature)
@@ -14,7 +16,8 @@
 #endif
 #endif
 #ifndef ALTIRO3D_REQUIRE_MEMORY_LIMITS
-#define ALTIRO3D_REQUIRE_MEMORY_LIMITS() static_cast<void>(0)
+#define ALTIRO3D_REQUIRE_MEMORY_LIMITS()                                                           \
+    if (!::altiro3D::test::memoryLimitsHold()) GTEST_SKIP() << "limits of memory do not hold here"
 #endif
 
 namespace altiro3D::test {
@@ -37,5 +40,14 @@ class MemoryLimit {
   private:
     rlimit before_{};
 };
+
+inline bool memoryLimitsHold() {
+    constexpr std::size_t bytes = 64U << 20U;
+    const MemoryLimit limit(1);
+    void* const block = mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (block == MAP_FAILED) return true;
+    munmap(block, bytes);
+    return false;
+}
 
 } // namespace altiro3D::test

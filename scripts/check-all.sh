@@ -1,64 +1,63 @@
 #!/usr/bin/env bash
-# Runs the checks for a release: those of .ci/run and the slow ones.
+# Runs the checks for a release: those of .ci/run and the slow ones. Goes on after a part that fails; tells at
+# the end how long each part took, and fails if one has failed.
+#
+#   scripts/check-all.sh [FUZZ [PHOTOS [SECONDS [PLAYED]]]]
+#
+# FUZZ: seconds for each fuzz target (default: 600). The others: how long scripts/soak.sh runs.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export ALTIRO3D_LONGEST_TEST=1000 # seconds
-scripts/test.sh
-ctest --preset dev -j "$(nproc)" -L slow
-scripts/check-format.sh
-scripts/check-docs.sh
-scripts/check-tidy.sh --all
-scripts/check-cppcheck.sh
+fuzz=${1:-600}
+soak=("${@:2}")
+results=()
+failed=0
 
-echo "== AddressSanitizer and UndefinedBehaviorSanitizer"
-cmake --preset asan
-cmake --build --preset asan
-ctest --preset asan -j "$(nproc)" -LE install
+part() { # what, command...
+    local begin=$SECONDS result=ok
+    echo "== $1"
+    "${@:2}" || { result=FAILED && failed=1; }
+    results+=("$(printf '%6d s  %-6s  %s' $((SECONDS - begin)) $result "$1")")
+}
+built() { # preset: all tests but those of installed trees
+    cmake --preset "$1" && cmake --build --preset "$1" && ctest --preset "$1" -j "$(nproc)" -LE install
+}
+# Unit tests are skipped: their programs hold the library's objects in every build.
+static() { # compiler
+    local folder=build/static-$1
+    cmake --preset dev -B "$folder" -DCMAKE_CXX_COMPILER="$1" -DBUILD_SHARED_LIBS=OFF \
+        -DALTIRO3D_BUILD_BENCHMARKS=OFF &&
+        cmake --build "$folder" &&
+        ctest --test-dir "$folder" -j "$(nproc)" --output-on-failure -L 'cli|install|qt'
+}
+cluster() { # slurm or ssh; a skipped test is a failure here
+    scripts/install-dependencies.sh cluster &&
+        tests/cli/cluster_faults_test.sh "$PWD/build/dev/tools" "$PWD" "$1"
+}
 
-# Data races: video stages, readers and writers in several threads, the viewer, video2native.
-scripts/check-tsan.sh
-# Memory errors in five tools, with the kernels for AVX2.
-scripts/check-valgrind.sh
-
-echo "== Clang, shared library"
-cmake --preset clang
-cmake --build --preset clang
-ctest --preset clang -j "$(nproc)" -LE install
-
-echo "== GCC and Clang, any instruction set and one processor give the same bytes"
-scripts/compare-builds.sh build/dev build/clang
-
-echo "== Kernels for arm64, in an emulator"
-scripts/check-arm64.sh
-
-echo "== Tools that are killed 200 times each"
-tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
-
-echo "== Fuzzing, ten minutes a target"
-scripts/fuzz.sh $((10 * 60 * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
-
-echo "== Lines of the readers that all inputs so far reach"
-scripts/fuzz-coverage.sh
-
-# Shared libraries are those of build/dev and build/clang. Unit tests are skipped: their programs hold
-# the library's objects in every build.
-for compiler in g++ clang++; do
-    echo "== Static library, $compiler: tools, installation, Qt"
-    static=build/static-$compiler
-    cmake --preset dev -B "$static" -DCMAKE_CXX_COMPILER="$compiler" -DBUILD_SHARED_LIBS=OFF \
-        -DALTIRO3D_BUILD_BENCHMARKS=OFF
-    cmake --build "$static"
-    ctest --test-dir "$static" -j "$(nproc)" --output-on-failure -L 'cli|install|qt'
-done
-
-echo "== An hour of work in one process"
-scripts/soak.sh
-
-echo "== Chunks on a real Slurm and a real ssh, under faults"
-scripts/install-dependencies.sh cluster
-for part in slurm ssh; do # a skipped test is a failure here
-    tests/cli/cluster_faults_test.sh "$PWD/build/dev/tools" "$PWD" "$part"
-done
-
-echo "== Debian packages"
-scripts/check-packages.sh
+part "all tests but slow ones" scripts/test.sh
+part "slow tests" ctest --preset dev -j "$(nproc)" -L slow
+part "format" scripts/check-format.sh
+part "includes" scripts/check-includes.py
+part "documentation" scripts/check-docs.sh
+part "clang-tidy" scripts/check-tidy.sh --all
+part "cppcheck" scripts/check-cppcheck.sh
+part "AddressSanitizer and UndefinedBehaviorSanitizer" built asan
+part "ThreadSanitizer" scripts/check-tsan.sh
+part "valgrind" scripts/check-valgrind.sh
+part "Clang, shared library" built clang
+part "same bytes from GCC and Clang, on any processor" scripts/compare-builds.sh build/dev build/clang
+part "arm64, in an emulator" scripts/check-arm64.sh
+part "tools that are killed 200 times each" tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
+part "fuzzing, $fuzz s a target" scripts/fuzz.sh $((fuzz * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
+part "lines of the readers that inputs of fuzzing reach" scripts/fuzz-coverage.sh
+# shared libraries are those of build/dev and build/clang
+part "static library, GCC" static g++
+part "static library, Clang" static clang++
+part "long runs in one process" scripts/soak.sh ${soak[@]+"${soak[@]}"}
+part "chunks on a real Slurm, under faults" cluster slurm
+part "chunks on a real ssh, under faults" cluster ssh
+part "Debian packages" scripts/check-packages.sh
+part "the README's commands on a bare Debian 13" scripts/check-fresh.sh trixie
+printf '%s\n' "" "${results[@]}"
+exit "$failed"

@@ -157,7 +157,11 @@ void addOptions(CommandLine& commandLine) {
                             "--save-photo-with-depth in px, at most that of the photo (default " +
                                 std::to_string(kSavedDepthSide) + ").",
                             "PX");
-    commandLine.addAdvanced({"save-rgbd"}, "Also write photo and depth side by side.", "FILE");
+    commandLine.addAdvanced(
+        {"save-rgbd"},
+        "Also write photo and depth side by side; squeezed to half their width if "
+        "the name says so (a_HRGBD.png).",
+        "FILE");
     commandLine.addAdvanced({"save-photo-with-depth"},
                             "Also write the photo with its depth inside, as phones do (Dynamic "
                             "Depth), for other programs.",
@@ -203,8 +207,8 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addExample("--best -c visual.json holiday.jpg best.png",
                            "Make the best picture, for the display of that calibration.");
     commandLine.addExample("-d holiday.jpg painted.png given.png", "Take the depth from an image.");
-    commandLine.addExample("--lg holiday.mp4 holiday.jpg",
-                           "Make only a video of the views for any screen.");
+    commandLine.addExample("--save-stereo holiday_LRF.png holiday.jpg",
+                           "Make only a side-by-side picture, for a headset.");
     commandLine.addExample("--save-quilt holiday.png --lg holiday.mp4 holiday.jpg all.png",
                            "Also write the quilt, and a video of its views for any screen.");
 }

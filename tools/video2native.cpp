@@ -45,14 +45,12 @@ void addOptions(CommandLine& commandLine) {
                     "Write a quilt video (named ..._qs<columns>x<rows>a<aspect>, 4:2:0) "
                     "for other players, not a Native.");
     commandLine.addOldName("quilt-out", "quilt");
-    commandLine.addAdvanced({"rgbd-out"},
-                            "Write frame and depth side by side (4:2:0), not a Native.");
+    commandLine.addAdvanced(
+        {"rgbd-out"}, "Write frame and depth side by side (4:2:0), not a Native; squeezed to half "
+                      "their width if the name of OUT says so (clip_HRGBD.mp4).");
     commandLine.add({"stereo-out"},
-                    "Write a video for two eyes (headsets, 3D televisions, red-cyan glasses) of "
-                    "the frames' own size, 4:2:0; needs no display. Without OUT no Native is made. "
-                    "The parallax between the eyes is --strength, by default 2.5. A video of both "
-                    "eyes is laid out anew as it was filmed, unless --strength, --focus, "
-                    "--depth-curve, --method or --stereo-keep is given.",
+                    "Write a video for two eyes (headsets, 3D televisions, red-cyan glasses); "
+                    "without OUT no Native.",
                     "FILE");
     addEyesOptions(commandLine, "stereo-out", false);
     addEncoderOptions(commandLine);
@@ -81,6 +79,11 @@ void addOptions(CommandLine& commandLine) {
         "Of a directory only videos are converted; one bad video does not stop the rest. Clips of "
         "Live Photos, videos of quilts and of depth, Native videos, pictures "
         "and other files are named, counted and left out.");
+    commandLine.addNote(
+        "A video of --stereo-out has the frames' own size and 4:2:0, and needs no display. The "
+        "parallax between the eyes is --strength, by default 2.5. A video that holds both eyes is "
+        "laid out anew as it was filmed, unless --strength, --focus, --depth-curve, --method or "
+        "--stereo-keep is given.");
     commandLine.addExample("clip.mp4 native.mp4",
                            "Make a Native video for the display that is connected.");
     commandLine.addExample("--profile live --preview 5 clip.mp4 look.mp4",

@@ -1350,6 +1350,23 @@ TEST_F(Video2NativeTool, EyesAreTheViewsOfAQuiltOfTwo) {
     EXPECT_EQ(VideoReader(studio / "n.mkv").facts().size, cv::Size(96, 128));
 }
 
+TEST_F(Video2NativeTool, EyesAreMadeInChunksAsInOneRun) {
+    const SmallStudio studio;
+    studio.makeClip();
+    const auto run = [&](const Arguments& arguments) {
+        EXPECT_TRUE(isDone(studio.run(kTool, arguments)));
+    };
+    const Arguments wanted("--codec ffv1 --no-audio -j 1 --stereo-layout tb");
+    run(wanted + Arguments("--stereo-out whole_TBF.mkv clip.mp4"));
+    run(wanted + Arguments("--plan plan --stereo-out parts_TBF.mkv clip.mp4"));
+    run("--chunk 1 plan");
+    run("--join plan");
+    EXPECT_TRUE(
+        sameFrames(allFrames(studio / "parts_TBF.mkv"), allFrames(studio / "whole_TBF.mkv")));
+    EXPECT_EQ(ffprobe(studio / "parts_TBF.mkv", "stream_side_data=type", "-select_streams v:0"),
+              ffprobe(studio / "whole_TBF.mkv", "stream_side_data=type", "-select_streams v:0"));
+}
+
 TEST_F(Video2NativeTool, OptionsOfEyesMustFit) {
     const SmallStudio studio;
     studio.makeClip();
@@ -1381,6 +1398,10 @@ TEST_F(Video2NativeTool, HalvesOfRgbdFramesMayBeSqueezed) {
     EXPECT_EQ(size("right", "a.mkv"), cv::Size(320, 90));
     EXPECT_EQ(size("right", "a_HRGBD.mkv"), cv::Size(320, 90));
     EXPECT_EQ(size("right:full", "a_HRGBD.mkv"), cv::Size(160, 90));
+    // and are written so
+    EXPECT_TRUE(isDone(studio.convert(kTool, "-y --codec ffv1 --rgbd-out --rgbd right a_HRGBD.mkv "
+                                             "o_HRGBD.mkv")));
+    EXPECT_EQ(VideoReader(studio / "o_HRGBD.mkv").facts().size, cv::Size(160, 90));
 }
 
 TEST_F(Video2NativeFolder, NothingIsLostSilently) {

@@ -433,7 +433,7 @@ TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
 
 TEST(ViewerStudio, APhotoAFrameAndTheViewerGiveOneNative) {
     const auto display = std::make_shared<const Display>(sampleDisplay({150, 200}));
-    const cv::Size size(120, 160);
+    const cv::Size size(360, 480); // of enlarged frames, soft depth hardly differs
     TemporaryDirectory folder;
     std::vector<altiro3D::Scene> scenes;
     VideoWriterOptions lossless;

@@ -189,7 +189,7 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
                         "says RGBD; :full or :squeezed after the side says so (right:squeezed).",
                     "SIDE");
     if (video) {
-        commandLine.add(
+        commandLine.addAdvanced(
             {"stereo"},
             "Frames hold the pictures of both eyes: left-right, right-left, top-bottom or "
             "bottom-top. Depth is found by matching them. Halves of 16:9 frames count as squeezed; "
@@ -427,6 +427,13 @@ RgbdLayout rgbdOf(const fs::path& file, const RgbdLayout& stated, double aspect,
             "side of --rgbd keeps them");
     }
     return layout;
+}
+
+RgbdLayout savedRgbdLayout(const std::filesystem::path& file) {
+    const auto name = parseSceneName(file);
+    const bool isSqueezed = name && name->contents == SceneName::Contents::Rgbd &&
+                            name->halves == StereoHalves::Squeezed;
+    return {DepthSide::Right, isSqueezed ? StereoHalves::Squeezed : StereoHalves::Full};
 }
 
 std::string invertedText(const fs::path& file, DepthKind kind, bool isNamed) {

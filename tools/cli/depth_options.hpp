@@ -26,6 +26,10 @@ std::string engineName(InferenceEngine engine);
 RgbdLayout rgbdOf(const std::filesystem::path& file, const RgbdLayout& stated, double aspect,
                   Messages& messages);
 
+/// The layout of an RGB-D image or video to write: depth at the right, halves squeezed if the name
+/// says so (HRGBD).
+RgbdLayout savedRgbdLayout(const std::filesystem::path& file);
+
 /// The warning that near and far of given depth look exchanged, and what turns them round.
 /// @param file holds the depth
 /// @param kind what the numbers were taken for

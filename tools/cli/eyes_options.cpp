@@ -13,19 +13,31 @@ namespace {
 
 constexpr int kLayouts = static_cast<int>(EyesPicture::Rows) + 1;
 
+// As EyesPicture, and then "files".
+std::vector<std::string> layoutNames() {
+    std::vector<std::string> names;
+    for (int i = 0; i < kLayouts; ++i)
+        names.emplace_back(nameOf(static_cast<EyesPicture>(i)).option);
+    names.emplace_back("files");
+    return names;
+}
+
 } // namespace
 
 void addEyesOptions(CommandLine& commandLine, const std::string& output, bool files) {
-    std::string names;
-    for (int i = 0; i < kLayouts; ++i)
-        names += (i == 0 ? "" : "|") + std::string(nameOf(static_cast<EyesPicture>(i)).option);
-    commandLine.add({"stereo-layout"},
-                    "Layout of --" + output +
-                        ": side by side (sbs, default), crossed eyes, top and bottom (tb), for "
-                        "red-cyan glasses (anaglyph), or rows of a television with polarized ones; "
-                        "-half: each eye squeezed to half, or half the colour." +
-                        (files ? " files: two pictures, FILE_L and FILE_R." : ""),
-                    names + (files ? "|files" : ""));
+    commandLine.addAdvanced(
+        {"stereo-layout"},
+        "Layout of --" + output +
+            ": sbs (side by side, default), sbs-half, cross (crossed eyes), tb (top and bottom), "
+            "tb-half, anaglyph (red-cyan glasses), anaglyph-half, anaglyph-grey" +
+            (files ? ", " : " or ") + "rows (of a television with polarized rows)" +
+            (files ? ", or files: two pictures, FILE_L and FILE_R" : "") +
+            ". Each eye of sbs-half and tb-half is squeezed to half.",
+        "LAYOUT", [files] {
+            std::vector<std::string> names = layoutNames();
+            if (!files) names.pop_back();
+            return names;
+        });
     commandLine.addAdvanced({"stereo-keep"},
                             "left: the left eye sees the photo itself, and only the right one's "
                             "picture is made. By default the photo lies between both.",
@@ -38,12 +50,8 @@ EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& outpu
         commandLine.refuse({"stereo-layout", "stereo-keep", "stereo-swap"},
                            " describes --" + output + ", expected that option with it");
     }
-    std::vector<std::string> names;
-    for (int i = 0; i < kLayouts; ++i)
-        names.emplace_back(nameOf(static_cast<EyesPicture>(i)).option);
-    names.emplace_back("files");
     EyesOptions options;
-    const std::size_t layout = commandLine.choice("stereo-layout", names).value_or(0);
+    const std::size_t layout = commandLine.choice("stereo-layout", layoutNames()).value_or(0);
     options.areFiles = layout == static_cast<std::size_t>(kLayouts);
     if (!options.areFiles) options.picture = static_cast<EyesPicture>(layout);
     if (commandLine.choice("stereo-keep", {"left"})) options.from = EyesFrom::KeepLeft;

@@ -398,10 +398,11 @@ void addPhotoFitOptions(CommandLine& commandLine, AutoUse use) {
                     "Centre of the part that is shown, in widths and heights of the picture: 0,0 "
                     "is the top left, 1,1 the bottom right (default 0.5,0.5).",
                     "X,Y");
-    commandLine.add({"zoom"},
-                    "Show a smaller part of the picture, enlarged, 1..1000 (default 1). With "
-                    "--fit contain, the bars shrink first.",
-                    "FACTOR");
+    commandLine.addAdvanced(
+        {"zoom"},
+        "Show a smaller part of the picture, enlarged, 1..1000 (default 1). With "
+        "--fit contain, the bars shrink first.",
+        "FACTOR");
 }
 
 std::optional<FitMode> fitOption(const CommandLine& commandLine) {

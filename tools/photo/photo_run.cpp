@@ -139,7 +139,8 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
     if (!item.rgbd.empty()) {
         cv::Mat rgbd;
-        joinRgbd(scene.photo, wholeDepth(scene.depth, scene.photo), DepthSide::Right, rgbd);
+        joinRgbd(scene.photo, wholeDepth(scene.depth, scene.photo), savedRgbdLayout(item.rgbd),
+                 rgbd);
         writeImage(item.rgbd, rgbd);
     }
     if (!item.savedDepth.empty() || !item.photoWithDepth.empty()) {

@@ -284,6 +284,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     conversion.part = plan.part;
     conversion.output = plan.output;
     conversion.product = plan.product;
+    conversion.rgbdHalves = savedRgbdLayout(plan.output).halves;
     conversion.display = run.display;
     conversion.map = run.display.map;
     conversion.layout = run.layout;

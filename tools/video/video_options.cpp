@@ -86,10 +86,12 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     plan.report = commandLine.value("report").value_or("");
     commandLine.exclude("quilt-out", "rgbd-out");
     if (stereo) {
-        commandLine.exclude("stereo-out", {"quilt-out", "rgbd-out", "from-quilt", "show", "plan"});
+        commandLine.exclude("stereo-out", {"quilt-out", "rgbd-out", "from-quilt", "show"});
         if (takesFolder(commandLine))
             commandLine.refuse({"stereo-out"}, " names one video, expected one as input");
         plan.native = plan.output;
+        if (!plan.native.empty())
+            commandLine.refuse({"plan"}, " makes one video, expected --stereo-out without OUT");
         plan.output = *stereo;
         plan.product = VideoProduct::Stereo;
     }

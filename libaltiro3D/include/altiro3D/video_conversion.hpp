@@ -136,8 +136,9 @@ struct VideoConversion {
     /// called run(). Frames that are late are dropped. Returns false to cancel the run.
     std::function<bool(const cv::Mat& picture)> show;
 
-    VideoProduct product = VideoProduct::Native; ///< Kind of video to make.
-    VideoEyes eyes;                              ///< Of the product Stereo.
+    VideoProduct product = VideoProduct::Native;  ///< Kind of video to make.
+    VideoEyes eyes;                               ///< Of the product Stereo.
+    StereoHalves rgbdHalves = StereoHalves::Full; ///< Of the product Rgbd: Full or Squeezed.
     /// The display for which Natives and quilts are made. Not needed for Rgbd and Stereo, or if
     /// `map` is set.
     std::optional<Display> display;

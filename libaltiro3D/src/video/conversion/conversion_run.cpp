@@ -61,6 +61,8 @@ void checkFields(const VideoConversion& conversion) {
     check(conversion.product != VideoProduct::Stereo ||
               (conversion.native.framing == Framing() && !conversion.choices.framing),
           "framing", "is set, but both eyes see whole frames, expected none");
+    check(conversion.rgbdHalves != StereoHalves::Automatic, "rgbdHalves",
+          "are automatic, expected full or squeezed ones");
     check(!conversion.stereo || (!conversion.given && !conversion.fromQuilt), "stereo",
           "is set, expected no other depth and no quilts");
     check(!conversion.eyes.filmed ||

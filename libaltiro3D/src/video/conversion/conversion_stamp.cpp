@@ -154,6 +154,8 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
         add("eyes", {static_cast<int>(eyes.picture), static_cast<int>(eyes.from), eyes.swapped,
                      eyes.filmed});
     }
+    if (conversion.product == VideoProduct::Rgbd)
+        add("shape of the halves made", static_cast<int>(conversion.rgbdHalves));
     if (conversion.stereo)
         add("both eyes", {static_cast<int>(conversion.stereo->layout),
                           static_cast<int>(conversion.stereo->halves)});

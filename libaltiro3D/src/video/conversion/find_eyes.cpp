@@ -20,8 +20,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// How alike the halves are, in small: -1..1. Fast, and enough to leave out most flat videos.
-double likenessOf(const cv::Mat& first, const cv::Mat& second) {
+// How alike the halves are, in small. Fast, and enough to leave out most flat videos.
+struct Likeness {
+    double correlation = 0; // -1..1
+    double difference = 0;  // mean of the absolute differences, grey levels
+};
+Likeness likenessOf(const cv::Mat& first, const cv::Mat& second) {
     constexpr int kSide = 32; // px; shifts of eyes are about one of them
     cv::Mat small[2];
     for (const auto& [half, to] : {std::pair(&first, &small[0]), std::pair(&second, &small[1])}) {
@@ -31,18 +35,22 @@ double likenessOf(const cv::Mat& first, const cv::Mat& second) {
     }
     cv::Mat likeness;
     cv::matchTemplate(small[0], small[1], likeness, cv::TM_CCOEFF_NORMED);
-    return static_cast<double>(likeness.at<float>(0));
+    return {static_cast<double>(likeness.at<float>(0)),
+            cv::norm(small[0], small[1], cv::NORM_L1) / static_cast<double>(small[0].total())};
 }
 
 // Whether the halves of a frame are the pictures of two eyes.
-bool areEyes(const cv::Mat& frame, const StereoVideo& video) {
+// @param surely it must be certain, as nothing else says so: patterns also match in part
+bool areEyes(const cv::Mat& frame, const StereoVideo& video, bool surely) {
     constexpr double kLeastLikeness = 0.6;
     constexpr int kMatchSide = 480; // px
     const bool isBeside =
         video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
     const HalfPlaces places = halfPlaces(frame.size(), isBeside);
-    if (places.first.empty() ||
-        likenessOf(frame(places.first), frame(places.second)) < kLeastLikeness)
+    if (places.first.empty()) return false;
+    const Likeness likeness = likenessOf(frame(places.first), frame(places.second));
+    constexpr double kMostDifference = 16;
+    if (likeness.correlation < kLeastLikeness || (surely && likeness.difference > kMostDifference))
         return false;
     StereoPair pair = splitStereoPair(frame, video.layout, video.halves);
     for (cv::Mat* picture : {&pair.left, &pair.right}) {
@@ -52,7 +60,12 @@ bool areEyes(const cv::Mat& frame, const StereoVideo& video) {
     }
     cv::Mat disparity;
     const StereoMatch match = matchStereo(pair.left, pair.right, disparity);
-    return match.areEyes() && !match.isFlat;
+    constexpr double kLeastMatched = 0.6;
+    constexpr double kLeastDetail = 0.8;
+    constexpr double kMostRange = 0.15;
+    const bool isSure = match.matchedShare >= kLeastMatched && match.likeness >= kLeastDetail &&
+                        match.nearest - match.farthest <= kMostRange;
+    return match.areEyes() && !match.isFlat && (isSure || !surely);
 }
 
 // Some frames of a file, from its beginning to its end.
@@ -99,7 +112,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts) {
     const std::vector<cv::Mat> frames = samples(input, facts);
     const auto match = [&](const StereoVideo& video) {
         return std::any_of(frames.begin(), frames.end(),
-                           [&](const cv::Mat& frame) { return areEyes(frame, video); });
+                           [&](const cv::Mat& frame) { return areEyes(frame, video, false); });
     };
     if (name && name->contents == SceneName::Contents::Eyes) {
         const StereoVideo video{name->layout, name->halves};
@@ -120,7 +133,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts) {
         const StereoVideo video{layout, StereoHalves::Automatic};
         const bool doAllMatch =
             !frames.empty() && std::all_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
-                return areEyes(frame, video);
+                return areEyes(frame, video, true);
             });
         if (!doAllMatch) continue;
         addNote(&found.notes, NoteCode::Doubtful,

@@ -191,10 +191,13 @@ class ViewsRenderer : public FrameRenderer {
 // Photo and depth side by side.
 class RgbdRenderer : public FrameRenderer {
   public:
-    RgbdRenderer(double focus, cv::Size photo, double seenAspect)
-        : focus_(focus), half_(evenSize(photo, seenAspect)) {}
+    RgbdRenderer(double focus, StereoHalves shape, cv::Size photo, double seenAspect)
+        : focus_(focus), layout_(DepthSide::Right, shape), half_(evenSize(photo, seenAspect)) {}
 
-    cv::Size size() const override { return {2 * half_.width, half_.height}; }
+    cv::Size size() const override {
+        const bool isSqueezed = layout_.halves == StereoHalves::Squeezed;
+        return {(isSqueezed ? 1 : 2) * half_.width, half_.height};
+    }
 
     void make(const PipelineFrame& frame, cv::Mat& result) override {
         const double pixelAspect = frame.source.sampleAspect.value();
@@ -207,13 +210,14 @@ class RgbdRenderer : public FrameRenderer {
                                       fills ? FitMode::Stretch : FitMode::Contain);
         // As the depth that photo2native saves.
         fitScene(scene, fit, focus_, fitted_, DepthRefineOptions{DepthFlaws()});
-        joinRgbd(fitted_.photo, fitted_.depth, DepthSide::Right, result);
+        joinRgbd(fitted_.photo, fitted_.depth, layout_, result);
     }
 
   private:
     static constexpr double kSameShape = 0.02;
 
     double focus_;
+    RgbdLayout layout_;
     cv::Size half_;
     Scene fitted_;
 };
@@ -312,7 +316,8 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect, DepthEdges edges) {
     if (conversion.product == VideoProduct::Rgbd)
-        return std::make_unique<RgbdRenderer>(conversion.native.views.focus, photo, seenAspect);
+        return std::make_unique<RgbdRenderer>(conversion.native.views.focus, conversion.rgbdHalves,
+                                              photo, seenAspect);
     if (conversion.product == VideoProduct::Stereo) {
         const cv::Size eye = evenSize(photo, seenAspect);
         return std::make_unique<ViewsRenderer>(conversion, VideoTarget{{2, 1, eye, 2}, eye}, edges);

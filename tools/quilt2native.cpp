@@ -42,7 +42,7 @@ StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect
     if (layout.viewCount < 2)
         throw UsageError("--save-stereo needs two views, but the quilt has one");
     const double last = layout.viewCount - 1;
-    const int left = cvRound(last * 3 / 8);
+    const int left = std::min(cvRound(last * 3 / 8), (layout.viewCount - 2) / 2);
     const int right = static_cast<int>(last) - left;
     const cv::Size tile = layout.tileSize;
     const cv::Size size(std::max(tile.width, cvRound(tile.height * aspect)),
@@ -105,7 +105,7 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
     }
     // last, so that an existing Native means that all outputs exist
     makeNativeFile(renderer, quilt, native, messages, times);
-    if (!job.eyes.name().empty()) messages.say(job.eyes.name().string() + ": " + job.eyes.words());
+    if (!job.eyes.name().empty()) messages.say(job.eyes.names() + ": " + job.eyes.words());
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
     messages.detail(times.text());
@@ -198,6 +198,7 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine);
     job.eyes = EyesFiles(commandLine);
+    commandLine.refuse({"stereo-keep"}, " is for photos, of which eyes are made; leave it out");
     return job;
 }
 

@@ -1529,7 +1529,7 @@ TEST_F(Photo2Native, EyesAreTheViewsOfAQuiltOfTwo) {
     EXPECT_FALSE(samePicture(left, right));
     // no display, no Native
     const auto made = [&](const Arguments& layout, const char* name) {
-        const Outcome outcome =
+        Outcome outcome =
             run(Arguments{"--save-stereo", name} + Arguments("--focus 0.4") + layout + pair);
         EXPECT_TRUE(isDone(outcome));
         EXPECT_EQ(outcome.out.find("display"), std::string::npos) << outcome.out;

@@ -440,6 +440,10 @@ TEST_F(Quilt2NativeTool, EyesAreTwoOfTheViews) {
     const cv::Mat eyes = readImage(studio / "e_LRF.png");
     EXPECT_TRUE(samePicture(eyes.colRange(0, 30), quilt(layout.tile(2))));
     EXPECT_TRUE(samePicture(eyes.colRange(30, 60), quilt(layout.tile(3))));
+    writeImage(studio / "q3_qs3x1a0.75.png", quilt.rowRange(40, 80)); // an odd number of views
+    const Outcome three =
+        studio.run(kTool, "-y -c small.json --save-stereo e_LRF.png q3_qs3x1a0.75.png n.png");
+    EXPECT_TRUE(holds(three.out, "eyes: views 0 and 2"));
     EXPECT_TRUE(fails(studio.run(kTool, "-c small.json --save-stereo e.png q_qs3x2a0.75.png n.mp4"),
                       2, "--save-stereo is made of one quilt"));
     EXPECT_TRUE(fails(studio.run(kTool, "-c small.json --stereo-swap q_qs3x2a0.75.png m.png"), 2,

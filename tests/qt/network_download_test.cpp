@@ -102,7 +102,7 @@ class ViewerNetworkDownload : public ::testing::Test {
         qputenv("XDG_DATA_HOME", toName(home_.path()).toUtf8());
         qputenv("ALTIRO3D_MODEL_BASE_URL", server_.url());
     }
-    ~ViewerNetworkDownload() override {
+    void TearDown() override {
         for (const auto& [name, value] : before_)
             qputenv(name, value);
         qunsetenv("ALTIRO3D_MODEL_BASE_URL");

@@ -102,6 +102,13 @@ std::vector<std::filesystem::path> EyesFiles::files() const {
     return {named("_L"), named("_R")};
 }
 
+std::string EyesFiles::names() const {
+    std::string all;
+    for (const std::filesystem::path& file : files())
+        all += (all.empty() ? "" : ", ") + file.string();
+    return all;
+}
+
 void EyesFiles::write(const StereoPair& eyes, Messages& messages) const {
     const cv::Mat& left = options_.swapped ? eyes.right : eyes.left;
     const cv::Mat& right = options_.swapped ? eyes.left : eyes.right;

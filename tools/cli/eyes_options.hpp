@@ -47,6 +47,8 @@ class EyesFiles {
     std::string ending() const;
     /// The files to write: none, one, or those of the left and the right eye.
     std::vector<std::filesystem::path> files() const;
+    /// Their names, for people.
+    std::string names() const;
     /// What they are, for people: "side by side".
     const char* words() const {
         return options_.areFiles ? "the pictures of both eyes" : nameOf(options_.picture).words;

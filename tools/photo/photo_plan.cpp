@@ -170,6 +170,10 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
         job.keepsEyes = job.keepsEyes && !commandLine.has(other);
     takeNames(commandLine, job);
+    const bool areEyesAlone = job.outputs.video.empty() && displayUse(job) == DisplayUse::None;
+    if (!job.outputs.stereo.empty() && areEyesAlone)
+        commandLine.refuse({"center", "zoom", "fit"},
+                           " chooses a part for a panel, but eyes see whole photos; leave it out");
     if (isStandardStream(job.outputs.native)) {
         commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
                                          "for the Native");

@@ -69,7 +69,11 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
 std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun& run,
                                            DepthOrigin origin) {
     const PhotoJob& job = run.job;
-    if (origin != DepthOrigin::Matched || !job.keepsEyes) return std::nullopt;
+    const bool areEyes = job.depth.stereo || origin == DepthOrigin::Matched;
+    if (!areEyes || !job.keepsEyes) return std::nullopt;
+    if (isStandardStream(item.photo))
+        throw UsageError("--save-stereo reads a photo of both eyes again, expected a file instead "
+                         "of -, or --strength");
     const PhotoFile photo = pictureToRead(item.photo);
     if (job.depth.isPair) return StereoPair{readPhoto(photo), readPhoto(item.depth), {}};
     if (!job.depth.stereo)
@@ -366,15 +370,16 @@ struct MadePhoto {
 struct OtherOutput {
     const char* key;
     const char* text;
-    const fs::path& file;
+    std::string file;
 };
 std::vector<OtherOutput> othersOf(const PhotoItem& item) {
-    const OtherOutput all[] = {{"quilt", "quilt", item.quilt},
-                               {"depth", "depth", item.savedDepth},
-                               {"rgbd", "RGB-D image", item.rgbd},
-                               {"photoWithDepth", "photo with its depth", item.photoWithDepth},
-                               {"views", "views", item.views},
-                               {"stereo", item.eyes.words(), item.stereo}};
+    const OtherOutput all[] = {
+        {"quilt", "quilt", item.quilt.string()},
+        {"depth", "depth", item.savedDepth.string()},
+        {"rgbd", "RGB-D image", item.rgbd.string()},
+        {"photoWithDepth", "photo with its depth", item.photoWithDepth.string()},
+        {"views", "views", item.views.string()},
+        {"stereo", item.eyes.words(), item.eyes.names()}};
     std::vector<OtherOutput> made;
     for (const OtherOutput& other : all)
         if (!other.file.empty()) made.push_back(other);
@@ -391,7 +396,7 @@ void tellPicture(const PhotoRun& run, const MadePhoto& made, Messages& messages)
     }
     const bool isOneLine = messages.hasSubject();
     for (const OtherOutput& other : othersOf(item))
-        lines.push_back((isOneLine ? "" : other.file.string() + ": ") + other.text);
+        lines.push_back((isOneLine ? "" : other.file + ": ") + other.text);
     if (!item.video.empty()) {
         lines.push_back(isOneLine ? "video"
                                   : item.video.string() + ": video, " +
@@ -425,7 +430,7 @@ Json pictureReport(const PhotoRun& run, const MadePhoto& made, const StageTimes&
     report["depthSource"] = made.depthSource;
     if (run.job.depth.photo.unblurred) report["unblurred"] = made.isUnblurred;
     for (const OtherOutput& other : othersOf(item))
-        report[other.key] = other.file.string();
+        report[other.key] = other.file;
     if (!item.video.empty()) {
         report["video"] = {{"file", item.video.string()},
                            {"width", made.videoSize.width},
@@ -527,7 +532,10 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         if (!chosen.empty()) messages.say("auto: " + chosen);
     }
     const bool hasCamera = !run.job.camera.file().empty();
-    made.parallax = tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
+    if (isPlaced)
+        made.parallax = tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
+    if (!isPlaced && item.video.empty() && !item.stereo.empty())
+        made.views.strengthPercent = run.job.eyes.options().strengthPercent;
 
     warnAboutNativeFormat(item.native, messages);
     if (!item.video.empty()) {

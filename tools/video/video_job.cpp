@@ -110,6 +110,10 @@ void refuseRgbd(const VideoPlan& plan, Messages& messages) {
                      ", expected --rgbd with the side of the depth, as --rgbd right");
 }
 
+double aspectOf(cv::Size size) {
+    return static_cast<double>(size.width) / size.height;
+}
+
 // The eyes in frames, by the option or by what is found. Says what decided.
 std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     const DepthOptions& options = run.job.depth;
@@ -117,11 +121,13 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     FoundEyes found;
     if (options.stereo) {
         found.eyes =
-            StereoVideo{options.stereo->layout, halvesOf(run.plan.input, options.stereo->halves)};
+            StereoVideo{options.stereo->layout, halvesOf(run.plan.input, options.stereo->halves,
+                                                         run.inputFacts.sampleAspect.value() *
+                                                             aspectOf(run.inputFacts.size))};
         found.evidence = "--stereo says it";
     } else {
         refuseVrName(run.plan.input);
-        found = findEyes(run.plan.input, run.inputFacts);
+        found = findEyes(run.plan.input, run.inputFacts, run.plan.part);
         messages.warn(found.notes);
     }
     if (!found.eyes) return std::nullopt;
@@ -160,10 +166,6 @@ void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
         makeNativeMaker(run.scene, run.display, run.layout, messages, run.job.profile.keep);
     run.path = pathName(maker);
     run.scene.native.positions = maker.options().positions;
-}
-
-double aspectOf(cv::Size size) {
-    return static_cast<double>(size.width) / size.height;
 }
 
 void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {

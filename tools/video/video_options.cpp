@@ -90,8 +90,14 @@ VideoPlan planVideo(const CommandLine& commandLine) {
         if (takesFolder(commandLine))
             commandLine.refuse({"stereo-out"}, " names one video, expected one as input");
         plan.native = plan.output;
-        if (!plan.native.empty())
-            commandLine.refuse({"plan"}, " makes one video, expected --stereo-out without OUT");
+        if (!plan.native.empty()) {
+            commandLine.refuse({"plan", "resume", "report"},
+                               " is for one video, expected --stereo-out without OUT");
+            if (!isFile(plan.input))
+                throw UsageError(plan.inputName() +
+                                 ": is read twice for --stereo-out and OUT, expected a file, or "
+                                 "one of them");
+        }
         plan.output = *stereo;
         plan.product = VideoProduct::Stereo;
     }
@@ -365,6 +371,8 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
         commandLine.failValue("stereo-layout", "a layout of one video; files is for pictures");
     for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
         job.keepsEyes = job.keepsEyes && !commandLine.has(other);
+    if (plan.product == VideoProduct::Rgbd)
+        commandLine.refuse({"depth-curve"}, " is for views, but --rgbd-out writes depth as it is");
     if (plan.product == VideoProduct::Stereo) {
         commandLine.refuse({"center", "zoom", "fit"},
                            " chooses a part for a panel, but eyes see whole frames; leave it out");

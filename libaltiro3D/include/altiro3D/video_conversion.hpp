@@ -70,13 +70,15 @@ struct FoundEyes {
 /// halves of some frames match. A video without statement and tag is flat; if its halves match,
 /// a note says so.
 ///
-/// @param input as for VideoReader; only regular files are looked at
+/// @param input as for VideoReader; only the frames of regular files are looked at
 /// @param facts of the input
-/// @return what was found
-/// @throws Error Unsupported (the name or the file says that the video is for headsets or in a
-///         layout that is not read); as VideoReader
+/// @param options as for VideoReader; `from` and `to` do not matter
+/// @return what was found; halves are never Automatic
+/// @throws Error Unsupported (the name says that the video is for headsets, or the file that it is
+///         in a layout that is not read); as VideoReader
 [[nodiscard]] ALTIRO3D_EXPORT FoundEyes findEyes(const std::filesystem::path& input,
-                                                 const VideoFacts& facts);
+                                                 const VideoFacts& facts,
+                                                 const VideoReaderOptions& options = {});
 
 /// How a video for two eyes is made.
 struct VideoEyes {

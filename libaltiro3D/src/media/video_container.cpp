@@ -39,6 +39,13 @@ void markEyes(EyesPicture picture, AVFormatContext& output, AVStream& stream) {
                     ? AV_STEREO3D_TOPBOTTOM
                     : AV_STEREO3D_SIDEBYSIDE;
     if (picture == EyesPicture::Crossed) mark.flags = AV_STEREO3D_FLAG_INVERT;
+    if (isMatroska(*output.oformat)) { // it states the size at which one eye is displayed
+        const bool isWide = picture == EyesPicture::SideBySideHalf;
+        if (isWide || picture == EyesPicture::TopBottomHalf) {
+            stream.sample_aspect_ratio = isWide ? AVRational{2, 1} : AVRational{1, 2};
+            stream.codecpar->sample_aspect_ratio = stream.sample_aspect_ratio;
+        }
+    }
 #if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 31, 102)
     AVCodecParameters& coded = *stream.codecpar;
     AVPacketSideData* const side = av_packet_side_data_new(

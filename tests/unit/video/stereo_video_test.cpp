@@ -50,7 +50,8 @@ class StereoVideoTest : public FileTest {
         profile.inputWidth = 64;
         profile.inputHeight = 48;
         profile.multipleOf = 8;
-        spill(directory / "bright.onnx", onnx::mixModel({0.3F, 0.3F, 0.3F}, {64, 48}));
+        if (!fs::exists(directory / "bright.onnx"))
+            spill(directory / "bright.onnx", onnx::mixModel({0.3F, 0.3F, 0.3F}, {64, 48}));
         VideoConversion all;
         all.input = input;
         all.output = directory / output;
@@ -175,6 +176,40 @@ TEST_F(StereoVideoTest, EyesAreLaidOutAnewAsTheyWereFilmed) {
                          "is side by side already"));
 }
 
+TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
+    const fs::path input =
+        clip("clip.mkv", std::vector<cv::Mat>(60, joined(wallAndThing(kWall, kThing))));
+    const auto converted = [&](const std::string& name, int most, UnfinishedRun unfinished) {
+        VideoConversion stereo = conversion(input, name);
+        stereo.product = VideoProduct::Stereo;
+        stereo.native.views.strengthPercent = 8;
+        stereo.depthOptions.every = 1;
+        stereo.unfinished = unfinished;
+        VideoConverter(std::move(stereo)).run([most](const VideoProgress& progress) {
+            return progress.frames < most;
+        });
+        return allFrames(directory / name);
+    };
+    const auto whole = converted("whole.mkv", 1000, UnfinishedRun::Refuse);
+    ASSERT_LT(converted("parts.mkv", 13, UnfinishedRun::Refuse).size(), whole.size());
+    EXPECT_TRUE(sameFrames(converted("parts.mkv", 1000, UnfinishedRun::Resume), whole));
+}
+
+TEST_F(StereoVideoTest, WhatTheRightEyeAloneSeesChangeIsSeen) {
+    const Eyes eyes = wallAndThing(kWall, kThing);
+    const cv::Mat black(eyesSize(), CV_8UC3, cv::Scalar::all(0));
+    VideoConversion rgbd = conversion(
+        clip("clip.mkv", {joined({eyes.left, black}), joined({eyes.left, black}), joined(eyes)}),
+        "rgbd.mkv");
+    rgbd.product = VideoProduct::Rgbd;
+    const VideoConversionResult result = VideoConverter(std::move(rgbd)).run();
+    EXPECT_EQ(result.inferences, 2);
+    EXPECT_EQ(result.repeated, 1);
+    const std::vector<cv::Mat> made = frames("rgbd.mkv");
+    EXPECT_TRUE(samePicture(made[1], made[0]));
+    EXPECT_FALSE(samePicture(made[2], made[0]));
+}
+
 TEST_F(StereoVideoTest, ContradictionsAreRefused) {
     const fs::path input = clip("clip.mkv", {joined(wallAndThing(kWall, kThing))});
     const auto error = [&](const auto& change) {
@@ -225,6 +260,46 @@ TEST_F(FindEyes, WhatFilesStateOfEyesIsReadBack) {
             EXPECT_TRUE(contains(eyesFound.evidence, "the file states it")) << name;
         }
     }
+}
+
+TEST_F(FindEyes, HalfLayoutsKeepTheShapeOfTheEyes) {
+    const Eyes eyes = wallAndThing(kWall, kThing); // 4:3
+    const fs::path input = clip("clip.mkv", {joined(eyes)});
+    for (const EyesPicture picture : {EyesPicture::SideBySideHalf, EyesPicture::TopBottomHalf}) {
+        VideoConversion half = conversion(input, "half.mkv");
+        half.product = VideoProduct::Stereo;
+        half.eyes = {picture, EyesFrom::Both, false, true};
+        VideoConverter(std::move(half)).run();
+        VideoReader reader(directory / "half.mkv");
+        EXPECT_EQ(reader.facts().size, eyesSize());
+        VideoConversion again = conversion(directory / "half.mkv", "again.mkv");
+        again.stereo = findEyes(directory / "half.mkv", reader.facts()).eyes;
+        ASSERT_TRUE(again.stereo);
+        again.product = VideoProduct::Stereo;
+        again.eyes = {EyesPicture::Anaglyph, EyesFrom::Both, false, true};
+        EXPECT_NEAR(VideoConverter(std::move(again)).size().aspectRatio(), 4.0 / 3, 0.01);
+    }
+    // by the tag alone
+    const FoundEyes tagged =
+        found(clip("film_LR.mkv", {3, joined(eyes, EyesPicture::SideBySideHalf)}));
+    ASSERT_TRUE(tagged.eyes);
+    EXPECT_EQ(tagged.eyes->halves, StereoHalves::Squeezed);
+}
+
+TEST_F(FindEyes, StripsAndEyesOneAfterTheOtherAreFlat) {
+    EXPECT_FALSE(found(clip("strip.mkv", {3, randomPhoto({4096, 16})})).eyes);
+    if (!haveFfmpeg()) GTEST_SKIP() << "needs ffmpeg";
+    const auto stated = [&](const char* name, const std::string& options) {
+        ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.6 -c:v libx264 " + options + " " +
+               arg(directory / name));
+        return findEyes(directory / name, VideoReader(directory / name).facts());
+    };
+    const FoundEyes mvc = stated("mvc.mkv", "-metadata:s:v stereo_mode=block_lr");
+    EXPECT_FALSE(mvc.eyes);
+    EXPECT_TRUE(contains(textOf(mvc.notes), "of which one is read"));
+    const FoundEyes sei = stated("sei.mp4", "-x264opts frame-packing=4"); // in frames alone
+    ASSERT_TRUE(sei.eyes);
+    EXPECT_EQ(sei.eyes->layout, StereoLayout::TopBottom);
 }
 
 TEST_F(FindEyes, NamesCountIfHalvesMatch) {

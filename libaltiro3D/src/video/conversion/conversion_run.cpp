@@ -130,13 +130,15 @@ void setDepthRange(VideoConversion& conversion) {
 VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFacts& facts,
                               cv::Size size) {
     VideoWriterOptions encoding = conversion.encoding;
-    if (conversion.product != VideoProduct::Native) {
+    const bool isStereo = conversion.product == VideoProduct::Stereo;
+    const bool areRows = isStereo && conversion.eyes.picture == EyesPicture::Rows;
+    if (conversion.product != VideoProduct::Native && !areRows) { // 4:2:0 mixes colours of rows
         encoding.compatible =
             encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
     }
     encoding.native = conversion.product == VideoProduct::Native;
     encoding.eyes.reset();
-    if (conversion.product == VideoProduct::Stereo) encoding.eyes = conversion.eyes.picture;
+    if (isStereo) encoding.eyes = conversion.eyes.picture;
     encoding.size = size;
     encoding.timeBase = facts.timeBase;
     encoding.frameRate = facts.averageRate;

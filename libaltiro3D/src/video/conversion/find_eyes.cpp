@@ -8,11 +8,17 @@
 #include "video/conversion/frame_depth.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <initializer_list>
+#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 namespace altiro3D {
 
@@ -44,6 +50,7 @@ Likeness likenessOf(const cv::Mat& first, const cv::Mat& second) {
 bool areEyes(const cv::Mat& frame, const StereoVideo& video, bool surely) {
     constexpr double kLeastLikeness = 0.6;
     constexpr int kMatchSide = 480; // px
+    constexpr int kLeastSide = 16;
     const bool isBeside =
         video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
     const HalfPlaces places = halfPlaces(frame.size(), isBeside);
@@ -56,7 +63,9 @@ bool areEyes(const cv::Mat& frame, const StereoVideo& video, bool surely) {
     for (cv::Mat* picture : {&pair.left, &pair.right}) {
         const double scale =
             std::min(1.0, static_cast<double>(kMatchSide) / std::max(picture->cols, picture->rows));
-        cv::resize(*picture, *picture, {}, scale, scale, cv::INTER_AREA);
+        const cv::Size size(cvRound(picture->cols * scale), cvRound(picture->rows * scale));
+        if (std::min(size.width, size.height) < kLeastSide) return false;
+        cv::resize(*picture, *picture, size, 0, 0, cv::INTER_AREA);
     }
     cv::Mat disparity;
     const StereoMatch match = matchStereo(pair.left, pair.right, disparity);
@@ -68,18 +77,49 @@ bool areEyes(const cv::Mat& frame, const StereoVideo& video, bool surely) {
     return match.areEyes() && !match.isFlat && (isSure || !surely);
 }
 
-// Some frames of a file, from its beginning to its end.
-std::vector<cv::Mat> samples(const fs::path& input, const VideoFacts& facts) {
+// Some frames of a file, from its beginning to its end, and what they state.
+struct Samples {
     std::vector<cv::Mat> frames;
-    for (const double share : {0.1, 0.35, 0.7}) {
-        VideoReaderOptions options;
+    std::string eyes; // as VideoFacts
+    std::optional<StereoLayout> layout;
+};
+Samples samplesOf(const fs::path& input, const VideoFacts& facts, VideoReaderOptions options) {
+    Samples samples;
+    for (const double share : {0.0, 0.1, 0.35, 0.7}) { // the first frame may be black, or a title
         options.from = share * facts.duration.value_or(0);
+        options.to = std::numeric_limits<double>::infinity();
         VideoReader reader(input, options);
         VideoFrame frame;
-        if (reader.read(frame)) frames.push_back(frame.picture);
+        const bool isRead = reader.read(frame);
+        if (isRead && (share > 0 || !facts.duration)) samples.frames.push_back(frame.picture);
+        if (samples.eyes.empty()) {
+            samples.eyes = reader.facts().eyes;
+            samples.layout = reader.facts().eyesLayout;
+        }
         if (!facts.duration) break;
     }
-    return frames;
+    return samples;
+}
+
+// Shape of the halves. Of videos, LR and TB mean squeezed halves, unless the shape says otherwise.
+// @param aspect width : height of a frame as displayed
+StereoHalves halvesOf(StereoLayout layout, const std::optional<SceneName>& name, double aspect) {
+    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    if (name && name->contents == SceneName::Contents::Eyes) {
+        if (name->halves != StereoHalves::Automatic) return name->halves;
+        std::string tag = name->tag;
+        std::transform(tag.begin(), tag.end(), tag.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        const bool isShort = tag == "lr" || tag == "tb" || tag.rfind("3d", 0) == 0;
+        constexpr double kWide = 2.4; // no scene has half of it
+        constexpr double kHigh = 1.1;
+        if (isShort)
+            return (isBeside ? aspect < kWide : aspect > kHigh) ? StereoHalves::Squeezed
+                                                                : StereoHalves::Full;
+    }
+    return squeezeOf(aspect, isBeside, StereoHalves::Automatic) == Squeeze::None
+               ? StereoHalves::Full
+               : StereoHalves::Squeezed;
 }
 
 } // namespace
@@ -88,37 +128,46 @@ cv::Size photoSize(const StereoVideo& video, cv::Size frame) {
     return halvesOf(video).photoSize(frame);
 }
 
-FoundEyes findEyes(const fs::path& input, const VideoFacts& facts) {
+FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
+                   const VideoReaderOptions& options) {
     FoundEyes found;
     const auto name = parseSceneName(input);
     const auto refuse = [&](const std::string& what) {
         throw Error(ErrorCode::Unsupported, input.string(),
                     what + ", which is not read, expected the eyes beside or above each other");
     };
-    const auto halves = [&] {
-        return name && name->contents == SceneName::Contents::Eyes ? name->halves
-                                                                   : StereoHalves::Automatic;
-    };
-    if (!facts.eyes.empty()) {
-        if (!facts.eyesLayout) refuse("holds both eyes by \"" + facts.eyes + "\"");
-        found.eyes = StereoVideo{*facts.eyesLayout, halves()};
-        found.evidence = "the file states it (" + facts.eyes + ")";
-        return found;
-    }
     if (name && name->contents == SceneName::Contents::Vr)
         refuse("is a video for headsets by its name (" + name->tag + ")");
-    std::error_code error;
-    if (!fs::is_regular_file(input, error)) return found;
-    const std::vector<cv::Mat> frames = samples(input, facts);
-    const auto match = [&](const StereoVideo& video) {
-        return std::any_of(frames.begin(), frames.end(),
-                           [&](const cv::Mat& frame) { return areEyes(frame, video, false); });
+    const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
+    const auto take = [&](StereoLayout layout, const std::string& evidence) {
+        found.eyes = StereoVideo{layout, halvesOf(layout, name, aspect)};
+        found.evidence = evidence;
     };
-    if (name && name->contents == SceneName::Contents::Eyes) {
-        const StereoVideo video{name->layout, name->halves};
-        if (match(video)) {
-            found.eyes = video;
-            found.evidence = "its name says it (" + name->tag + "), and its halves match";
+    std::error_code error;
+    const bool isFile = fs::is_regular_file(input, error);
+    Samples samples;
+    if (isFile && facts.eyes.empty()) samples = samplesOf(input, facts, options);
+    const std::string& stated = facts.eyes.empty() ? samples.eyes : facts.eyes;
+    const auto& layout = facts.eyes.empty() ? samples.layout : facts.eyesLayout;
+    if (layout) {
+        take(*layout, "the file states it (" + stated + ")");
+        return found;
+    }
+    if (stated == "frame alternate") { // the decoder gives those of one eye
+        addNote(&found.notes, NoteCode::LeftOut,
+                input.string() + ": holds both eyes one after the other, of which one is read: it "
+                                 "is taken as a flat video");
+        return found;
+    }
+    if (!stated.empty()) refuse("holds both eyes by \"" + stated + "\"");
+    const std::vector<cv::Mat>& frames = samples.frames;
+    if (name && name->contents == SceneName::Contents::Eyes && isFile) {
+        const StereoVideo video{name->layout, halvesOf(name->layout, name, aspect)};
+        const bool isPair = std::any_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
+            return areEyes(frame, video, false);
+        });
+        if (isPair) {
+            take(name->layout, "its name says it (" + name->tag + "), and its halves match");
         } else {
             addNote(&found.notes, NoteCode::AsItIs,
                     input.string() + ": its name (" + name->tag +
@@ -127,10 +176,9 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts) {
         }
         return found;
     }
-    for (const auto& [layout, words] :
-         {std::pair(StereoLayout::LeftRight, "left and right half"),
-          std::pair(StereoLayout::TopBottom, "upper and lower half")}) {
-        const StereoVideo video{layout, StereoHalves::Automatic};
+    for (const auto& [half, words] : {std::pair(StereoLayout::LeftRight, "left and right half"),
+                                      std::pair(StereoLayout::TopBottom, "upper and lower half")}) {
+        const StereoVideo video{half, halvesOf(half, std::nullopt, aspect)};
         const bool doAllMatch =
             !frames.empty() && std::all_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
                 return areEyes(frame, video, true);

@@ -304,6 +304,22 @@ class EyesDepth {
         hidden_ = {};
         return pair.left;
     }
+    const cv::Mat& right() const { return right_; }
+
+    // For a later run: what was found of the last frame, and the counts.
+    void save(std::string& bytes) const {
+        append(bytes, layer_.photo);
+        append(bytes, layer_.depth);
+        for (const std::uint64_t count :
+             {counts_.all, counts_.flat, counts_.unlike, counts_.swapped})
+            append(bytes, count);
+    }
+    bool load(std::string_view& rest) {
+        return take(rest, CV_8UC3, layer_.photo) && take(rest, CV_32FC1, layer_.depth) &&
+               layer_.photo.size() == layer_.depth.size() && take(rest, counts_.all) &&
+               take(rest, counts_.flat) && take(rest, counts_.unlike) &&
+               take(rest, counts_.swapped);
+    }
 
     // @param raw of the left eye's picture, near = large
     void estimate(const cv::Mat& left, cv::Mat& raw) {
@@ -324,12 +340,16 @@ class EyesDepth {
         normalizeDepth(numbers, raw, normalization);
     }
 
-    // What the last estimate has found behind near things. @param depth of its picture
-    HiddenLayer hidden(const cv::Mat& depth) const {
-        if (hidden_.photo.empty() || depth.size() != disparity_.size()) return {};
-        HiddenLayer layer{hidden_.photo, hidden_.depth.clone()};
-        scaleHiddenDepth(disparity_, depth, layer);
-        return layer;
+    // What is known behind near things: what the estimate of this frame has found, or for a
+    // repeated one, what was known before. @param depth of the frame
+    HiddenLayer hidden(const VideoDepthStep& step, const cv::Mat& depth) {
+        if (step.repeated) return layer_;
+        layer_ = {};
+        if (step.inferred && !hidden_.photo.empty() && depth.size() == disparity_.size()) {
+            layer_ = {hidden_.photo, hidden_.depth.clone()};
+            scaleHiddenDepth(disparity_, depth, layer_);
+        }
+        return layer_;
     }
 
     Notes notes() const {
@@ -337,16 +357,15 @@ class EyesDepth {
         const auto note = [&](const std::string& text) {
             notes.push_back({NoteCode::Doubtful, text});
         };
-        const auto share = [&](std::int64_t count, const char* is) {
-            return std::to_string(count) + " of " + std::to_string(counts_.all) +
-                   (counts_.all == 1 ? " frame" : " frames") + " that were looked at " + is;
-        };
         if (counts_.flat == counts_.all && counts_.all > 0) {
             note("both eyes see the same picture: the video is flat (2D), and its depth is "
                  "estimated");
         } else if (counts_.flat + counts_.unlike > 0) {
             note("the eyes do not match, or see the same, in " +
-                 share(counts_.flat + counts_.unlike, "") + ": depth is estimated there");
+                 std::to_string(counts_.flat + counts_.unlike) + " of " +
+                 std::to_string(counts_.all) +
+                 (counts_.all == 1 ? " frame" : " frames, of those that were compared") +
+                 ": depth is estimated there");
         }
         if (2 * counts_.swapped > counts_.all - counts_.flat - counts_.unlike)
             note("the eyes look swapped: the background appears in front of the foreground");
@@ -356,14 +375,15 @@ class EyesDepth {
   private:
     StereoVideo video_;
     DepthSource& fallback_;
-    cv::Mat right_;     // the right eye's picture
-    cv::Mat disparity_; // of the last estimate
-    HiddenLayer hidden_;
+    cv::Mat right_;      // the right eye's picture
+    cv::Mat disparity_;  // of the last estimate
+    HiddenLayer hidden_; // of the last estimate, with disparities
+    HiddenLayer layer_;  // of the last frame, with depth
     struct {
-        std::int64_t all = 0;
-        std::int64_t flat = 0;
-        std::int64_t unlike = 0;
-        std::int64_t swapped = 0;
+        std::uint64_t all = 0;
+        std::uint64_t flat = 0;
+        std::uint64_t unlike = 0;
+        std::uint64_t swapped = 0;
     } counts_; // of estimates
 };
 
@@ -429,23 +449,32 @@ SavedState FrameDepth::state() const {
     append(bytes, lastPhoto_);
     append(bytes, lastRaw_);
     if (cuts_) cuts_->save(bytes);
+    if (eyes_) eyes_->save(bytes);
     return {bytes + depth_->state().bytes};
 }
 
 void FrameDepth::setState(const SavedState& state) {
     std::string_view rest(state.bytes);
-    if (!take(rest, lastPhoto_) || !take(rest, lastRaw_) || (cuts_ && !cuts_->load(rest)))
+    if (!take(rest, lastPhoto_) || !take(rest, lastRaw_) || (cuts_ && !cuts_->load(rest)) ||
+        (eyes_ && !eyes_->load(rest)))
         throw damagedState();
     depth_->setState({std::string(rest)});
 }
 
 void FrameDepth::work(PipelineFrame& frame) {
-    if (eyes_) frame.source.picture = eyes_->split(frame.source.picture);
+    if (eyes_) {
+        frame.source.picture = eyes_->split(frame.source.picture);
+        const std::uint64_t left = digest(frame.source.picture);
+        const std::uint64_t right = digest(eyes_->right());
+        if (left == lastPhoto_ && right != lastRaw_)
+            start(); // the left eye does not see what moves
+        lastPhoto_ = left;
+        lastRaw_ = right;
+    }
     if (source_) {
         frame.step = depth_->next(frame.source.picture, frame.depth);
         // only if every frame has it: else it would flicker
-        if (eyes_ && options_.every == 1 && frame.step.inferred)
-            frame.hidden = eyes_->hidden(frame.depth);
+        if (eyes_ && options_.every == 1) frame.hidden = eyes_->hidden(frame.step, frame.depth);
         return;
     }
     if (given_) {

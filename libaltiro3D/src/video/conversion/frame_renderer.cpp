@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -33,6 +32,26 @@ cv::Size evenSize(cv::Size photo, double seenAspect) {
             std::max(2, photo.height / 2 * 2)};
 }
 
+// The same for one eye. A half that is squeezed has even sides as well, for colours of 4:2:0.
+cv::Size eyeSize(cv::Size photo, double seenAspect, EyesPicture picture) {
+    cv::Size size = evenSize(photo, seenAspect);
+    if (picture == EyesPicture::SideBySideHalf) size.width = std::max(4, size.width / 4 * 4);
+    if (picture == EyesPicture::TopBottomHalf) size.height = std::max(4, size.height / 4 * 4);
+    return size;
+}
+
+// The fit of whole frames. Those of the first one's shape fill the result, although its sides are
+// rounded.
+PhotoFit wholeFit(cv::Size photo, double pixelAspect, cv::Size result) {
+    // of small ones, sides are rounded by more
+    const double sameShape = std::max(0.02, 4.0 / std::min(result.width, result.height));
+    const double aspect = static_cast<double>(result.width) / result.height / pixelAspect;
+    const double own = static_cast<double>(photo.width) / photo.height;
+    const bool fills = std::abs(aspect / own - 1) < sameShape;
+    return fitPhoto(photo, fills ? own : aspect, result,
+                    fills ? FitMode::Stretch : FitMode::Contain);
+}
+
 // Natives, quilts and pictures for two eyes of photos with depth.
 class ViewsRenderer : public FrameRenderer {
   public:
@@ -43,7 +62,6 @@ class ViewsRenderer : public FrameRenderer {
         wanted_.isVideo = true;
         if (conversion.product == VideoProduct::Stereo) {
             eyes_ = conversion.eyes;
-            options_.fit = FitMode::Stretch;
             options_.detail = Detail::View;
             validate(options_.views);
         } else if (conversion.product == VideoProduct::Quilt) {
@@ -147,8 +165,15 @@ class ViewsRenderer : public FrameRenderer {
         Scene scene{frame.source.picture, frame.depth, frame.hidden};
         scene.edges = edges_;
         // the shape as displayed, because px of the frame need not be square
-        const double aspect = target_.aspect() / frame.source.sampleAspect.value();
+        double aspect = target_.aspect() / frame.source.sampleAspect.value();
         PlacementOptions& options = options_;
+        if (eyes_) { // whole frames
+            const PhotoFit fit =
+                wholeFit(scene.photo.size(), frame.source.sampleAspect.value(), workSize_);
+            const bool fills = fit.target.size() == workSize_;
+            options.fit = fills ? FitMode::Stretch : FitMode::Contain;
+            if (fills) aspect = static_cast<double>(scene.photo.cols) / scene.photo.rows;
+        }
         if (isChosenBy(frame)) {
             options = chooseFromScene(scene, aspect, target_.layout, options, wanted_).options;
             useChosen();
@@ -202,20 +227,13 @@ class RgbdRenderer : public FrameRenderer {
     void make(const PipelineFrame& frame, cv::Mat& result) override {
         const double pixelAspect = frame.source.sampleAspect.value();
         const Scene scene{frame.source.picture, frame.depth};
-        // Frames of the first one's shape fill the half, although its sides are rounded.
-        const double aspect = static_cast<double>(half_.width) / half_.height / pixelAspect;
-        const double own = static_cast<double>(scene.photo.cols) / scene.photo.rows;
-        const bool fills = std::abs(aspect / own - 1) < kSameShape;
-        const PhotoFit fit = fitPhoto(scene.photo.size(), fills ? own : aspect, half_,
-                                      fills ? FitMode::Stretch : FitMode::Contain);
+        const PhotoFit fit = wholeFit(scene.photo.size(), pixelAspect, half_);
         // As the depth that photo2native saves.
         fitScene(scene, fit, focus_, fitted_, DepthRefineOptions{DepthFlaws()});
         joinRgbd(fitted_.photo, fitted_.depth, layout_, result);
     }
 
   private:
-    static constexpr double kSameShape = 0.02;
-
     double focus_;
     RgbdLayout layout_;
     cv::Size half_;
@@ -229,7 +247,7 @@ class EyesRenderer : public FrameRenderer {
         : video_(*conversion.stereo), eyes_(conversion.eyes) {
         const cv::Size half = halvesOf(video_).photoSize(facts.size);
         const double pixelAspect = facts.sampleAspect.value();
-        eye_ = evenSize(half, pixelAspect * half.width / half.height);
+        eye_ = eyeSize(half, pixelAspect * half.width / half.height, eyes_.picture);
     }
 
     cv::Size size() const override { return eyesSize(eye_, eyes_.picture); }
@@ -238,10 +256,11 @@ class EyesRenderer : public FrameRenderer {
         StereoPair pair = splitStereoPair(frame.source.picture, video_.layout, video_.halves);
         if (eyes_.swapped) cv::swap(pair.left, pair.right);
         for (cv::Mat* picture : {&pair.left, &pair.right}) {
-            const bool isEnlarged = picture->cols < eye_.width;
-            if (picture->size() != eye_)
-                cv::resize(*picture, *picture, eye_, 0, 0,
-                           isEnlarged ? cv::INTER_LINEAR : cv::INTER_AREA);
+            if (picture->size() == eye_) continue;
+            cv::Mat fitted;
+            applyFit(*picture, wholeFit(picture->size(), frame.source.sampleAspect.value(), eye_),
+                     fitted);
+            *picture = fitted;
         }
         joinEyes(pair.left, pair.right, eyes_.picture, result);
     }
@@ -319,7 +338,7 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
         return std::make_unique<RgbdRenderer>(conversion.native.views.focus, conversion.rgbdHalves,
                                               photo, seenAspect);
     if (conversion.product == VideoProduct::Stereo) {
-        const cv::Size eye = evenSize(photo, seenAspect);
+        const cv::Size eye = eyeSize(photo, seenAspect, conversion.eyes.picture);
         return std::make_unique<ViewsRenderer>(conversion, VideoTarget{{2, 1, eye, 2}, eye}, edges);
     }
     return std::make_unique<ViewsRenderer>(conversion, target, edges);

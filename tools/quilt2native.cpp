@@ -34,24 +34,13 @@ struct QuiltJob {
     VideoJob video;
 };
 
-// The pictures of two eyes: the views an eighth of the cone to the left and to the right, with
-// square px. That is the distance of eyes if the outermost views have the usual parallax.
-// @param aspect width : height of a view as it is shown
 StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect,
                   Messages& messages) {
     if (layout.viewCount < 2)
         throw UsageError("--save-stereo needs two views, but the quilt has one");
-    const double last = layout.viewCount - 1;
-    const int left = std::min(cvRound(last * 3 / 8), (layout.viewCount - 2) / 2);
-    const int right = static_cast<int>(last) - left;
-    const cv::Size tile = layout.tileSize;
-    const cv::Size size(std::max(tile.width, cvRound(tile.height * aspect)),
-                        std::max(tile.height, cvRound(tile.width / aspect)));
-    StereoPair eyes;
-    for (const auto& [view, picture] : {std::pair(left, &eyes.left), {right, &eyes.right}})
-        cv::resize(quilt(layout.tile(view)), *picture, size, 0, 0, cv::INTER_LINEAR);
+    const auto [left, right] = viewsOfEyes(layout);
     messages.say("eyes: views " + std::to_string(left) + " and " + std::to_string(right));
-    return eyes;
+    return eyesOfQuilt(quilt, layout, aspect);
 }
 
 bool isVideo(const fs::path& file) {

@@ -161,6 +161,84 @@ TEST_F(ViewerController, EveryModeShowsItsPicture) {
     EXPECT_TRUE(samePicture(picture(), seen));
 }
 
+// The box (depth 1) stands 3 % of the width apart, the wall behind it lies at the focus.
+TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
+    openPhoto();
+    focus(0);
+    Knobs knobs = controller_.knobs();
+    knobs.framing = {{0.5, 0.5}, 2}; // of no effect, as strength
+    knobs.views.strengthPercent = 20;
+    controller_.turn(knobs, "frame");
+    tools::EyesOptions eyes;
+    eyes.strengthPercent = 4;
+    controller_.setEyes(eyes);
+    controller_.setArea({600, 1000});
+    controller_.setMode(Mode::Stereo);
+    const auto isShown = [&](const cv::Size& size) {
+        return waitFor([&] { return shown() && picture().size() == size; });
+    };
+    ASSERT_TRUE(isShown({600, 400}));
+    const cv::Mat photo = detailedPhoto({300, 400});
+    const cv::Rect wall(20, 20, 260, 60);
+    const cv::Rect box(100, 120, 100, 160); // moves by 4 % of 300 px: 6 px to each side
+    const cv::Mat left = picture()(cv::Rect(0, 0, 300, 400)).clone();
+    const cv::Mat right = picture()(cv::Rect(300, 0, 300, 400)).clone();
+    EXPECT_TRUE(samePicture(left(wall), photo(wall)));
+    EXPECT_TRUE(samePicture(right(wall), photo(wall)));
+    EXPECT_TRUE(samePicture(left(box + cv::Point(6, 0)), photo(box)));
+    EXPECT_TRUE(samePicture(right(box - cv::Point(6, 0)), photo(box)));
+
+    EXPECT_EQ(exportTo(Product::Eyes, folder_ / "eyes.png"), "");
+    EXPECT_TRUE(samePicture(readPhoto(folder_ / "eyes.png"), picture()));
+
+    eyes.swapped = true;
+    controller_.setEyes(eyes);
+    ASSERT_TRUE(waitFor([&] { return controller_.frame().request.eyes.swapped; }));
+    EXPECT_TRUE(samePicture(picture()(cv::Rect(300, 0, 300, 400)), left));
+    eyes = {EyesPicture::Rows};
+    eyes.strengthPercent = 4;
+    controller_.setEyes(eyes);
+    controller_.setArea({300, 400});
+    ASSERT_TRUE(isShown({300, 400}));
+    for (int y = 0; y < 400; ++y)
+        ASSERT_TRUE(samePicture(picture().row(y), (y % 2 == 0 ? left : right).row(y))) << y;
+
+    // on a screen each eye's picture has its own bars
+    eyes.picture = EyesPicture::SideBySideHalf;
+    controller_.setEyes(eyes);
+    cv::Mat onScreen;
+    QObject::connect(&controller_, &Controller::nativeReady, &controller_,
+                     [&](const cv::Mat& native) { onScreen = native; });
+    controller_.setPresenting(true, {800, 400});
+    ASSERT_TRUE(waitFor([&] { return !onScreen.empty(); }));
+    ASSERT_EQ(onScreen.size(), cv::Size(800, 400));
+    cv::Mat squeezed;
+    cv::resize(left, squeezed, {150, 400}, 0, 0, cv::INTER_AREA);
+    EXPECT_LE(cv::norm(onScreen(cv::Rect(125, 0, 150, 400)), squeezed, cv::NORM_INF), 1);
+    EXPECT_EQ(cv::norm(onScreen(cv::Rect(0, 0, 125, 400))), 0);
+    EXPECT_EQ(cv::norm(onScreen(cv::Rect(275, 0, 250, 400))), 0);
+    EXPECT_EQ(cv::norm(onScreen(cv::Rect(675, 0, 125, 400))), 0);
+}
+
+TEST_F(ViewerController, ThePictureForTwoEyesIsThatOfTheTool) {
+    openPhoto();
+    focus(0.25);
+    ASSERT_TRUE(waitForFrame());
+    for (const auto& [layout, picture] : {std::pair("anaglyph", EyesPicture::Anaglyph),
+                                          std::pair("tb-half", EyesPicture::TopBottomHalf)}) {
+        controller_.setEyes({picture});
+        QSignalSpy ended(&controller_, &Controller::exportEnded);
+        ASSERT_TRUE(controller_.startExport(Product::Eyes, folder_ / "plain.png"));
+        ASSERT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
+        EXPECT_TRUE(ended[0][0].toString().contains("only by its name, as plain_"))
+            << ended[0][0].toString().toStdString();
+        photo2native(
+            {"--focus", "0.25", "--save-stereo", at("tool.png"), "--stereo-layout", layout},
+            "n.png");
+        EXPECT_TRUE(slurp(folder_ / "plain.png") == slurp(folder_ / "tool.png")) << layout;
+    }
+}
+
 TEST_F(ViewerController, ANativeInASmallWindowIsPanned) {
     openPhoto();
     controller_.setMode(Mode::Native);

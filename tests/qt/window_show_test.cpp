@@ -93,6 +93,29 @@ TEST_F(ViewerWindowShow, TheScreenMayBeChosenByHandAndStaysChosen) {
     EXPECT_EQ(shown(), nullptr);
 }
 
+// Side by side on the screen of the window, px by px; keys change it there.
+TEST_F(ViewerWindowShow, ShowsAPictureForTwoEyes) {
+    writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
+    writeImage(folder_ / "photo-depth.png", boxDepth({300, 400}));
+    entryOf(*window_, "Show for two eyes")->trigger();
+    EXPECT_EQ(shown(), nullptr); // nothing is open
+    dropOn(*window_, {folder_ / "photo.png", folder_ / "photo-depth.png"});
+    ASSERT_TRUE(waitFor([this] { return window_->controller().document() != nullptr; }));
+    entryOf(*window_, "Side by side, half width")->trigger();
+    entryOf(*window_, "Show for two eyes")->trigger();
+    ASSERT_NE(shown(), nullptr);
+    ASSERT_TRUE(waitFor([] { return !shown()->image().isNull(); }));
+    EXPECT_TRUE(shown()->isExact());
+    const QImage before = shown()->image().copy();
+    ASSERT_TRUE(QTest::qWaitForWindowActive(shown()));
+    QTest::keyClick(shown(), Qt::Key_X);
+    ASSERT_TRUE(waitFor([&] { return shown()->image() != before; }));
+    const int half = before.width() / 2;
+    EXPECT_TRUE(shown()->image().copy(0, 0, half, before.height()) ==
+                before.copy(half, 0, half, before.height()));
+    leave();
+}
+
 TEST_F(ViewerWindowShow, ShowsAFolderOrTheOpenFilesFromTheMenu) {
     screens()[1]->trigger();
     const cv::Size panel = window_->controller().display().panelSize();

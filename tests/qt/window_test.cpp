@@ -107,7 +107,7 @@ TEST_F(ViewerWindow, KeysChooseModesAndSwing) {
     for (const auto& [key, mode] :
          {std::pair{Qt::Key_2, Mode::Depth}, std::pair{Qt::Key_3, Mode::Quilt},
           std::pair{Qt::Key_4, Mode::Native}, std::pair{Qt::Key_5, Mode::Lens},
-          std::pair{Qt::Key_1, Mode::Sway}}) {
+          std::pair{Qt::Key_6, Mode::Stereo}, std::pair{Qt::Key_1, Mode::Sway}}) {
         QTest::keyClick(window_.get(), key);
         EXPECT_EQ(window_->controller().mode(), mode);
     }
@@ -115,6 +115,38 @@ TEST_F(ViewerWindow, KeysChooseModesAndSwing) {
     QTest::keyClick(&picture(), Qt::Key_Space);
     EXPECT_NE(window_->controller().isSwinging(), swings);
     EXPECT_EQ(entry("Undo")->shortcut(), QKeySequence(QKeySequence::Undo));
+}
+
+TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
+    openPhoto();
+    const auto& eyes = [this]() -> const tools::EyesOptions& {
+        return window_->controller().eyes();
+    };
+    auto* slider = panel().findChild<KnobSlider*>("eyesStrength");
+    EXPECT_FALSE(slider->isVisible());
+    EXPECT_TRUE(panel().strength().isEnabled());
+    QTest::keyClick(window_.get(), Qt::Key_6);
+    EXPECT_TRUE(slider->isVisible());
+    EXPECT_FALSE(panel().strength().isEnabled()); // has no effect
+    EXPECT_EQ(slider->value(), kEyesStrength);
+    QTest::keyClick(window_.get(), Qt::Key_Up, Qt::ShiftModifier);
+    QTest::keyClick(window_.get(), Qt::Key_Up, Qt::ShiftModifier);
+    QTest::keyClick(window_.get(), Qt::Key_Down, Qt::ShiftModifier);
+    EXPECT_EQ(slider->value(), kEyesStrength + 0.25);
+    slider->slider().setValue(400);
+    EXPECT_EQ(eyes().strengthPercent, 4);
+    QTest::keyClick(window_.get(), Qt::Key_X);
+    EXPECT_TRUE(eyes().swapped);
+    entry("Top and bottom")->trigger();
+    EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
+    window_->close();
+    window_.reset();
+    begin();
+    EXPECT_EQ(window_->controller().mode(), Mode::Stereo);
+    EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
+    EXPECT_TRUE(entry("Top and bottom")->isChecked());
+    EXPECT_TRUE(eyes().swapped);
+    EXPECT_EQ(eyes().strengthPercent, 4);
 }
 
 TEST_F(ViewerWindow, TheHelpNamesItsKeys) {

@@ -2,7 +2,9 @@
 
 #include "cli/outputs.hpp"
 
+#include <algorithm>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -61,13 +63,48 @@ EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& outpu
     return options;
 }
 
+std::string eyesEnding(const EyesOptions& options) {
+    if (options.areFiles) return ".png";
+    const std::string tag = nameOf(options.picture).tag;
+    return "_" + (tag.empty() ? nameOf(options.picture).option : tag) + ".png";
+}
+
+cv::Mat joinedEyes(const StereoPair& eyes, const EyesOptions& options) {
+    cv::Mat joined;
+    joinEyes(options.swapped ? eyes.right : eyes.left, options.swapped ? eyes.left : eyes.right,
+             options.picture, joined);
+    return joined;
+}
+
+std::string eyesTagAdvice(const std::filesystem::path& file, const EyesOptions& options) {
+    if (options.areFiles || hasEyesTag(file, options.picture)) return {};
+    const EyesPictureName name = nameOf(options.picture);
+    return file.string() + ": many players know that a file is " + name.words +
+           " only by its name, as " + file.stem().string() + "_" + name.tag +
+           file.extension().string();
+}
+
 void tellEyesTag(const std::filesystem::path& file, const EyesOptions& options,
                  const Messages& messages) {
-    if (options.areFiles || hasEyesTag(file, options.picture)) return;
-    const EyesPictureName name = nameOf(options.picture);
-    messages.say(file.string() + ": many players know that a file is " + name.words +
-                 " only by its name, as " + file.stem().string() + "_" + name.tag +
-                 file.extension().string());
+    const std::string advice = eyesTagAdvice(file, options);
+    if (!advice.empty()) messages.say(advice);
+}
+
+std::pair<int, int> viewsOfEyes(const QuiltLayout& layout) {
+    const int last = layout.viewCount - 1;
+    const int left = std::min(cvRound(last * 3.0 / 8), (last - 1) / 2); // never the same view
+    return {left, last - left};
+}
+
+StereoPair eyesOfQuilt(const cv::Mat& quilt, const QuiltLayout& layout, double aspect) {
+    const cv::Size tile = layout.tileSize;
+    const cv::Size size(std::max(tile.width, cvRound(tile.height * aspect)),
+                        std::max(tile.height, cvRound(tile.width / aspect)));
+    const auto [left, right] = viewsOfEyes(layout);
+    StereoPair eyes;
+    for (const auto& [view, picture] : {std::pair(left, &eyes.left), {right, &eyes.right}})
+        cv::resize(quilt(layout.tile(view)), *picture, size, 0, 0, cv::INTER_LINEAR);
+    return eyes;
 }
 
 void EyesFiles::add(CommandLine& commandLine, const std::string& of) {
@@ -85,12 +122,6 @@ EyesFiles::EyesFiles(const CommandLine& commandLine)
 
 EyesFiles::EyesFiles(const EyesFiles& same, std::filesystem::path file)
     : options_(same.options_), file_(std::move(file)) {}
-
-std::string EyesFiles::ending() const {
-    if (options_.areFiles) return ".png";
-    const std::string tag = nameOf(options_.picture).tag;
-    return "_" + (tag.empty() ? nameOf(options_.picture).option : tag) + ".png";
-}
 
 std::vector<std::filesystem::path> EyesFiles::files() const {
     if (file_.empty()) return {};
@@ -110,17 +141,10 @@ std::string EyesFiles::names() const {
 }
 
 void EyesFiles::write(const StereoPair& eyes, Messages& messages) const {
-    const cv::Mat& left = options_.swapped ? eyes.right : eyes.left;
-    const cv::Mat& right = options_.swapped ? eyes.left : eyes.right;
     tellEyesTag(file_, options_, messages);
-    if (options_.areFiles) {
-        writeImage(files()[0], left);
-        writeImage(files()[1], right);
-        return;
-    }
-    cv::Mat joined;
-    joinEyes(left, right, options_.picture, joined);
-    writeImage(file_, joined);
+    if (!options_.areFiles) return writeImage(file_, joinedEyes(eyes, options_));
+    writeImage(files()[0], options_.swapped ? eyes.right : eyes.left);
+    writeImage(files()[1], options_.swapped ? eyes.left : eyes.right);
 }
 
 } // namespace altiro3D::tools

@@ -1,11 +1,14 @@
 #pragma once
 
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/quilt.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "cli/run_tool.hpp"
 
 #include <filesystem>
+#include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::tools {
@@ -26,9 +29,21 @@ void addEyesOptions(CommandLine& commandLine, const std::string& output, bool fi
 /// @throws UsageError
 EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output);
 
-/// Says which tag players look for, if a name lacks it.
+/// The end of the names of such files: "_LRF.png".
+std::string eyesEnding(const EyesOptions& options);
+/// Both eyes in one picture, as the options say.
+cv::Mat joinedEyes(const StereoPair& eyes, const EyesOptions& options);
+/// A sentence that says which tag players look for, if a name lacks it; else empty.
+std::string eyesTagAdvice(const std::filesystem::path& file, const EyesOptions& options);
+/// Says it.
 void tellEyesTag(const std::filesystem::path& file, const EyesOptions& options,
                  const Messages& messages);
+
+/// The views of a quilt that the left and the right eye see: an eighth of the cone to the left and
+/// to the right. That is the distance of eyes if the outermost views have the usual parallax.
+std::pair<int, int> viewsOfEyes(const QuiltLayout& layout);
+/// Their pictures with square px. @param aspect width : height of a view as it is shown
+StereoPair eyesOfQuilt(const cv::Mat& quilt, const QuiltLayout& layout, double aspect);
 
 /// --save-stereo FILE: a picture for two eyes, or one for each.
 class EyesFiles {
@@ -43,8 +58,7 @@ class EyesFiles {
 
     const EyesOptions& options() const { return options_; }
     const std::filesystem::path& name() const { return file_; } ///< As given; empty: none.
-    /// The end of the names of such files in a folder: "_LRF.png".
-    std::string ending() const;
+    std::string ending() const { return eyesEnding(options_); } ///< Of files in a folder.
     /// The files to write: none, one, or those of the left and the right eye.
     std::vector<std::filesystem::path> files() const;
     /// Their names, for people.

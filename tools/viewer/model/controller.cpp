@@ -300,7 +300,8 @@ void Controller::requestFrame() {
     const bool isDraft = restTimer_.isActive() && (mode_ == Mode::Native || mode_ == Mode::Lens);
     Request request{document_, knobs_,       display_,
                     mode_,     position_,    area_,
-                    pan_,      paintedNow(), isDraft || (canvas_ && canvas_->isPainting())};
+                    pan_,      paintedNow(), isDraft || (canvas_ && canvas_->isPainting()),
+                    eyes_};
     if (!has(modesOf(document_->kind), mode_)) return;
     worker_.post(kRendering,
                  [this, request = std::move(request), studio = studio_, number = readings_] {
@@ -326,16 +327,28 @@ void Controller::requestFrame() {
                  });
 }
 
-void Controller::setPresenting(bool presenting) {
+void Controller::setPresenting(bool presenting, cv::Size eyesScreen) {
     presenting_ = presenting;
+    eyesScreen_ = eyesScreen;
     requestNative();
+}
+
+void Controller::setEyes(const tools::EyesOptions& eyes) {
+    eyes_ = eyes;
+    emit eyesChanged();
+    if (mode_ == Mode::Stereo) requestFrame();
+    if (!eyesScreen_.empty()) requestNative();
 }
 
 void Controller::requestNative() {
     if (!presenting_ || opening_ || !document_) return;
-    const cv::Size all(INT_MAX, INT_MAX);
-    const Request request{document_, knobs_, display_,     Mode::Native,         0,
-                          all,       {},     paintedNow(), restTimer_.isActive()};
+    const bool areEyes = !eyesScreen_.empty();
+    const Mode mode = areEyes ? Mode::Stereo : Mode::Native;
+    if (!has(modesOf(document_->kind), mode)) return;
+    const cv::Size area = areEyes ? eyesScreen_ : cv::Size(INT_MAX, INT_MAX);
+    const Request request{
+        document_, knobs_, display_, mode, 0, area, {}, paintedNow(), restTimer_.isActive(),
+        eyes_,     areEyes};
     worker_.post(kPresenting, [this, studio = studio_, request] {
         cv::Mat native;
         try {

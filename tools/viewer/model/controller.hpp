@@ -120,6 +120,9 @@ class Controller : public QObject {
     void seekVideo(double seconds) {
         if (player_) player_->seek(seconds);
     }
+    /// How pictures for two eyes are made: in mode Stereo, on a screen, and when they are exported.
+    const tools::EyesOptions& eyes() const { return eyes_; }
+    void setEyes(const tools::EyesOptions& eyes);
     void setArea(cv::Size area); ///< For the picture, px of the screen.
     void panBy(cv::Point by);    ///< Of a Native in its window, px.
     /// Sets the focus to the depth at a position of the picture, x and y 0..1.
@@ -153,7 +156,8 @@ class Controller : public QObject {
     void resetFrame();
 
     /// If true, also makes the whole Native after every change and emits nativeReady().
-    void setPresenting(bool presenting);
+    /// @param eyesScreen px of a screen: the picture for two eyes that fills it, not the Native
+    void setPresenting(bool presenting, cv::Size eyesScreen = {});
 
     /// The last picture that was made; it may belong to an earlier document than the current one.
     const Frame& frame() const { return frame_; }
@@ -189,8 +193,9 @@ class Controller : public QObject {
     void swingingChanged(bool swinging);
     void playingChanged(bool playing);
     void playSettingsChanged();
+    void eyesChanged();
     void frameReady();
-    /// @param native [panel size, CV_8UC3]
+    /// @param native [size of the panel, or of the screen for two eyes, CV_8UC3]
     void nativeReady(const cv::Mat& native);
     void exportProgress(double done);
     /// @param problem empty if the file was written or the export was cancelled
@@ -271,6 +276,8 @@ class Controller : public QObject {
     cv::Size area_;
     cv::Point pan_;
     bool presenting_ = false;
+    cv::Size eyesScreen_; // that the picture for two eyes is presented on; empty: a Native is
+    tools::EyesOptions eyes_{EyesPicture::Anaglyph};
     bool playing_ = true;
     PlaySettings playSettings_;
     quint64 frameReading_ = 0; // the reading that the last frame belongs to

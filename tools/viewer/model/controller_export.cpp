@@ -116,6 +116,7 @@ Setup Controller::exportSetup() const {
     Setup setup = frame_.setup;
     setup.knobs = knobs_;
     setup.isDraft = false;
+    setup.eyes = eyes_;
     setup.isChosen = false;
     layFlatDepth(setup);
     return setup;

@@ -43,6 +43,13 @@ NativeMaker nativeMaker(const Setup& setup) {
     return {*setup.display, quiltLayout(setup), nativeOptions(setup)};
 }
 
+// Width : height of the views of a quilt as they are shown.
+double viewAspect(const Setup& setup) {
+    const auto name = parseQuiltName(setup.document->source.file);
+    const double aspect = setup.display->aspect();
+    return name ? name->aspect.value_or(aspect) : aspect;
+}
+
 Scene fittedTiles(const Setup& setup) {
     return placed(setup, quiltLayout(setup).tileSize).scene;
 }
@@ -116,9 +123,7 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
         return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
-    const auto name = parseQuiltName(setup.document->source.file);
-    const double aspect =
-        name ? name->aspect.value_or(setup.display->aspect()) : setup.display->aspect();
+    const double aspect = viewAspect(setup);
     const cv::Size size = swaySize(layout.tileSize, aspect);
     return writeSway(
         file, size, {},
@@ -232,26 +237,45 @@ void chooseAutomatic(Setup& setup) {
     knobs.framing = chosen.framing;
 }
 
+Setup forEyes(Setup setup) {
+    setup.knobs.fit = FitMode::Stretch; // to its own shape
+    setup.knobs.framing = {};
+    setup.knobs.views.strengthPercent = setup.eyes.strengthPercent;
+    return setup;
+}
+
+double eyesAspect(const Setup& setup) {
+    const cv::Size size = setup.document->picture.size();
+    return setup.document->kind == Kind::Quilt ? viewAspect(setup)
+                                               : static_cast<double>(size.width) / size.height;
+}
+
+StereoPair makeEyes(const Setup& setup) {
+    if (setup.document->kind == Kind::Quilt)
+        return tools::eyesOfQuilt(setup.document->picture, quiltLayout(setup), viewAspect(setup));
+    const Setup whole = forEyes(setup);
+    return renderEyes(placed(whole, setup.document->picture.size()).scene, whole.knobs.views,
+                      setup.eyes.from);
+}
+
 std::vector<Product> productsOf(Kind kind) {
     switch (kind) {
     case Kind::Native:
         return {Product::Native};
     case Kind::Quilt:
-        return {Product::Native, Product::Quilt, Product::Views, Product::SwayVideo};
+        return {Product::Native, Product::Quilt, Product::Views, Product::SwayVideo, Product::Eyes};
     case Kind::Scene:
         break;
     }
-    return {Product::Native, Product::Quilt, Product::Views, Product::Depth, Product::SwayVideo};
+    return {Product::Native, Product::Quilt,     Product::Views,
+            Product::Depth,  Product::SwayVideo, Product::Eyes};
 }
 
 fs::path productFile(const Setup& setup, Product product, const fs::path& target) {
     if (product != Product::Quilt) return target;
-    double aspect = setup.display->aspect();
-    if (setup.document->kind == Kind::Quilt) {
-        const auto name = parseQuiltName(setup.document->source.file);
-        if (name) aspect = name->aspect.value_or(aspect);
-    }
-    return quiltFileName(target, quiltLayout(setup), aspect);
+    const bool isQuilt = setup.document->kind == Kind::Quilt;
+    return quiltFileName(target, quiltLayout(setup),
+                         isQuilt ? viewAspect(setup) : setup.display->aspect());
 }
 
 std::vector<std::string> lossesOf(Product product, const fs::path& file) {
@@ -296,6 +320,13 @@ std::string writeProduct(const Setup& setup, Product product, const fs::path& ta
     case Product::SwayVideo:
         if (!writeSwayVideo(setup, file, progress)) return {};
         break;
+    case Product::Eyes: {
+        const StereoPair eyes = makeEyes(setup);
+        if (!progress(0.5)) return {};
+        writeImage(file, tools::joinedEyes(eyes, setup.eyes));
+        const std::string advice = tools::eyesTagAdvice(file, setup.eyes);
+        return file.string() + (advice.empty() ? "" : "\n" + advice);
+    }
     }
     return file.string();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/placement.hpp"
+#include "cli/eyes_options.hpp"
 #include "viewer/model/document.hpp"
 #include "viewer/model/knobs.hpp"
 
@@ -23,8 +24,9 @@ struct Setup {
     std::shared_ptr<const Display> display;
     DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
     std::optional<DepthFlaws> flaws{};      ///< Of the depth, if an earlier picture gave them.
-    bool isDraft = false;  ///< Natives of views' px without the lens filter, to be quick.
-    bool isChosen = false; ///< `knobs` holds what chooseAutomatic() has chosen.
+    bool isDraft = false;      ///< Natives of views' px without the lens filter, to be quick.
+    bool isChosen = false;     ///< `knobs` holds what chooseAutomatic() has chosen.
+    tools::EyesOptions eyes{}; ///< For Product::Eyes.
 };
 
 /// Sets depth without a range to the focus, as the tools do, so that all views are equal.
@@ -66,8 +68,17 @@ std::function<cv::Mat(const cv::Mat&)> quiltConverter(const std::filesystem::pat
                                                       const QuiltLayout& layout,
                                                       const Display& display, bool isVideo);
 
+/// The setup for pictures of two eyes: the whole photo, with their strength.
+Setup forEyes(Setup setup);
+
+/// Width : height of what each eye sees.
+double eyesAspect(const Setup& setup);
+
+/// The pictures of both eyes as photo2native and quilt2native make them. @param setup any
+StereoPair makeEyes(const Setup& setup);
+
 /// A result that can be exported.
-enum class Product { Native, Quilt, Views, Depth, SwayVideo };
+enum class Product { Native, Quilt, Views, Depth, SwayVideo, Eyes };
 
 std::vector<Product> productsOf(Kind kind);
 

@@ -64,6 +64,20 @@ bool isFlat(const cv::Mat& depth) {
     return low == high;
 }
 
+// The size, smaller if it has more px.
+cv::Size limited(cv::Size size, double most) {
+    if (size.area() <= most) return size;
+    const double smaller = std::sqrt(most / size.area());
+    return {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
+}
+
+// On black. @param size not smaller
+cv::Mat inMiddle(const cv::Mat& picture, cv::Size size) {
+    cv::Mat all(size, picture.type(), cv::Scalar::all(0));
+    picture.copyTo(all(cv::Rect(cv::Point(size - picture.size()) / 2, picture.size())));
+    return all;
+}
+
 // The part of a picture that is seen px by px, moved from the middle; `pan` is kept inside.
 cv::Mat window(const cv::Mat& picture, cv::Size area, cv::Point& pan) {
     const cv::Size size(std::min(area.width, picture.cols), std::min(area.height, picture.rows));
@@ -203,6 +217,15 @@ struct Studio::State {
         return quilt.get(keyOf(setup), [&] { return makeQuilt(setup, fittedTiles(setup)); });
     }
 
+    StereoPair eyesOf(const Setup& setup, cv::Size size) {
+        if (setup.document->kind == Kind::Quilt) {
+            const StereoPair eyes = makeEyes(setup);
+            return {sized(eyes.left, size), sized(eyes.right, size), {}};
+        }
+        const Setup whole = forEyes(setup);
+        return renderEyes(fit(preview, whole, size), whole.knobs.views, setup.eyes.from);
+    }
+
     const cv::Mat& nativeOf(const Setup& setup) {
         return native.get(keyOf(setup), [&] { return makeNative(setup, fittedNative(setup)); });
     }
@@ -219,11 +242,11 @@ std::vector<Mode> modesOf(Kind kind) {
     case Kind::Native:
         return {Mode::Lens, Mode::Native};
     case Kind::Quilt:
-        return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens};
+        return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
     case Kind::Scene:
         break;
     }
-    return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens};
+    return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
 }
 
 cv::Size inside(cv::Size area, double aspect) {
@@ -286,12 +309,8 @@ Frame Studio::render(const Request& request) {
                 .viewPixels;
     }
     frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
-    cv::Size size = frame.target;
-    const double most = request.isDraft ? kMaxDraftPixels : kMaxPreviewPixels;
-    if (size.area() > most) {
-        const double smaller = std::sqrt(most / size.area());
-        size = {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
-    }
+    const cv::Size size =
+        limited(frame.target, request.isDraft ? kMaxDraftPixels : kMaxPreviewPixels);
     switch (request.mode) {
     case Mode::Sway:
     case Mode::Depth: {
@@ -338,6 +357,25 @@ Frame Studio::render(const Request& request) {
         cv::Mat seen;
         simulateView(state_->nativeOf(setup), calibration, eye, seen, request.display->invert);
         frame.picture = sized(seen, size);
+        break;
+    }
+    case Mode::Stereo: {
+        setup.eyes = request.eyes;
+        // how often an eye's picture goes into the whole one, across and down
+        const cv::Size parts = eyesSize({2, 2}, request.eyes.picture) / 2;
+        const cv::Size part(std::max(1, request.area.width / parts.width),
+                            std::max(1, request.area.height / parts.height));
+        cv::Size eye = inside(part, eyesAspect(setup));
+        frame.target = eyesSize(eye, request.eyes.picture);
+        // enlarged rows would belong to no eye
+        if (!request.fills && request.eyes.picture != EyesPicture::Rows)
+            eye = limited(eye, kMaxPreviewPixels);
+        StereoPair eyes = state_->eyesOf(setup, eye);
+        if (request.fills) {
+            eyes = {inMiddle(eyes.left, part), inMiddle(eyes.right, part), {}};
+            frame.target = eyesSize(part, request.eyes.picture);
+        }
+        frame.picture = tools::joinedEyes(eyes, request.eyes);
         break;
     }
     }

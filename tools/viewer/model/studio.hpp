@@ -13,7 +13,8 @@ enum class Mode {
     Depth,  ///< The depth map, near = white.
     Quilt,  ///< All views.
     Native, ///< What the panel shows, px by px.
-    Lens    ///< What an eye sees of the Native through the lenses.
+    Lens,   ///< What an eye sees of the Native through the lenses.
+    Stereo  ///< For two eyes: the whole photo as Request::eyes says.
 };
 
 /// The modes of a kind of document; the first one is the default.
@@ -36,6 +37,9 @@ struct Request {
     cv::Point pan;          ///< Mode Native: offset from the middle, px.
     PaintedDepth painted{}; ///< Takes the place of the photo's depth.
     bool isDraft = false;   ///< Modes Sway and Depth: fewer px; Native and Lens: as Setup::isDraft.
+    tools::EyesOptions eyes{}; ///< Mode Stereo.
+    bool fills =
+        false; ///< Mode Stereo: each eye's picture has black bars, so that the area is full.
 };
 
 /// A picture for the window.

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/stereo_views.hpp"
 #include "viewer/window/window_words.hpp"
 
 #include <QCheckBox>
@@ -56,6 +57,10 @@ constexpr Tip kTips[] = {
          "tips",
          "How deep the scene is: how far things move between the outermost views, in % of "
          "the width. Too much makes edges double. A double click on the slider resets it.")},
+    {"eyesStrength",
+     QT_TRANSLATE_NOOP("tips",
+                       "How far things move between the pictures of two eyes, in % of the width. "
+                       "Much less than for a display of lenses is comfortable.")},
     {"autoStrength",
      QT_TRANSLATE_NOOP("tips", "As much depth as the display shows without double edges.")},
     {"focus",
@@ -239,6 +244,8 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     best_ = named(new QCheckBox(tr("Best (slower)")), "best", tr("Best Native, slower"));
     strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
                                standard.views.strengthPercent, tr(" %"));
+    eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
+                                   kMaxEyesStrength, 2, kEyesStrength, tr(" %"));
     autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));
     autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"));
     focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.views.focus, {});
@@ -288,6 +295,8 @@ void KnobPanel::connectKnobs() {
         connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
     };
     onSlider(strength_, autoStrength_, tr("strength"));
+    connect(eyesStrength_, &KnobSlider::turned, this,
+            [this](double strength) { emit eyesStrengthTurned(strength); });
     onSlider(focus_, autoFocus_, tr("focus"));
     connect(reading_, qOverload<int>(&QComboBox::activated), this,
             [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
@@ -318,6 +327,8 @@ void KnobPanel::build() {
     viewKnobs_ = views;
     form = formOf(views);
     form->addRow(tr("Strength"), rowOf(strength_, autoStrength_));
+    form->addRow(tr("For two eyes"), eyesStrength_);
+    eyesStrengthLabel_ = form->labelForField(eyesStrength_);
     form->addRow(tr("Focus"), rowOf(focus_, autoFocus_));
     form->addRow(tr("Method"), method_);
     form->addRow(tr("Native"), best_);
@@ -431,6 +442,14 @@ void KnobPanel::show(const Document* document, const QString& depthSource) {
     reading_->setEnabled(document != nullptr);
     depthSource_->setText(depthSource.isEmpty() ? tr("–") : tr("Used: %1").arg(depthSource));
     enable();
+}
+
+void KnobPanel::showEyes(bool areShown, double strength) {
+    eyesStrength_->setValue(strength);
+    eyesStrength_->setVisible(areShown);
+    eyesStrengthLabel_->setVisible(areShown);
+    strength_->setEnabled(!areShown); // no effect
+    autoStrength_->setEnabled(!areShown);
 }
 
 void KnobPanel::enable() {

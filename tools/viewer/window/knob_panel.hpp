@@ -44,6 +44,8 @@ class KnobSlider : public QWidget {
     QDoubleSpinBox* number_;
 };
 
+constexpr double kMaxEyesStrength = 10; ///< Between two eyes, % of the width.
+
 /// The right side of the window with all settings.
 class KnobPanel : public QWidget {
     Q_OBJECT
@@ -62,6 +64,9 @@ class KnobPanel : public QWidget {
     /// Lists the installed depth networks, and whether there is a better one to download.
     void showNetworks(bool isBetterKnown);
 
+    /// Shows the strength between two eyes. @param areShown whether the picture is for two eyes
+    void showEyes(bool areShown, double strength);
+
     KnobSlider& strength() { return *strength_; }
     KnobSlider& focus() { return *focus_; }
 
@@ -72,6 +77,7 @@ class KnobPanel : public QWidget {
     void betterDepthWanted();
     void calibrationWanted();
     void resetWanted();
+    void eyesStrengthTurned(double strength);
 
   private:
     void build(); // lays out the widgets
@@ -94,6 +100,8 @@ class KnobPanel : public QWidget {
     QCheckBox* best_;
     KnobSlider* strength_;
     QCheckBox* autoStrength_;
+    KnobSlider* eyesStrength_;
+    QWidget* eyesStrengthLabel_ = nullptr;
     KnobSlider* focus_;
     QCheckBox* autoFocus_;
     QSpinBox* refinement_;

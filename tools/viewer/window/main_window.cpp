@@ -143,6 +143,12 @@ void MainWindow::connectController() {
     connect(&controller_, &Controller::documentChanged, this, &MainWindow::showDocument);
     connect(&controller_, &Controller::frameReady, this, &MainWindow::showFrame);
     connect(&controller_, &Controller::modeChanged, this, &MainWindow::showModes);
+    connect(&controller_, &Controller::eyesChanged, this, &MainWindow::showEyes);
+    connect(knobs_, &KnobPanel::eyesStrengthTurned, this, [this](double strength) {
+        tools::EyesOptions eyes = controller_.eyes();
+        eyes.strengthPercent = strength;
+        controller_.setEyes(eyes);
+    });
     connect(&controller_, &Controller::swingingChanged, swing_, &QAction::setChecked);
     connect(&controller_, &Controller::knobsChanged, this, [this] {
         knobs_->show(controller_.knobs());
@@ -289,6 +295,10 @@ void MainWindow::showFrame() {
         const double angle =
             frame.request.position * viewConeDegrees(frame.request.display->calibration) / 2;
         text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
+    } else if (mode == Mode::Stereo) {
+        const tools::EyesOptions& eyes = frame.request.eyes;
+        text += tr("    for two eyes, %1").arg(altiro3D::nameOf(eyes.picture).words);
+        if (eyes.swapped) text += tr(", exchanged");
     } else if (paintBar_->paint()) {
         text += tr("    Paint on the picture, [ and ] change the brush, Escape ends it");
     } else if (canFocus) {
@@ -320,6 +330,7 @@ void MainWindow::showModes() {
         action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
         action->setChecked(mode == controller_.mode());
     }
+    showEyes();
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {

@@ -12,7 +12,8 @@ class QProgressBar;
 class QToolButton;
 namespace altiro3D::qt {
 class NativeWidget;
-}
+struct ScreenFacts;
+} // namespace altiro3D::qt
 
 namespace altiro3D::viewer {
 
@@ -51,6 +52,8 @@ class MainWindow : public QMainWindow {
     QAction* buildFileMenu(); ///< @return "Open"
     void buildEditMenu();
     void buildViewMenu();
+    void buildEyesMenu(QMenu& view);
+    void showEyes();             // the options of pictures for two eyes
     QAction* buildDisplayMenu(); ///< @return "Show on the display"
     void buildHelpMenu();
     void showManual();
@@ -82,10 +85,15 @@ class MainWindow : public QMainWindow {
     void showStrip();
     bool mayLosePaintedDepth();
     void showOnDisplay();
+    void showForEyes();
+    /// Full screen, until the user leaves it.
+    qt::NativeWidget* showOn(QScreen& screen);
     void showTestPicture();
     /// The screen that was chosen, or that of the display found; null, after a message, if there is
     /// none. The calibration of the display is used.
     QScreen* displayScreen();
+    /// The screen that was chosen; null if none was, or, after a message, if it is not connected.
+    std::optional<std::size_t> chosenScreen(const std::vector<qt::ScreenFacts>& screens);
     qt::NativeWidget* onDisplay(); ///< On displayScreen(); null without one.
     void fillScreens();
     void showSlides();
@@ -112,6 +120,8 @@ class MainWindow : public QMainWindow {
     QDockWidget* stripDock_ = nullptr;
     QAction* showsStrip_ = nullptr;
     QActionGroup* modes_ = nullptr;
+    QActionGroup* eyesPictures_ = nullptr;
+    QAction* swapEyes_ = nullptr;
     QMenu* recent_ = nullptr;
     QMenu* screens_ = nullptr;
     QString screen_; // chosen by hand; empty: that of the display

@@ -45,7 +45,15 @@ const ModeWords kModes[] = {
     {Mode::Native, QT_TRANSLATE_NOOP("mode", "Native"),
      QT_TRANSLATE_NOOP("mode", "What the panel shows, px by px; drag it to see other parts")},
     {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
-     QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")}};
+     QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")},
+    {Mode::Stereo, QT_TRANSLATE_NOOP("mode", "Stereo"),
+     QT_TRANSLATE_NOOP("mode", "A picture for two eyes, for red-cyan glasses or as View > Two "
+                               "eyes says")}};
+
+constexpr EyesPicture kEyesPictures[] = {
+    EyesPicture::Anaglyph,   EyesPicture::AnaglyphHalf,   EyesPicture::AnaglyphGrey,
+    EyesPicture::SideBySide, EyesPicture::SideBySideHalf, EyesPicture::Crossed,
+    EyesPicture::TopBottom,  EyesPicture::TopBottomHalf,  EyesPicture::Rows};
 
 constexpr int kMaxRecent = 10;
 constexpr const char* kRecent = "recent";
@@ -115,7 +123,8 @@ QAction* MainWindow::buildFileMenu() {
         {Product::Quilt, QKeySequence(tr("Ctrl+Shift+S"))},
         {Product::Views, {}},
         {Product::Depth, {}},
-        {Product::SwayVideo, {}}};
+        {Product::SwayVideo, {}},
+        {Product::Eyes, {}}};
     for (const auto& [product, keys] : products) {
         exports_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
                                               [this, p = product] { exportDialog(p); }));
@@ -172,6 +181,7 @@ void MainWindow::buildViewMenu() {
         modes_->addAction(mode);
     }
     view.addSeparator();
+    buildEyesMenu(view);
     swing_ = action(view, tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
                     [this] { controller_.setSwinging(swing_->isChecked()); });
     swing_->setCheckable(true);
@@ -205,12 +215,61 @@ void MainWindow::buildViewMenu() {
     connect(dark_, &QAction::toggled, this, &useDarkLook);
 }
 
+void MainWindow::buildEyesMenu(QMenu& view) {
+    constexpr double kStep = 0.25; // %
+    QMenu& eyes = *view.addMenu(tr("&Two eyes"));
+    eyesPictures_ = new QActionGroup(this);
+    for (const EyesPicture picture : kEyesPictures) {
+        QString words = tr(altiro3D::nameOf(picture).words);
+        words[0] = words[0].toUpper();
+        QAction* const entry = action(eyes, words, {}, [this, picture] {
+            tools::EyesOptions options = controller_.eyes();
+            options.picture = picture;
+            controller_.setEyes(options);
+        });
+        entry->setCheckable(true);
+        entry->setData(int(picture));
+        eyesPictures_->addAction(entry);
+    }
+    eyes.addSeparator();
+    swapEyes_ = action(
+        eyes, tr("E&xchange the eyes"), QKeySequence(Qt::Key_X),
+        [this] {
+            tools::EyesOptions options = controller_.eyes();
+            options.swapped = swapEyes_->isChecked();
+            controller_.setEyes(options);
+        },
+        "swapEyes");
+    swapEyes_->setCheckable(true);
+    const auto deeper = [this](double by) {
+        tools::EyesOptions options = controller_.eyes();
+        options.strengthPercent = std::clamp(options.strengthPercent + by, 0.0, kMaxEyesStrength);
+        controller_.setEyes(options);
+    };
+    QAction* const more = action(eyes, tr("&More depth"), QKeySequence(Qt::SHIFT + Qt::Key_Up),
+                                 [deeper] { deeper(kStep); });
+    QAction* const less = action(eyes, tr("&Less depth"), QKeySequence(Qt::SHIFT + Qt::Key_Down),
+                                 [deeper] { deeper(-kStep); });
+    for (QAction* entry : {swapEyes_, more, less})
+        entry->setShortcutContext(Qt::ApplicationShortcut); // also over a full screen
+}
+
+void MainWindow::showEyes() {
+    const tools::EyesOptions& eyes = controller_.eyes();
+    for (QAction* entry : eyesPictures_->actions())
+        entry->setChecked(entry->data().toInt() == int(eyes.picture));
+    swapEyes_->setChecked(eyes.swapped);
+    knobs_->showEyes(controller_.mode() == Mode::Stereo, eyes.strengthPercent);
+}
+
 QAction* MainWindow::buildDisplayMenu() {
     QMenu& display = *menuBar()->addMenu(tr("&Display"));
     QAction* show = action(display, tr("&Show on the display"), QKeySequence(Qt::Key_F11),
                            [this] { showOnDisplay(); });
     show->setIconText(tr("Show on display"));
     show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
+    action(display, tr("Show for two &eyes"), QKeySequence(Qt::SHIFT + Qt::Key_F11),
+           [this] { showForEyes(); });
     action(
         display, tr("S&lide show…"), {}, [this] { showSlides(); }, "slideShowMenu");
     screens_ = display.addMenu(tr("S&creen"));
@@ -337,8 +396,17 @@ void MainWindow::readSettings() {
     }
     knobs_->show(controller_.knobs());
     showLayout();
-    controller_.setMode(knownOr(Mode::Sway, settings.value("mode"),
-                                {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens}));
+    controller_.setMode(
+        knownOr(Mode::Sway, settings.value("mode"),
+                {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo}));
+    tools::EyesOptions eyes = controller_.eyes();
+    for (const EyesPicture picture : kEyesPictures)
+        if (settings.value("eyes") == QVariant(altiro3D::nameOf(picture).option))
+            eyes.picture = picture;
+    eyes.swapped = settings.value("swapEyes").toBool();
+    const double between = settings.value("eyesStrength", eyes.strengthPercent).toDouble();
+    if (between >= 0 && between <= kMaxEyesStrength) eyes.strengthPercent = between;
+    controller_.setEyes(eyes);
     controller_.setSwinging(settings.value("swing", true).toBool());
     swing_->setChecked(controller_.isSwinging());
     showsStrip_->setChecked(settings.value("strip", true).toBool());
@@ -365,6 +433,10 @@ void MainWindow::writeSettings() const {
     settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     settings.setValue("mode", int(controller_.mode()));
+    const tools::EyesOptions& eyes = controller_.eyes();
+    settings.setValue("eyes", altiro3D::nameOf(eyes.picture).option);
+    settings.setValue("swapEyes", eyes.swapped);
+    settings.setValue("eyesStrength", eyes.strengthPercent);
     settings.setValue("swing", swing_->isChecked() || swingsAfterPaint_);
     settings.setValue("strip", showsStrip_->isChecked());
     settings.setValue("follow", follow_->isChecked());

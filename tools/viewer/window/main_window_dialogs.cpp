@@ -164,8 +164,10 @@ void MainWindow::exportDialog(Product product) {
     }
     fs::path from = controller_.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
-    fs::path proposed =
-        from.parent_path() / (from.stem().string() + kProducts[static_cast<int>(product)].ending);
+    const std::string ending = product == Product::Eyes
+                                   ? tools::eyesEnding(controller_.eyes())
+                                   : kProducts[static_cast<int>(product)].ending;
+    fs::path proposed = from.parent_path() / (from.stem().string() + ending);
     try {
         proposed = productFile(controller_.exportSetup(), product, proposed);
     } catch (const Error&) {
@@ -293,21 +295,26 @@ void MainWindow::endExportAll(const BatchReport& report) {
     box.exec();
 }
 
+std::optional<std::size_t> MainWindow::chosenScreen(const std::vector<qt::ScreenFacts>& screens) {
+    if (screen_.isEmpty()) return std::nullopt;
+    for (std::size_t i = 0; i < screens.size(); ++i)
+        if (nameOf(screens[i], i) == screen_) return i;
+    warn(this, tr("Screen"),
+         tr("The screen %1 is not connected: choose another one with Display > Screen")
+             .arg(screen_));
+    return std::nullopt;
+}
+
 QScreen* MainWindow::displayScreen() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
     const Display& own = controller_.display();
-    std::optional<std::size_t> screen;
+    std::optional<std::size_t> screen = chosenScreen(screens);
     const qt::FoundDisplay* display = nullptr; // on that screen
-    for (std::size_t i = 0; i < screens.size() && !screen_.isEmpty(); ++i)
-        if (nameOf(screens[i], i) == screen_) screen = i;
     if (screen) {
         for (const qt::FoundDisplay& found : displays)
             if (found.screen == screen) display = &found;
     } else if (!screen_.isEmpty()) {
-        warn(this, tr("Screen"),
-             tr("The screen %1 is not connected: choose another one with Display > Screen")
-                 .arg(screen_));
         return nullptr;
     } else if (const auto chosen =
                    qt::chooseDisplay(displays, screens, own.calibration, own.panelSize())) {
@@ -329,11 +336,14 @@ QScreen* MainWindow::displayScreen() {
 
 qt::NativeWidget* MainWindow::onDisplay() {
     QScreen* const screen = displayScreen();
-    if (screen == nullptr) return nullptr;
+    return screen != nullptr ? showOn(*screen) : nullptr;
+}
+
+qt::NativeWidget* MainWindow::showOn(QScreen& screen) {
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
             [this] { controller_.setPresenting(false); });
-    onDisplay_->showOn(*screen);
+    onDisplay_->showOn(screen);
     return onDisplay_.get();
 }
 
@@ -385,6 +395,19 @@ void MainWindow::showOnDisplay() {
         connect(&controller_, &Controller::nativeReady, widget, &qt::NativeWidget::setNative);
         controller_.setPresenting(true);
     }
+}
+
+void MainWindow::showForEyes() {
+    const auto& document = controller_.document();
+    if (!document || document->kind == Kind::Native)
+        return say(document ? tr("A Native is for a display of lenses; open a photo or a quilt")
+                            : tr("Open a file first"),
+                   8000);
+    const auto chosen = chosenScreen(screenFacts());
+    if (!chosen && !screen_.isEmpty()) return;
+    QScreen& on = chosen ? *QGuiApplication::screens()[static_cast<int>(*chosen)] : *screen();
+    connect(&controller_, &Controller::nativeReady, showOn(on), &qt::NativeWidget::setNative);
+    controller_.setPresenting(true, qt::factsOf(on).size);
 }
 
 void MainWindow::showTestPicture() {

@@ -21,8 +21,11 @@ struct KeyWords {
     const char* text;
 };
 constexpr KeyWords kKeys[] = {
-    {"1, 2, 3, 4, 5",
-     "Look at one view (Sway), Depth, Quilt, Native, or through the lenses (Lens)."},
+    {"1, 2, 3, 4, 5, 6",
+     "Look at one view (Sway), Depth, Quilt, Native, through the lenses (Lens), or with both eyes "
+     "(Stereo)."},
+    {"X, Shift+Up, Shift+Down",
+     "Exchange the pictures of both eyes, make the depth between them larger, smaller."},
     {"Space", "Start or stop the swing of the camera."},
     {"M", "Let the camera follow the mouse, or stop that."},
     {"PgDown, PgUp", "Open the next, the previous file."},
@@ -34,6 +37,7 @@ constexpr KeyWords kKeys[] = {
                       "in a show."},
     {"0", "Reset the frame. Drag a photo to move it, turn the wheel to zoom (1..100)."},
     {"F11", "Show the Native on the light-field display."},
+    {"Shift+F11", "Show the picture for two eyes on the screen that Display > Screen names."},
     {"Escape", "Leave the display; F11 and a double click do the same."},
     {"Right, Left, Space", "In a show: the next file, the one before, stop or go on."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
@@ -108,7 +112,10 @@ constexpr ProductWords kProducts[] = {
     {"Depth", "_depth.png",
      QT_TRANSLATE_NOOP("formats",
                        "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;All files (*)")},
-    {"Sway video", "_sway.mp4", kVideoFormats}}; // as Product
+    {"Sway video", "_sway.mp4", kVideoFormats},
+    {"Stereo picture", "",
+     QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;JPEG picture (*.jpg *.jpeg);;"
+                                  "TIFF picture (*.tif *.tiff);;All files (*)")}}; // as Product
 inline QString nameOf(Product product) {
     return QObject::tr(kProducts[static_cast<int>(product)].name);
 }

@@ -239,6 +239,30 @@ TEST_F(ViewerController, ThePictureForTwoEyesIsThatOfTheTool) {
     }
 }
 
+TEST_F(ViewerController, TheDepthCurveBendsTheDepthOnce) {
+    cv::Mat depth = boxDepth({300, 400});
+    depth.rowRange(320, 400) = 128;
+    writeImage(folder_ / "photo-depth.png", depth);
+    openPhoto();
+    controller_.setMode(Mode::Depth);
+    const auto shownAt = [this](int x, int y) {
+        EXPECT_TRUE(waitForFrame());
+        return int(picture().at<cv::Vec3b>(y, x)[0]);
+    };
+    EXPECT_NEAR(shownAt(150, 370), 128, 1);
+    Knobs knobs = controller_.knobs();
+    knobs.depthCurve = 2;
+    controller_.turn(knobs, "depth curve");
+    EXPECT_NEAR(shownAt(150, 370), 128.0 * 128 / 255, 1);
+    EXPECT_EQ(shownAt(150, 200), 255);
+    EXPECT_EQ(shownAt(20, 20), 0);
+    controller_.focusAt(0.5, 370.0 / 400); // a depth after the curve
+    EXPECT_NEAR(controller_.knobs().views.focus, 0.25, 0.011);
+    controller_.undoStack().undo();
+    controller_.undoStack().undo();
+    EXPECT_NEAR(shownAt(150, 370), 128, 1);
+}
+
 TEST_F(ViewerController, ANativeInASmallWindowIsPanned) {
     openPhoto();
     controller_.setMode(Mode::Native);
@@ -451,6 +475,13 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     const auto text = [](double value) { return QString::number(value, 'g', 17); };
     expectSame({"--strength", "7.5", "--focus", "0.25", "--zoom", text(framing.zoom), "--center",
                 text(framing.centre.x) + "," + text(framing.centre.y)});
+    Knobs bent = controller_.knobs();
+    bent.depthCurve = 1.7;
+    controller_.turn(bent, "depth curve");
+    expectSame({"--strength", "7.5", "--focus", "0.25", "--depth-curve", "1.7", "--zoom",
+                text(framing.zoom), "--center",
+                text(framing.centre.x) + "," + text(framing.centre.y)});
+    controller_.undoStack().undo();
     for (const bool best : {false, true}) {
         knobs.automatic = {true, true, true};
         knobs.best = best;

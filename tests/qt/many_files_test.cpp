@@ -30,6 +30,7 @@ Knobs otherKnobs() {
     knobs.framing = {{0.4, 0.6}, 1.5};
     knobs.isFramingChosen = true;
     knobs.automatic = {true, false, true};
+    knobs.depthCurve = 1.5;
     knobs.depth = "tiny";
     knobs.best = true;
     knobs.columns = 5;

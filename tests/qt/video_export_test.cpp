@@ -94,15 +94,16 @@ TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
     knobs.views.method = ViewMethod::Fast;
     knobs.views.strengthPercent = 7;
     knobs.views.focus = 0.25;
+    knobs.depthCurve = 1.5;
     knobs.fit = FitMode::Contain;
     knobs.columns = 5;
     knobs.rows = 4;
     controller().turn(knobs, "all");
     startExport("other.mkv", QMessageBox::No);
     waitForEnd();
-    video2native(
-        {"--method", "fast", "--strength", "7", "--focus", "0.25", "--fit", "contain", "-q", "4x5"},
-        "clip.mkv", "tool.mkv");
+    video2native({"--method", "fast", "--strength", "7", "--focus", "0.25", "--fit", "contain",
+                  "-q", "4x5", "--depth-curve", "1.5"},
+                 "clip.mkv", "tool.mkv");
     EXPECT_EQ(bytesOf("other.mkv"), bytesOf("tool.mkv"));
 
     knobs = Knobs();

@@ -174,9 +174,11 @@ TEST_F(ViewerWindow, EverySettingHasATip) {
         EXPECT_FALSE(tip.toPlainText().contains(QRegularExpression("(^| )-\\w|--|2native")))
             << tip.toPlainText().toStdString();
     };
-    for (const char* name : {"reading", "fit", "depth", "depthImage", "strength", "autoStrength",
-                             "focus", "autoFocus", "betterDepth", "method", "best", "fill",
-                             "refinement", "parallax", "calibration", "columns", "rows", "reset"})
+    for (const char* name :
+         {"reading",      "fit",         "depth",     "depthImage",  "strength",
+          "autoStrength", "focus",       "autoFocus", "betterDepth", "depthCurve",
+          "eyesStrength", "method",      "best",      "fill",        "refinement",
+          "parallax",     "calibration", "columns",   "rows",        "reset"})
         expectTip(panel().findChild<QWidget*>(name));
     for (const QWidget* widget : panel().findChildren<QWidget*>()) {
         const auto* const label = qobject_cast<const QLabel*>(widget);
@@ -428,6 +430,9 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     panel().strength().slider().setValue(175);
     panel().findChild<QCheckBox*>("best")->click();
     EXPECT_TRUE(knobs().best);
+    panel().findChild<KnobSlider*>("depthCurve")->slider().setValue(150);
+    EXPECT_EQ(knobs().depthCurve, 1.5);
+    EXPECT_EQ(entry("Undo depth curve") != nullptr, true);
     QTest::keyClick(window_.get(), Qt::Key_2);
     window_->close();
     window_.reset();
@@ -447,6 +452,7 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     EXPECT_TRUE(knobs().best);
     EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());
     EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
+    EXPECT_EQ(panel().findChild<KnobSlider*>("depthCurve")->value(), 1.5);
 }
 
 TEST_F(ViewerWindow, AsksBeforeAQuiltIsReplacedByTheNameThatItGets) {

@@ -1,5 +1,6 @@
 #include "cli/picture_options.hpp"
 
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 
@@ -212,6 +213,12 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
     commandLine.addDropped("soft-edges", "depth is refined before the views are made", "PX");
     commandLine.addDropped("inpaint", "telea is used, ns took as long and hardly differed",
                            "telea|ns");
+}
+
+Scene withDepthCurve(Scene scene, double exponent) {
+    scene.depth = bendDepth(scene.depth, exponent);
+    if (!scene.hidden.depth.empty()) scene.hidden.depth = bendDepth(scene.hidden.depth, exponent);
+    return scene;
 }
 
 void addNativeOptions(CommandLine& commandLine) {

@@ -57,7 +57,8 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
                              : photoSwayFit(photoSize, options.fit, run.job.swaySize),
                     photoSize, options.views);
     Scene fitted;
-    fitScene(scene, fit, options.views.focus, fitted, options.refine);
+    fitScene(withDepthCurve(scene, options.depthCurve), fit, options.views.focus, fitted,
+             options.refine);
     const ViewOptions views =
         run.job.camera.apply(options.views, scene.focalLength35mm, photoSize, fit, messages);
     writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));

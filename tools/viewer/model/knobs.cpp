@@ -20,9 +20,9 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 auto parts(const Knobs& k) {
-    return std::tuple_cat(
-        std::tie(k.views, k.fit, k.framing, k.isFramingChosen, k.depth, k.best, k.columns, k.rows),
-        AutoChoices::fields(k.automatic));
+    return std::tuple_cat(std::tie(k.views, k.fit, k.framing, k.isFramingChosen, k.depthCurve,
+                                   k.depth, k.best, k.columns, k.rows),
+                          AutoChoices::fields(k.automatic));
 }
 
 // What fills the panel without zoom, in widths and heights of the photo; above 1 where bars show.
@@ -79,6 +79,7 @@ Json jsonOf(const Knobs& knobs) {
             {"auto",
              {knobs.automatic.framing, knobs.automatic.focus, knobs.automatic.strength,
               knobs.automatic.limit}},
+            {"depthCurve", knobs.depthCurve},
             {"depth", knobs.depth},
             {"best", knobs.best},
             {"views", {knobs.columns, knobs.rows}}};
@@ -118,6 +119,8 @@ Knobs knobsOf(const Json& json) {
                        automatic.at(2).get<bool>(),
                        automatic.size() > 3 && automatic.at(3).get<bool>()}; // since 4 numbers
     if (knobs.fit != FitMode::Cover) knobs.automatic.framing = false;
+    if (json.contains("depthCurve")) // later than the others
+        knobs.depthCurve = numberOf(json["depthCurve"], kMinDepthCurve, kMaxDepthCurve);
     knobs.depth = json.at("depth").get<std::string>();
     if (knobs.depth.size() > kMaxName) throw Error(ErrorCode::BadFormat, "depth", "is too long");
     knobs.best = json.at("best").get<bool>();

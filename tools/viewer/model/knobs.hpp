@@ -18,6 +18,9 @@ constexpr const char* kBestDepth = "best";
 /// The picture's own depth.
 constexpr const char* kGivenDepth = "given";
 
+constexpr double kMinDepthCurve = 0.5; ///< See PlacementOptions::depthCurve.
+constexpr double kMaxDepthCurve = 2;   ///< As before.
+
 /// All settings that the user can change while viewing; they apply to all pictures.
 struct Knobs {
     ViewOptions views;            ///< Method, strength, focus and the method's options.
@@ -29,6 +32,7 @@ struct Knobs {
     /// What is chosen by the photo instead, see chooseAutomatic(). A video has nothing of it unless
     /// the user asks for it, see ofVideo().
     AutoChoices automatic{true, true, false, true};
+    double depthCurve = 1;          ///< See PlacementOptions::depthCurve.
     std::string depth = kBestDepth; ///< One of the two names above, or a network's name.
     bool best = false;              ///< See makesBestNative().
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.

@@ -16,7 +16,11 @@ namespace fs = std::filesystem;
 namespace {
 
 PlacementOptions placementOptions(const Setup& setup) {
-    return {setup.knobs.views, setup.knobs.fit, framingOf(setup), {setup.flaws}};
+    return {setup.knobs.views,
+            setup.knobs.fit,
+            framingOf(setup),
+            {setup.flaws},
+            setup.knobs.depthCurve};
 }
 
 Scene sceneOf(const Setup& setup) {
@@ -119,7 +123,8 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
     if (setup.document->kind == Kind::Scene) {
         const PhotoFit fit = swayFitOf(setup);
         Scene scene;
-        fitScene(sceneOf(setup), fit, setup.knobs.views.focus, scene);
+        fitScene(tools::withDepthCurve(sceneOf(setup), setup.knobs.depthCurve), fit,
+                 setup.knobs.views.focus, scene);
         return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
@@ -173,8 +178,8 @@ cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
 Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
     const PhotoFit fit = fitOf(setup, size);
     Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.edges};
-    applyFitToDepth(setup.depth, setup.document->picture.size(), fit, fittedPhoto,
-                    setup.knobs.views.focus, scene.depth);
+    applyFitToDepth(bendDepth(setup.depth, setup.knobs.depthCurve), setup.document->picture.size(),
+                    fit, fittedPhoto, setup.knobs.views.focus, scene.depth);
     refineScene(scene, {}, fit.filled());
     return scene;
 }

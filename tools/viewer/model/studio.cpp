@@ -95,7 +95,7 @@ struct Studio::State {
     Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
     std::string how; // depth of the picture that is being made
     using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
-                              int, int, double>;
+                              int, int, double, double>;
     // A fitted scene, and the flaws of its depth, which a video keeps for a scene.
     struct Fitted {
         Kept<FitKey, Scene> scene;
@@ -148,7 +148,8 @@ struct Studio::State {
                 size.width,
                 size.height,
                 fitOf(setup, size).fittedSize().width, // with margins, which depend on the strength
-                atFocus ? setup.knobs.views.focus : 0};
+                atFocus ? setup.knobs.views.focus : 0,
+                setup.knobs.depthCurve};
     }
 
     const Scene& fit(Fitted& kept, const Setup& setup, cv::Size size) {
@@ -304,6 +305,8 @@ Frame Studio::render(const Request& request) {
         double low = 0;
         double high = 1;
         cv::minMaxLoc(setup.depth, &low, &high);
+        for (double* end : {&low, &high})
+            *end = std::pow(*end, setup.knobs.depthCurve);
         frame.parallaxPixels =
             adjacentParallax(setup.knobs.views, layout, request.display->panelSize(), {low, high})
                 .viewPixels;

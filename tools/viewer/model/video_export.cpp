@@ -94,6 +94,7 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
     NativeOptions& native = job.scene.native;
     native.views = knobs.views;
     native.fit = knobs.fit;
+    native.depthCurve = knobs.depthCurve;
     job.scene.choices = knobs.automatic;
     if (!knobs.automatic.framing)
         native.framing =

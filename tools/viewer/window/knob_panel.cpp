@@ -52,6 +52,11 @@ constexpr Tip kTips[] = {
     {"betterDepth",
      QT_TRANSLATE_NOOP("tips", "Download a network that estimates depth more accurately. You see "
                                "first what it is.")},
+    {"depthCurve",
+     QT_TRANSLATE_NOOP(
+         "tips",
+         "Who gets the depth: above 1 near things become rounder and the background flatter, "
+         "below 1 the other way round. A double click on the slider resets it.")},
     {"strength",
      QT_TRANSLATE_NOOP(
          "tips",
@@ -237,6 +242,8 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     betterDepth_ = named(new QToolButton, "betterDepth", tr("Better depth"));
     betterDepth_->setText(tr("Better depth…"));
     depthSource_ = faintLabel("depthSource");
+    depthCurve_ = new KnobSlider("depthCurve", tr("Depth curve"), kMinDepthCurve, kMaxDepthCurve, 2,
+                                 standard.depthCurve, {});
     method_ = choices("method", tr("Method of views"),
                       {{tr("Layered"), int(ViewMethod::Layered)},
                        {tr("Fast"), int(ViewMethod::Fast)},
@@ -295,6 +302,8 @@ void KnobPanel::connectKnobs() {
         connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
     };
     onSlider(strength_, autoStrength_, tr("strength"));
+    connect(depthCurve_, &KnobSlider::turned, this,
+            [this](double, int gesture) { turn(tr("depth curve"), gesture); });
     connect(eyesStrength_, &KnobSlider::turned, this,
             [this](double strength) { emit eyesStrengthTurned(strength); });
     onSlider(focus_, autoFocus_, tr("focus"));
@@ -321,6 +330,7 @@ void KnobPanel::build() {
     form->addRow(tr("From"), rowOf(depth_, depthImage_));
     form->addRow(depthSource_);
     form->addRow(betterDepth_);
+    form->addRow(tr("Curve"), depthCurve_);
     column->addWidget(depth);
 
     auto* views = new QGroupBox(tr("Views"));
@@ -399,6 +409,7 @@ Knobs KnobPanel::read() const {
     views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
     knobs.fit = knobs.automatic.framing ? FitMode::Cover
                                         : static_cast<FitMode>(fit_->currentData().toInt());
+    knobs.depthCurve = depthCurve_->value();
     knobs.depth = depth_->currentData().toString().toStdString();
     knobs.best = best_->isChecked();
     return knobs;
@@ -423,6 +434,7 @@ void KnobPanel::show(const Knobs& knobs) {
     refinement_->setValue(views.refinement);
     choose(*fill_, int(views.layered.fill));
     choose(*fit_, knobs.automatic.framing ? kAutoFit : int(knobs.fit));
+    depthCurve_->setValue(knobs.depthCurve);
     choose(*depth_, QString::fromStdString(knobs.depth));
     for (const auto& [method, widget] : ofMethod_)
         widget->setVisible(method == views.method);

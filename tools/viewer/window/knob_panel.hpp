@@ -96,6 +96,7 @@ class KnobPanel : public QWidget {
     QLabel* depthSource_;
     QToolButton* depthImage_;
     QToolButton* betterDepth_;
+    KnobSlider* depthCurve_;
     QComboBox* method_;
     QCheckBox* best_;
     KnobSlider* strength_;

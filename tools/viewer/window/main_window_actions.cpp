@@ -385,6 +385,8 @@ void MainWindow::readSettings() {
                        settings.value("autoFocus", standard.focus).toBool(),
                        settings.value("autoStrength", standard.strength).toBool(),
                        settings.value("limitStrength", standard.limit).toBool()};
+    knobs.depthCurve = std::clamp(settings.value("depthCurve", knobs.depthCurve).toDouble(),
+                                  kMinDepthCurve, kMaxDepthCurve);
     knobs.best = settings.value("best", knobs.best).toBool();
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
@@ -430,6 +432,7 @@ void MainWindow::writeSettings() const {
     settings.setValue("autoFocus", knobs.automatic.focus);
     settings.setValue("autoStrength", knobs.automatic.strength);
     settings.setValue("limitStrength", knobs.automatic.limit);
+    settings.setValue("depthCurve", knobs.depthCurve);
     settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     settings.setValue("mode", int(controller_.mode()));

@@ -256,10 +256,18 @@ TEST_F(ViewerController, TheDepthCurveBendsTheDepthOnce) {
     EXPECT_NEAR(shownAt(150, 370), 128.0 * 128 / 255, 1);
     EXPECT_EQ(shownAt(150, 200), 255);
     EXPECT_EQ(shownAt(20, 20), 0);
+    for (const double curve : {1.0, 2.0}) {
+        knobs.depthCurve = curve;
+        controller_.turn(knobs, "depth curve", 1);
+        ASSERT_TRUE(waitForFrame());
+        EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / (curve > 1 ? "bent.mkv" : "sway.mkv")),
+                  "");
+    }
+    EXPECT_FALSE(beginAlike(folder_ / "bent.mkv", folder_ / "sway.mkv"));
     controller_.focusAt(0.5, 370.0 / 400); // a depth after the curve
     EXPECT_NEAR(controller_.knobs().views.focus, 0.25, 0.011);
-    controller_.undoStack().undo();
-    controller_.undoStack().undo();
+    for (int i = 0; i < 3; ++i)
+        controller_.undoStack().undo();
     EXPECT_NEAR(shownAt(150, 370), 128, 1);
 }
 

@@ -1,4 +1,6 @@
 #include "support/compare.hpp"
+#include "support/slow.hpp"
+#include "support/stereo_scene.hpp"
 #include "support/video.hpp"
 #include "viewer/window/video_export_dialog.hpp"
 #include "viewer_scenes.hpp"
@@ -17,8 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 using namespace viewer;
 
-// Moving pictures, 25 a second.
-void writeClip(const fs::path& file, cv::Size size, int frames) {
+// Pictures, 25 a second.
+void writeClip(const fs::path& file, cv::Size size, int frames,
+               const std::function<cv::Mat(int)>& pictureOf) {
     VideoWriterOptions options;
     options.size = size;
     options.timeBase = {1, 25};
@@ -26,12 +29,16 @@ void writeClip(const fs::path& file, cv::Size size, int frames) {
     VideoWriter writer(file, options);
     for (int i = 0; i < frames; ++i) {
         VideoFrame frame;
-        frame.picture = movingPicture(size, i);
+        frame.picture = pictureOf(i);
         frame.pts = i;
         frame.duration = 1;
         writer.write(frame);
     }
     writer.finish();
+}
+
+void writeClip(const fs::path& file, cv::Size size, int frames) {
+    writeClip(file, size, frames, [size](int number) { return movingPicture(size, number); });
 }
 
 class ViewerVideoExport : public ::testing::Test {
@@ -137,6 +144,60 @@ TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
     waitForEnd();
     video2native({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "tool.mkv");
     EXPECT_EQ(bytesOf("quilts.mkv"), bytesOf("tool.mkv"));
+}
+
+// A thing before a wall, side by side, then a title that both eyes see alike.
+TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
+    ALTIRO3D_TAKES(3);
+    const Eyes eyes = wallAndThing(6, 26);
+    cv::Mat film;
+    cv::hconcat(eyes.left, eyes.right, film);
+    cv::Mat title;
+    cv::hconcat(detailedPhoto(eyes.left.size()), detailedPhoto(eyes.left.size()), title);
+    writeClip(folder_ / "film_LRF.mkv", film.size(), 30,
+              [&](int number) { return number < 20 ? film : title; });
+    controller().setMode(Mode::Depth);
+    open("film_LRF.mkv");
+    EXPECT_EQ(controller().document()->facts().find(
+                  "Video, 400 x 300 px; both eyes, as its name says it (LRF)"),
+              0U)
+        << controller().document()->facts();
+    controller().setPlaying(true);
+    int things = 0;
+    QObject::connect(&controller(), &Controller::frameReady, window_.get(), [&] {
+        const Frame& frame = controller().frame();
+        if (frame.depthSource.find("both eyes, as often") != 0) return; // not played yet
+        const cv::Mat& depth = frame.setup.depth;
+        const double thing = cv::mean(depth(cv::Rect(180, 130, 40, 40)))[0];
+        const double wall = cv::mean(depth(cv::Rect(330, 30, 40, 40)))[0];
+        const bool isFilm = cv::norm(frame.request.document->picture, eyes.left, cv::NORM_L1) <
+                            10.0 * static_cast<double>(eyes.left.total() * 3);
+        if (!isFilm) return;
+        ++things;
+        EXPECT_GT(thing, 0.9);
+        EXPECT_LT(wall, 0.1);
+    });
+    EXPECT_TRUE(waitFor([&] { return things >= 5; })) << controller().problem().toStdString();
+    EXPECT_EQ(controller().problem(), "");
+    controller().setPlaying(false);
+
+    const auto expectSame = [&](const QStringList& options, const char* name) {
+        startExport(name, QMessageBox::No);
+        waitForEnd();
+        video2native(options, "film_LRF.mkv", "tool.mkv");
+        EXPECT_EQ(bytesOf(name), bytesOf("tool.mkv")) << name;
+    };
+    expectSame({}, "eyes.mkv");
+    const auto readAs = [this](Reading reading) {
+        controller().reopen(reading, {});
+        ASSERT_TRUE(waitFor([this] { return controller().document() && !controller().isBusy(); }));
+    };
+    readAs(Reading::Photo);
+    EXPECT_EQ(controller().document()->facts(), "Video, 800 x 300 px");
+    expectSame({"--stereo", "off"}, "flat.mkv");
+    readAs(Reading::EyesRightLeft);
+    EXPECT_TRUE(controller().document()->facts().find("you have chosen it") != std::string::npos);
+    expectSame({"--stereo", "right-left"}, "swapped.mkv");
 }
 
 TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {

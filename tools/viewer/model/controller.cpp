@@ -242,11 +242,13 @@ void Controller::play() {
     const Source source = document_->source;
     const auto depth =
         std::make_shared<PlayedDepth>(depthMaker_); // used by the player's thread alone
-    const auto show = [this, number, source, depth, display = display_](const cv::Mat& picture) {
+    const auto show = [this, number, source, depth, display = display_, eyes = document_->eyes,
+                       origin = document_->depthOrigin](const cv::Mat& picture) {
         if (pictureWaits_.exchange(true)) return false; // the one before is still being made
         const auto since = std::chrono::steady_clock::now();
-        auto document = std::make_shared<Document>(documentOf(source, picture, *display));
+        auto document = std::make_shared<Document>(documentOf(source, picture, *display, eyes));
         document->video = true;
+        if (eyes) document->depthOrigin = origin;
         if (document->kind == Kind::Scene) {
             std::string wish;
             {

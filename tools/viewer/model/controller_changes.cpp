@@ -192,7 +192,7 @@ Controller::PaintKey Controller::paintKey() const {
     if (!document_ || document_->kind != Kind::Scene) return {};
     const Source& source = document_->source;
     return {source.file, source.depth, static_cast<int>(source.reading),
-            depthMaker_->choose(knobs_.depth, !document_->rawDepth.empty())};
+            depthMaker_->choose(knobs_.depth, document_->hasDepth())};
 }
 
 PaintedDepth Controller::paintedNow() const {

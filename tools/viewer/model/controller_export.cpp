@@ -40,7 +40,7 @@ Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& displ
     Knobs plain = item.knobs; // what is automatic is chosen by the export itself
     plain.automatic = {};
     const auto painted =
-        item.painted.find(depthMaker.choose(item.knobs.depth, !document->rawDepth.empty()));
+        item.painted.find(depthMaker.choose(item.knobs.depth, document->hasDepth()));
     Request request{document, plain, display, Mode::Depth, 0, {kLookSide, kLookSide}, {}};
     if (painted != item.painted.end()) request.painted = painted->second;
     Setup setup = studio.render(request).setup;
@@ -153,7 +153,7 @@ bool Controller::startExport(Product product, const fs::path& target) {
 
 Knobs Controller::videoKnobs() const {
     Knobs knobs = knobs_;
-    knobs.depth = depthMaker_->choose(knobs_.depth, !document_->rawDepth.empty());
+    knobs.depth = depthMaker_->choose(knobs_.depth, document_->hasDepth());
     return knobs;
 }
 

@@ -9,6 +9,7 @@
 #include <QProcess>
 #include <algorithm>
 #include <cstdio>
+#include <opencv2/core.hpp>
 #include <utility>
 
 namespace altiro3D::viewer {
@@ -121,17 +122,40 @@ int tryNetwork(const std::string& name) {
 
 PlayedDepth::PlayedDepth(std::shared_ptr<DepthMaker> maker) : maker_(std::move(maker)) {}
 
+// As in video2native.
+void PlayedDepth::matchEyes(const cv::Mat& left, cv::Mat& raw) {
+    const StereoMatch match = matchStereo(left, right_, raw);
+    if (match.areEyes() && !match.isFlat) return;
+    const std::string network = maker_->choose(kBestDepth, false);
+    if (network == kBestDepth) { // none is installed
+        raw = cv::Mat::zeros(left.size(), CV_32FC1);
+        return;
+    }
+    maker_->use(network, [&](DepthSource& source) {
+        cv::Mat photo;
+        cv::Mat numbers;
+        source.readFrame(left, photo, numbers);
+        DepthNormalization normalization;
+        normalization.kind = source.kind();
+        normalizeDepth(numbers, raw, normalization);
+    });
+}
+
 void PlayedDepth::next(Document& document, const std::string& wish) {
-    const std::string chosen = maker_->choose(wish, !document.rawDepth.empty());
-    if (chosen == kGivenDepth) {
+    const std::string chosen = maker_->choose(wish, document.hasDepth());
+    right_ = document.right;
+    const bool isMatched = chosen == kGivenDepth && !right_.empty();
+    if (chosen == kGivenDepth && !isMatched) {
         constexpr int kPicturesPerMeasurement = 100;
         document.scene = pictures_++ / kPicturesPerMeasurement;
         return;
     }
     if (chosen != chosen_) {
         DepthKind kind = DepthKind::NearWhite;
-        maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
-        const auto estimate = [maker = maker_, chosen](const cv::Mat& picture, cv::Mat& raw) {
+        if (!isMatched) maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
+        const auto estimate = [this, maker = maker_, chosen, isMatched](const cv::Mat& picture,
+                                                                        cv::Mat& raw) {
+            if (isMatched) return matchEyes(picture, raw);
             cv::Mat photo;
             maker->use(chosen, [&](DepthSource& source) { source.readFrame(picture, photo, raw); });
         };

@@ -54,19 +54,26 @@ int tryNetwork(const std::string& name);
 /// one is the network's name.
 constexpr const char* kTryNetwork = "--try-network";
 
-/// The depth of a playing flat video: steady, inferred as often as the pictures require.
+/// The depth of a playing video, flat or of both eyes: steady, inferred as often as the pictures
+/// require.
 class PlayedDepth {
   public:
     explicit PlayedDepth(std::shared_ptr<DepthMaker> maker);
+    PlayedDepth(const PlayedDepth&) = delete;
+    PlayedDepth& operator=(const PlayedDepth&) = delete;
 
     /// Sets the depth of the next picture, if it is to be estimated, and its scene. As in
-    /// video2native, given depth has no scenes; its flaws are measured now and then.
+    /// video2native, given depth has no scenes; its flaws are measured now and then. That of both
+    /// eyes is matched; where they do not match it is estimated, or flat without a network.
     /// @param wish Knobs::depth
     void next(Document& document, const std::string& wish);
 
   private:
+    void matchEyes(const cv::Mat& left, cv::Mat& raw);
+
     std::shared_ptr<DepthMaker> maker_;
     std::string chosen_;
+    cv::Mat right_; // the right eye's picture
     int scene_ = 0;
     int pictures_ = 0; // with given depth
     std::optional<VideoDepth> depth_;

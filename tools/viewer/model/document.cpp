@@ -97,6 +97,27 @@ void addPair(Document& document, const StereoPair& pair) {
     }
 }
 
+// Both eyes' pictures in those of a video, by its reading or by what is found.
+FoundEyes videoEyes(const Source& source) {
+    FoundEyes found;
+    if (const auto layout = eyesOf(source.reading)) {
+        found.eyes = StereoVideo{*layout, halvesOf(source.file)};
+        found.evidence = "you have chosen it";
+    } else if (source.reading == Reading::Automatic && tools::isFile(source.file) &&
+               !depthSideOf(source) && !parseQuiltName(source.file)) {
+        found = findEyes(source.file, VideoReader(source.file).facts());
+    }
+    return found;
+}
+
+// Of the first picture of a video, until it plays.
+void addFirstDepth(Document& document, const std::string& evidence) {
+    document.depthOrigin = "both eyes, as " + evidence;
+    const StereoMatch match = matchStereo(document.picture, document.right, document.rawDepth);
+    document.right.release();
+    if (!match.areEyes() || match.isFlat) document.rawDepth.release();
+}
+
 // Says so if near and far of given depth look exchanged.
 void checkDirection(const Document& document, Notes& notes) {
     if (document.kind != Kind::Scene || document.rawDepth.empty() ||
@@ -171,9 +192,9 @@ std::string Document::facts() const {
         break;
     }
     return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
-           (rawDepth.empty()      ? ""
-            : depthOrigin.empty() ? ", with depth"
-                                  : "; " + depthOrigin);
+           (!depthOrigin.empty() ? "; " + depthOrigin
+            : rawDepth.empty()   ? ""
+                                 : ", with depth");
 }
 
 const std::vector<std::string>& pictureEndings() {
@@ -218,9 +239,18 @@ FolderFiles filesOfFolder(const fs::path& folder) {
     return result;
 }
 
-Document documentOf(const Source& source, const cv::Mat& picture, const Display& display) {
+Document documentOf(const Source& source, const cv::Mat& picture, const Display& display,
+                    const std::optional<StereoVideo>& eyes) {
     Document document;
     document.source = source;
+    if (eyes) {
+        const StereoPair pair = splitStereoPair(eightBit(picture), eyes->layout, eyes->halves);
+        document.picture = pair.left;
+        document.right = pair.right;
+        document.eyes = eyes;
+        document.origin = DepthOrigin::Matched;
+        return document;
+    }
     std::optional<FoundQuilt> found;
     const Reading reading = source.reading == Reading::Automatic
                                 ? guess(source.file, picture, display, found)
@@ -231,8 +261,8 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         return document;
     }
     document.picture = eightBit(picture);
-    if (const auto eyes = eyesOf(reading)) {
-        addPair(document, splitStereoPair(document.picture, *eyes, halvesOf(source.file)));
+    if (const auto layout = eyesOf(reading)) {
+        addPair(document, splitStereoPair(document.picture, *layout, halvesOf(source.file)));
     } else if (reading == Reading::Quilt) {
         QuiltRequest request;
         request.name = parseQuiltName(source.file);
@@ -276,7 +306,12 @@ Document readDocument(const Source& source, const Display& display) {
     if (tools::isDirectory(source.file)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);
-        Document document = documentOf(source, firstPicture(source.file), display);
+        const cv::Mat first = firstPicture(source.file);
+        const FoundEyes found = videoEyes(source);
+        Document document = documentOf(source, first, display, found.eyes);
+        if (document.kind == Kind::Scene)
+            document.notes.insert(document.notes.end(), found.notes.begin(), found.notes.end());
+        if (found.eyes) addFirstDepth(document, found.evidence);
         document.video = true;
         if (!source.depth.empty()) {
             document.notes.push_back(

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/quilt.hpp"
+#include "altiro3D/video_conversion.hpp"
 #include "cli/display_options.hpp"
 
 #include <filesystem>
@@ -54,10 +55,15 @@ struct Document {
     QuiltLayout layout;              ///< Layout of a quilt.
     std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
     bool video = false;              ///< The picture belongs to a video.
+    std::optional<StereoVideo> eyes; ///< Of a video: how its pictures hold both eyes'.
+    cv::Mat right; ///< Of such a video: what the right eye sees, for the depth; may be empty.
     /// Of a video that is played: pictures with one number share settings that are chosen by the
     /// scene, and the flaws of its depth (PlayedDepth).
     int scene = 0;
     Notes notes; ///< Remarks about the files.
+
+    /// Whether depth came with the picture, or can be found by matching both eyes.
+    bool hasDepth() const { return !rawDepth.empty() || !right.empty(); }
 
     /// "Photo, 900 x 1200 px; depth in the photo's file (GDepth, 768 x 1024 px)"
     std::string facts() const;
@@ -96,8 +102,9 @@ std::optional<DepthSide> depthSideOf(const Source& video);
 Document readDocument(const Source& source, const Display& display);
 
 /// Makes a document from a picture in memory.
-/// @param picture [CV_8UC3 or CV_16UC3, BGR]
-Document documentOf(const Source& source, const cv::Mat& picture, const Display& display);
+/// @param picture [CV_8UC3 or CV_16UC3, BGR] @param eyes of a video with both eyes' pictures
+Document documentOf(const Source& source, const cv::Mat& picture, const Display& display,
+                    const std::optional<StereoVideo>& eyes = {});
 
 /// Pairs photos with their depth images, see photoOfDepthName(): "a.jpg" and "a-depth.png" become
 /// one source.

@@ -117,7 +117,8 @@ struct Studio::State {
         DepthMap map;
         if (!document.depth.empty()) {
             map.depth = document.depth;
-            map.source = from + ", as often as the video needs it";
+            map.source =
+                (from == kGivenDepth ? "both eyes" : from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
             normalizeDepth(document.rawDepth, map.depth);
             map.hidden = document.hidden;
@@ -281,8 +282,7 @@ Frame Studio::render(const Request& request) {
     const Kind kind = request.document->kind;
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {
-        state_->how =
-            state_->depthMaker->choose(request.knobs.depth, !request.document->rawDepth.empty());
+        state_->how = state_->depthMaker->choose(request.knobs.depth, request.document->hasDepth());
         setup.edges = state_->how != kGivenDepth                         ? DepthEdges::Decided
                       : request.document->origin == DepthOrigin::Matched ? DepthEdges::Matched
                                                                          : DepthEdges::Unknown;

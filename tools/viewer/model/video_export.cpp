@@ -66,9 +66,7 @@ std::string videoExportObstacle(const Document& document, const Knobs& knobs) {
     const Source& source = document.source;
     if (document.kind == Kind::Native) return "This is a Native video, which is finished";
     if (!tools::isFile(source.file)) return "Only videos in files can be exported";
-    if (document.origin == DepthOrigin::Matched)
-        return "Videos that hold the pictures of both eyes cannot be exported";
-    if (!document.rawDepth.empty() && knobs.depth != kGivenDepth)
+    if (document.hasDepth() && knobs.depth != kGivenDepth)
         return "This video brings its own depth: choose \"Depth from its file\" to export it";
     return {};
 }
@@ -104,6 +102,9 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
         native.positions = ViewPositions::Continuous;
     }
     job.depth.medium = tools::Medium::Video;
+    job.depth.isFlat = document.source.reading == Reading::Photo;
+    if (document.eyes && document.source.reading != Reading::Automatic)
+        job.depth.stereo = StereoInput{document.eyes->layout, document.eyes->halves, {}};
     job.depthOptions.every = job.profile.depthEvery;
     if (const auto side = depthSideOf(document.source)) {
         job.depth.rgbd = *side;

@@ -41,22 +41,25 @@ std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, con
     options.fit = knobs.fit;
     const NativeMaker toNative(display, layoutOf(knobs, display), options);
     const auto depth = std::make_shared<PlayedDepth>(maker);
-    const DepthEdges edges = first.rawDepth.empty() ? DepthEdges::Decided : DepthEdges::Unknown;
+    const DepthEdges edges = first.eyes               ? DepthEdges::Matched
+                             : first.rawDepth.empty() ? DepthEdges::Decided
+                                                      : DepthEdges::Unknown;
     Source source = first.source;
     if (first.rawDepth.empty()) source.reading = Reading::Photo; // no search for a quilt in each
-    return [=, aspect = display.aspect(), scene = 0](const cv::Mat& frame) mutable {
-        Document document = documentOf(source, frame, display);
-        depth->next(document, knobs.depth);
-        if (document.depth.empty()) normalizeDepth(document.rawDepth, document.depth);
-        if (document.scene != scene) options.refine.flaws.reset();
-        scene = document.scene;
-        const Placement placed = placeScene({document.picture, document.depth, {}, {}, edges},
-                                            aspect, toNative.workSize(), options);
-        options.refine.flaws = placed.flaws; // until the next scene
-        cv::Mat native;
-        toNative.makeNative(placed, native);
-        return native;
-    };
+    return
+        [=, eyes = first.eyes, aspect = display.aspect(), scene = 0](const cv::Mat& frame) mutable {
+            Document document = documentOf(source, frame, display, eyes);
+            depth->next(document, knobs.depth);
+            if (document.depth.empty()) normalizeDepth(document.rawDepth, document.depth);
+            if (document.scene != scene) options.refine.flaws.reset();
+            scene = document.scene;
+            const Placement placed = placeScene({document.picture, document.depth, {}, {}, edges},
+                                                aspect, toNative.workSize(), options);
+            options.refine.flaws = placed.flaws; // until the next scene
+            cv::Mat native;
+            toNative.makeNative(placed, native);
+            return native;
+        };
 }
 
 } // namespace

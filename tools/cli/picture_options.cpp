@@ -215,10 +215,11 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
                            "telea|ns");
 }
 
-Scene withDepthCurve(Scene scene, double exponent) {
-    scene.depth = bendDepth(scene.depth, exponent);
-    if (!scene.hidden.depth.empty()) scene.hidden.depth = bendDepth(scene.hidden.depth, exponent);
-    return scene;
+Scene withDepthCurve(const Scene& scene, double exponent) {
+    Scene bent = scene;
+    bent.depth = bendDepth(scene.depth, exponent);
+    if (!scene.hidden.depth.empty()) bent.hidden.depth = bendDepth(scene.hidden.depth, exponent);
+    return bent;
 }
 
 void addNativeOptions(CommandLine& commandLine) {

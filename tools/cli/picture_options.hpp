@@ -25,7 +25,7 @@ void addSceneOptions(CommandLine& commandLine, AutoUse use);
 void addDepthCurveOption(CommandLine& commandLine);
 /// A scene with its depth bent, as placeScene() does: for pictures that are not placed on a
 /// display.
-Scene withDepthCurve(Scene scene, double exponent);
+Scene withDepthCurve(const Scene& scene, double exponent);
 /// --exact-depth
 void addRefineOption(CommandLine& commandLine);
 /// --method -g --strength --focus --exact-depth -k, and the options of the methods

@@ -107,7 +107,7 @@ void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
         return;
     }
     const EyesOptions& wanted = run.job.eyes.options();
-    PlacementOptions whole = options;
+    PlacementOptions whole = static_cast<const PlacementOptions&>(options);
     whole.fit = FitMode::Stretch;
     whole.framing = {};
     whole.views.strengthPercent = wanted.strengthPercent;

@@ -755,7 +755,8 @@ TEST(DepthMap, ColouredDepthHalvesAreUndone) {
         Notes notes;
         splitRgbd(deep, DepthSide::Right, photoAgain, depthAgain, &notes);
         EXPECT_TRUE(samePicture(photoAgain, photo));
-        EXPECT_TRUE(samePicture(depthAgain, expected * (largest / 255), largest / 255.0));
+        const int times = largest / 255;
+        EXPECT_TRUE(samePicture(depthAgain, expected * times, largest / 255.0));
         EXPECT_TRUE(contains(only(notes).text, "turbo"));
     }
     cv::Mat photoAgain;

@@ -122,6 +122,15 @@ StereoHalves halvesOf(StereoLayout layout, const std::optional<SceneName>& name,
                : StereoHalves::Squeezed;
 }
 
+// Whether frames that hold both eyes often have this shape: two of 4:3 to 2.4:1, or squeezed ones.
+// Portrait videos do not.
+// @param aspect width : height of a frame as displayed
+bool isUsual(StereoLayout layout, double aspect) {
+    if (aspect > 1.7 && aspect < 1.85) return true;
+    if (layout == StereoLayout::LeftRight) return aspect > 2.5;
+    return (aspect > 0.64 && aspect < 0.7) || (aspect > 0.8 && aspect < 1.25);
+}
+
 } // namespace
 
 cv::Size photoSize(const StereoVideo& video, cv::Size frame) {
@@ -180,9 +189,9 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
                                       std::pair(StereoLayout::TopBottom, "upper and lower half")}) {
         const StereoVideo video{half, halvesOf(half, std::nullopt, aspect)};
         const bool doAllMatch =
-            !frames.empty() && std::all_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
-                return areEyes(frame, video, true);
-            });
+            isUsual(half, aspect) && !frames.empty() &&
+            std::all_of(frames.begin(), frames.end(),
+                        [&](const cv::Mat& frame) { return areEyes(frame, video, true); });
         if (!doAllMatch) continue;
         addNote(&found.notes, NoteCode::Doubtful,
                 input.string() + ": its " + words +

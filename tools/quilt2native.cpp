@@ -187,7 +187,6 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine);
     job.eyes = EyesFiles(commandLine);
-    commandLine.refuse({"stereo-keep"}, " is for photos, of which eyes are made; leave it out");
     return job;
 }
 
@@ -262,7 +261,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
-    EyesFiles::add(commandLine, "The eyes' pictures are two of the views.");
+    EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addAdvanced({"skip-existing"}, "With a folder: skip quilts whose Native exists.");
     addRecursiveOption(commandLine, "quilts");

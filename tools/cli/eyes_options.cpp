@@ -26,7 +26,7 @@ std::vector<std::string> layoutNames() {
 
 } // namespace
 
-void addEyesOptions(CommandLine& commandLine, const std::string& output, bool files) {
+void addEyesOptions(CommandLine& commandLine, const std::string& output, bool files, bool keep) {
     commandLine.addAdvanced(
         {"stereo-layout"},
         "Layout of --" + output +
@@ -40,10 +40,12 @@ void addEyesOptions(CommandLine& commandLine, const std::string& output, bool fi
             if (!files) names.pop_back();
             return names;
         });
-    commandLine.addAdvanced({"stereo-keep"},
-                            "left: the left eye sees the photo itself, and only the right one's "
-                            "picture is made. By default the photo lies between both.",
-                            "left");
+    if (keep) {
+        commandLine.addAdvanced({"stereo-keep"},
+                                "left: the left eye sees the photo itself, and only the right "
+                                "one's picture is made. By default the photo lies between both.",
+                                "left");
+    }
     commandLine.addAdvanced({"stereo-swap"}, "Exchange the pictures of the eyes.");
 }
 
@@ -107,13 +109,13 @@ StereoPair eyesOfQuilt(const cv::Mat& quilt, const QuiltLayout& layout, double a
     return eyes;
 }
 
-void EyesFiles::add(CommandLine& commandLine, const std::string& of) {
+void EyesFiles::add(CommandLine& commandLine, const std::string& of, bool keep) {
     commandLine.add({"save-stereo"},
                     "Also write a picture for two eyes (headsets, 3D televisions, red-cyan "
                     "glasses). " +
                         of,
                     "FILE");
-    addEyesOptions(commandLine, "save-stereo", true);
+    addEyesOptions(commandLine, "save-stereo", true, keep);
 }
 
 EyesFiles::EyesFiles(const CommandLine& commandLine)

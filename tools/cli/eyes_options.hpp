@@ -24,7 +24,9 @@ struct EyesOptions {
 
 /// --stereo-layout --stereo-keep --stereo-swap
 /// @param output the option that asks for the file @param files whether the layout "files" exists
-void addEyesOptions(CommandLine& commandLine, const std::string& output, bool files);
+/// @param keep whether --stereo-keep exists
+void addEyesOptions(CommandLine& commandLine, const std::string& output, bool files,
+                    bool keep = true);
 /// @param output the option that asks for the file; without it, the others are refused
 /// @throws UsageError
 EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output);
@@ -49,7 +51,7 @@ StereoPair eyesOfQuilt(const cv::Mat& quilt, const QuiltLayout& layout, double a
 class EyesFiles {
   public:
     /// --save-stereo and addEyesOptions(). @param of the last sentence of its help
-    static void add(CommandLine& commandLine, const std::string& of);
+    static void add(CommandLine& commandLine, const std::string& of, bool keep = true);
     EyesFiles() = default;
     /// @throws UsageError (also for a name whose format cannot hold it)
     explicit EyesFiles(const CommandLine& commandLine);

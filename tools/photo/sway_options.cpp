@@ -96,11 +96,12 @@ void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayO
                    const SwayView& view) {
     Progress progress(static_cast<std::size_t>(framesPerTurn(options)) *
                       static_cast<std::size_t>(options.turns));
-    writeSway(file, size, options, view, [&](const VideoProgress&) {
+    const bool isMade = writeSway(file, size, options, view, [&](const VideoProgress&) {
         progress.step(file.filename().string());
-        return true;
+        return !isStopWanted();
     });
     progress.clear();
+    if (!isMade) endIfStopWanted();
 }
 
 cv::Size writeQuiltSwayFile(const std::filesystem::path& file, const cv::Mat& quilt,

@@ -26,6 +26,7 @@ std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine);
 std::string swayText(const SwayOptions& options, cv::Size size);
 
 /// Writes the video and shows the progress.
+/// @throws Stopped if the run is stopped; no file appears
 void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayOptions& options,
                    const SwayView& view);
 

@@ -446,8 +446,20 @@ int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
     if (report != nullptr) *report = videoReport(run, outcome, messages);
     if (outcome.stopped) {
         std::string line = "stopped at " + clockText(outcome.result.end);
-        if (!plan.show) line += "; " + plan.outputName() + " is whole up to there";
-        if (outcome.result.keepsWork) line += ", --resume continues";
+        const bool isLost =
+            !plan.show && !isStandardStream(plan.output) && !outcome.result.keepsWork;
+        if (isLost && plan.isFromFolder) { // else --resume would take it for complete
+            std::filesystem::remove(plan.output);
+            line += "; " + plan.outputName() +
+                    " is removed, as nothing is kept before the first 6 s: --resume makes it again";
+        } else if (!plan.show) {
+            line += "; " + plan.outputName() + " is whole up to there";
+            line += outcome.result.keepsWork ? ", --resume continues"
+                    : isLost && plan.isFile
+                        ? "; nothing more is kept before the first 6 s: -y makes "
+                          "it again"
+                        : "";
+        }
         messages.warn(line);
         return kExitStopped;
     }

@@ -6,6 +6,7 @@
 #include "cli/json_text.hpp"
 #include "cli/quilt_options.hpp"
 #include "cluster/photo_chunks.hpp"
+#include "photo/photo_report.hpp"
 #include "photo/photo_run.hpp"
 
 #include <ctime>

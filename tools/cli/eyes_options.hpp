@@ -53,7 +53,7 @@ class EyesFiles {
     /// --save-stereo and addEyesOptions(). @param of the last sentence of its help
     static void add(CommandLine& commandLine, const std::string& of, bool keep = true);
     EyesFiles() = default;
-    /// @throws UsageError (also for a name whose format cannot hold it)
+    /// @throws UsageError
     explicit EyesFiles(const CommandLine& commandLine);
     /// The same for another file.
     EyesFiles(const EyesFiles& same, std::filesystem::path file);

@@ -215,13 +215,6 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
                            "telea|ns");
 }
 
-Scene withDepthCurve(const Scene& scene, double exponent) {
-    Scene bent = scene;
-    bent.depth = bendDepth(scene.depth, exponent);
-    if (!scene.hidden.depth.empty()) bent.hidden.depth = bendDepth(scene.hidden.depth, exponent);
-    return bent;
-}
-
 void addNativeOptions(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"continuous"},

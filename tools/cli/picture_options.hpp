@@ -23,9 +23,6 @@ enum class AutoUse {
 void addSceneOptions(CommandLine& commandLine, AutoUse use);
 /// --depth-curve
 void addDepthCurveOption(CommandLine& commandLine);
-/// A scene with its depth bent, as placeScene() does: for pictures that are not placed on a
-/// display.
-Scene withDepthCurve(const Scene& scene, double exponent);
 /// --exact-depth
 void addRefineOption(CommandLine& commandLine);
 /// --method -g --strength --focus --exact-depth -k, and the options of the methods

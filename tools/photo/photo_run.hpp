@@ -40,9 +40,6 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
 /// @throws NotTaken, Stopped, UsageError, Error
 nlohmann::ordered_json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages);
 
-/// The report of a run without its times and pictures.
-nlohmann::ordered_json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages);
-
 /// How the photos of a call ended.
 struct PhotosMade {
     int status = kExitDone;

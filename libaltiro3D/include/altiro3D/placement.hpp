@@ -34,6 +34,12 @@ struct Placement {
     DepthFlaws flaws; ///< Flaws of the depth that were corrected.
 };
 
+/// A scene with another curve of depth, as placeScene() makes it of PlacementOptions::depthCurve.
+/// @param scene as for placeScene() @param exponent as for bendDepth()
+/// @return the scene with bendDepth() of its depth and of what is known to be hidden
+/// @throws Error as bendDepth()
+[[nodiscard]] ALTIRO3D_EXPORT Scene withDepthCurve(const Scene& scene, double exponent);
+
 /// Adds the margins that views from the side show at the edges of the panel. Their width is the
 /// largest shift, rounded up to a multiple of 1/32 of the result's width (so small changes of the
 /// options keep the fit), and at most half the width.

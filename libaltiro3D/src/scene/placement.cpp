@@ -18,15 +18,6 @@ bool isEstimated(const Scene& scene) {
     return scene.edges == DepthEdges::Decided;
 }
 
-Scene withCurve(const Scene& scene, double exponent) {
-    checkRange("depthCurve", exponent, 0.5, 2);
-    Scene bent = scene;
-    if (exponent == 1) return bent;
-    bent.depth = bendDepth(scene.depth, exponent);
-    if (!scene.hidden.depth.empty()) bent.hidden.depth = bendDepth(scene.hidden.depth, exponent);
-    return bent;
-}
-
 // The depth of a part of a photo, with at most as many px as tell its steps.
 cv::Mat depthOf(const Scene& scene, const cv::Rect& part) {
     constexpr int kMost = 1024;
@@ -122,6 +113,14 @@ void chooseSubject(const Scene& scene, double aspect, const AutoChoices& choices
 
 } // namespace
 
+Scene withDepthCurve(const Scene& scene, double exponent) {
+    Scene bent = scene;
+    if (exponent == 1) return bent;
+    bent.depth = bendDepth(scene.depth, exponent);
+    if (!scene.hidden.depth.empty()) bent.hidden.depth = bendDepth(scene.hidden.depth, exponent);
+    return bent;
+}
+
 PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, const ViewOptions& options) {
     validate(options);
     constexpr int kSteps = 32;          // of the width
@@ -143,7 +142,7 @@ PhotoFit fitWithMargins(cv::Size photo, double aspect, cv::Size size,
 
 Placement placeScene(const Scene& given, double aspect, cv::Size size,
                      const PlacementOptions& options) {
-    const Scene scene = withCurve(given, options.depthCurve);
+    const Scene scene = withDepthCurve(given, options.depthCurve);
     Placement placed;
     placed.fit = fitWithMargins(scene.photo.size(), aspect, size, options);
     const double focus = options.views.focus;
@@ -162,7 +161,7 @@ Placement placeScene(const Scene& given, double aspect, cv::Size size,
 
 ChosenOptions chooseFromScene(const Scene& given, double aspect, const QuiltLayout& quilt,
                               const PlacementOptions& options, const AutoChoices& choices) {
-    const Scene scene = withCurve(given, options.depthCurve);
+    const Scene scene = withDepthCurve(given, options.depthCurve);
     ChosenOptions chosen{options, {{}, scene.photo.size()}};
     PlacementOptions& now = chosen.options;
     chooseSubject(scene, aspect, choices, now);

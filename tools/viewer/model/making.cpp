@@ -123,7 +123,7 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
     if (setup.document->kind == Kind::Scene) {
         const PhotoFit fit = swayFitOf(setup);
         Scene scene;
-        fitScene(tools::withDepthCurve(sceneOf(setup), setup.knobs.depthCurve), fit,
+        fitScene(withDepthCurve(sceneOf(setup), setup.knobs.depthCurve), fit,
                  setup.knobs.views.focus, scene);
         return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
     }

@@ -103,7 +103,8 @@ Samples samplesOf(const fs::path& input, const VideoFacts& facts, VideoReaderOpt
 
 // Shape of the halves. Of videos, LR and TB mean squeezed halves, unless the shape says otherwise.
 // @param aspect width : height of a frame as displayed
-StereoHalves halvesOf(StereoLayout layout, const std::optional<SceneName>& name, double aspect) {
+StereoHalves shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& name,
+                           double aspect) {
     const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
     if (name && name->contents == SceneName::Contents::Eyes) {
         if (name->halves != StereoHalves::Automatic) return name->halves;
@@ -149,7 +150,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
         refuse("is a video for headsets by its name (" + name->tag + ")");
     const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
     const auto take = [&](StereoLayout layout, const std::string& evidence) {
-        found.eyes = StereoVideo{layout, halvesOf(layout, name, aspect)};
+        found.eyes = StereoVideo{layout, shapeOfHalves(layout, name, aspect)};
         found.evidence = evidence;
     };
     std::error_code error;
@@ -171,7 +172,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     if (!stated.empty()) refuse("holds both eyes by \"" + stated + "\"");
     const std::vector<cv::Mat>& frames = samples.frames;
     if (name && name->contents == SceneName::Contents::Eyes && isFile) {
-        const StereoVideo video{name->layout, halvesOf(name->layout, name, aspect)};
+        const StereoVideo video{name->layout, shapeOfHalves(name->layout, name, aspect)};
         const bool isPair = std::any_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
             return areEyes(frame, video, false);
         });
@@ -187,7 +188,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     }
     for (const auto& [half, words] : {std::pair(StereoLayout::LeftRight, "left and right half"),
                                       std::pair(StereoLayout::TopBottom, "upper and lower half")}) {
-        const StereoVideo video{half, halvesOf(half, std::nullopt, aspect)};
+        const StereoVideo video{half, shapeOfHalves(half, std::nullopt, aspect)};
         const bool doAllMatch =
             isUsual(half, aspect) && !frames.empty() &&
             std::all_of(frames.begin(), frames.end(),

@@ -87,9 +87,12 @@ with tempfile.TemporaryDirectory() as work:
     check([line["photos"] for line in lines] == [0, 1, 2, 2], f"photos are counted: {lines}")
     report, _ = run(1, "photo2native", "photos/c.jpg", "n.png")
     check(report["state"] == "failed" and report["pictures"][0]["code"] == "BadFormat", "one that fails")
+    os.mkdir("many")  # so that a run outlasts a delay of the signal
+    for number in range(60):
+        os.symlink(EXAMPLES / "sample.jpg", f"many/{number}.jpg")
     for end, status in [(signal.SIGINT, 130), (signal.SIGTERM, 143)]:
-        report, lines = run(status, "photo2native", "photos", "natives", stop=end)
-        check(report["state"] == "stopped" and len(report["pictures"]) < 3, f"stopped by {end}: {report}")
+        report, lines = run(status, "photo2native", "many", "natives", stop=end)
+        check(report["state"] == "stopped" and len(report["pictures"]) < 60, f"stopped by {end}: {report}")
 
     subprocess.run([TOOLS / "quilt2video", "-q", "2x4", "--seconds", "2", "--turns", "1", "--fps", "10",
                     "q_qs4x2a0.75.png", "clip.mp4"], check=True, capture_output=True)

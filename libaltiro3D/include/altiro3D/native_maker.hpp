@@ -70,7 +70,7 @@ class ALTIRO3D_EXPORT NativeRenderer {
 /// The size to which a photo is fitted, and so the detail that its Native keeps.
 enum class Detail {
     View, ///< px of a view of the quilt.
-    Lens, ///< All that the lenses show in one direction: about three px per lens period.
+    Lens, ///< All that the lenses show in one direction: three px per lens, up to 4K.
     Panel ///< px of the panel.
 };
 

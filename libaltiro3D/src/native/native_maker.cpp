@@ -17,10 +17,16 @@ namespace {
 // px per lens period that hold what LensFilter passes (docs/lab/views.md)
 constexpr double kPixelsPerLens = 3;
 
+// Half of an 8K panel. More, for the finest lenses of such panels, is worth .16 dB of 2.5.
+constexpr int kMostLensPixels = 3840 * 2160;
+
 cv::Size lensDetail(const LensGeometry& lens) {
     const int times =
         std::max(1, static_cast<int>(std::lround(lens.lensPeriodSubpixels / 3 / kPixelsPerLens)));
-    return {(lens.panelWidth + times - 1) / times, (lens.panelHeight + times - 1) / times};
+    const cv::Size panel(lens.panelWidth, lens.panelHeight);
+    const cv::Size size((panel.width + times - 1) / times, (panel.height + times - 1) / times);
+    if (times > 1 || size.area() <= kMostLensPixels) return size;
+    return {(panel.width + 1) / 2, (panel.height + 1) / 2};
 }
 
 } // namespace

@@ -201,6 +201,23 @@ TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
     }
 }
 
+TEST(NativeMaker, WorksOnTwoToThreePixelsPerLensAndNotOnAllOfAnEightK) {
+    Display display = portraitOf240Pixels();
+    const auto sizeAt = [&](cv::Size panel, double lensesPerInch) {
+        display.calibration.screenW = panel.width;
+        display.calibration.screenH = panel.height;
+        display.calibration.DPI = 280;
+        display.calibration.pitch = lensesPerInch;
+        NativeOptions options;
+        options.showAs(Detail::Lens);
+        return NativeMaker(display, options).workSize();
+    };
+    EXPECT_EQ(sizeAt({1536, 2048}, 45), cv::Size(768, 1024));
+    EXPECT_EQ(sizeAt({3840, 2160}, 75), cv::Size(3840, 2160));
+    EXPECT_EQ(sizeAt({7680, 4320}, 38), cv::Size(3840, 2160));
+    EXPECT_EQ(sizeAt({7680, 4320}, 75), cv::Size(3840, 2160)); // 33 million px otherwise
+}
+
 // Stripes of one px, which no lens shows, stand behind a near bar.
 TEST(NativeMaker, WhatIsHiddenIsFilteredAsWell) {
     const Display display = portraitOf240Pixels();

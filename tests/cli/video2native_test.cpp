@@ -756,6 +756,8 @@ TEST_F(Video2NativeTool, StandardInputAndDevicesAreRead) {
     studio.readInputFrom(studio / "clip.mkv");
     ASSERT_TRUE(isDone(studio.convert(kTool, "--depth depth.mp4 - piped.mp4")));
     EXPECT_EQ(frameCount(studio / "piped.mp4"), 30u);
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments("-c small.json --from-quilt - o.mp4")), 2,
+                      "as it is read only once; expected -q ROWSxCOLUMNS"));
     EXPECT_EQ(streamHash(studio / "piped.mp4", "a:1"), streamHash(studio / "clip.mp4", "a:1"));
     EXPECT_TRUE(
         fails(studio.convert(kTool, "--resume - o.mp4"), 2, "--resume reads the input again"));
@@ -1532,9 +1534,11 @@ TEST_F(Video2NativeFolder, WrongCallsSayWhatToDo) {
     const Outcome json = studio.make("--progress json in out");
     EXPECT_TRUE(isDone(json));
     std::set<std::string> inputs;
-    for (const std::string& line : lines(json.out))
-        inputs.insert(Json::parse(line).at("input").get<std::string>());
+    const std::vector<std::string> told = lines(json.out);
+    for (std::size_t i = 0; i + 1 < told.size(); ++i)
+        inputs.insert(Json::parse(told[i]).at("input").get<std::string>());
     EXPECT_EQ(inputs, (std::set<std::string>{"in/a.mov", "in/a.mp4"}));
+    EXPECT_EQ(Json::parse(told.back()), Json::parse(R"({"state": "done", "videos": 2})"));
 }
 
 // --- calls -----------------------------------------------------------------------------------

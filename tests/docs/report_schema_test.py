@@ -60,11 +60,12 @@ def run(status, *words, stop=None):
         check(not problem(line, "#/$defs/progress"), f"{name}: {line}: {problem(line, '#/$defs/progress')}")
     text = Path("r.json").read_text() if Path("r.json").exists() else "{}"
     report = json.loads(text)
-    check(not problem(report), f"{name}: {problem(report)}")
+    check(not report or not problem(report), f"{name}: {problem(report)}")
     check(not long_numbers(text + out), f"{name}: {long_numbers(text + out)}")
     ends = [line for line in lines if line["state"] not in ("running", "finishing")]
-    if "videos" not in report and lines:  # else a line ends each video
-        check([end["state"] for end in ends] == [report.get("state")], f"{name}: ends with {ends}")
+    if "videos" in report:  # a line ends each video as well
+        ends = [end for end in ends if "videos" in end]
+    check([end["state"] for end in ends] == [report.get("state", "failed")], f"{name}: ends with {ends}")
     return report, lines
 
 
@@ -106,6 +107,10 @@ with tempfile.TemporaryDirectory() as work:
     check(report["state"] == "failed" and "code" in report["videos"][0], f"a folder of videos: {report}")
     report, _ = run(1, "video2native", "clips/clip.mp4", "n.mp4", "--from", "1:00:00")
     check(report["code"] == "BadFormat", f"a video that fails: {report}")
+
+    for tool, name in [("photo2native", photo), ("video2native", "clips/clip.mp4")]:
+        report, lines = run(1, tool, "-c", "missing.json", name, "n.png" if tool == "photo2native" else "n.mp4")
+        check(not report and lines[0]["code"] == "NotFound", f"a run that does not begin: {lines}")
 
     # what is not described must be refused
     report, _ = run(0, "photo2native", "-d", photo, depth, "n.png")

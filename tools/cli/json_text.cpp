@@ -13,6 +13,8 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
+bool hasWrittenProgress = false;
+
 void roundNumbers(Json& value) {
     if (value.is_structured()) {
         for (Json& part : value)
@@ -51,7 +53,15 @@ bool wantsJsonProgress(const CommandLine& commandLine) {
 }
 
 void writeProgress(const Json& line) {
+    hasWrittenProgress = true;
     writeLine(stdout, jsonText(line));
+}
+
+void tellEarlyFailure(const CommandLine& commandLine, const std::exception& error) {
+    if (hasWrittenProgress || !commandLine.has("progress") || !wantsJsonProgress(commandLine))
+        return;
+    writeProgress(
+        {{"state", stateName(kExitFailed)}, {"error", sentenceOf(error)}, {"code", codeOf(error)}});
 }
 
 } // namespace altiro3D::tools

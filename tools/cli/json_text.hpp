@@ -19,5 +19,7 @@ void addProgressOption(CommandLine& commandLine);
 bool wantsJsonProgress(const CommandLine& commandLine);
 /// Writes a line of `--progress json` to standard output.
 void writeProgress(const nlohmann::ordered_json& line);
+/// Writes a line about a failure that came before all others, if `--progress json` is given.
+void tellEarlyFailure(const CommandLine& commandLine, const std::exception& error);
 
 } // namespace altiro3D::tools

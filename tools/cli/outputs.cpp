@@ -151,6 +151,12 @@ void Outputs::check() const {
                         "cannot be written: there is no directory " + directory.string());
         }
         const bool special = fs::exists(status) && !fs::is_regular_file(status);
+        const bool isNew = newDirectories.count(directory) > 0;
+        if (!special && !isNew && ::access(directory.c_str(), W_OK | X_OK) != 0) {
+            throw Error(ErrorCode::WriteFailed, output.string(),
+                        "cannot be written: " + std::generic_category().message(errno) +
+                            ", expected a directory in which you may write");
+        }
         if (!special && !places.insert(outputPlace).second) {
             throw UsageError(output.string() +
                              ": is written twice, expected a name for each output");
@@ -195,6 +201,8 @@ void requirePictureName(const fs::path& file, bool colours) {
 
 void requireVideoName(const fs::path& file) {
     if (!canWriteVideo(file)) {
+        if (isDirectory(file))
+            throw UsageError(file.string() + ": is a directory, expected the name of a video");
         throw UsageError(file.string() +
                          ": no video format has this extension, expected .mp4, .mov or "
                          ".mkv");

@@ -374,6 +374,7 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
         return kExitUsage;
     } catch (const std::exception& error) {
         messages.fail(sentenceOf(error));
+        tellEarlyFailure(commandLine, error);
         return kExitFailed;
     } catch (...) {
         messages.fail("unknown failure");

@@ -110,7 +110,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
             job.resume && isFileWithContents(plan.output) && !isVideoUnfinished(plan.output);
         files.push_back({plan.input, plan.output, isMade});
     }
-    FolderRun run("video", leftOut, messages);
+    FolderRun run("video", leftOut, messages, job.jsonProgress);
     Json reports = Json::array();
     std::string text; // of the report
     const auto make = [&](std::size_t i) {

@@ -229,7 +229,14 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     std::optional<RgbdLayout> rgbd;
     std::optional<FoundQuilt> found;
     if (!plan.fromQuilt) conversion.stereo = eyesOf(run, messages);
-    if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) found = searchFrames(plan, 64);
+    if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) {
+        if (!isFile(plan.input) && !run.display.map) {
+            throw UsageError(plan.inputName() +
+                             ": its quilts cannot be searched for their layout, as it is read only "
+                             "once; expected -q ROWSxCOLUMNS");
+        }
+        found = searchFrames(plan, 64);
+    }
     if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd && !conversion.stereo)
         refuseQuiltVideo(plan, messages);
     run.layout = plan.fromQuilt

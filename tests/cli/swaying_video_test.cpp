@@ -7,6 +7,7 @@
 #include "support/video.hpp"
 
 #include <cmath>
+#include <csignal>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
@@ -224,6 +225,18 @@ TEST(SwayingVideo, OfAQuiltSwingsThroughItsTiles) {
     expectViews(studio / "a.mp4", quiltViews(quilt, layout, fit));
     EXPECT_TRUE(isDone(studio.quilt("-q 2x3 --view-filter linear quilt.png b.mp4")));
     expectViews(studio / "b.mp4", quiltViews(quilt, layout, fit, ViewFilter::Linear));
+}
+
+TEST(SwayingVideo, OfAQuiltThatIsStoppedLeavesNothing) {
+    const VideoStudio studio;
+    const Outcome outcome = studio.run(
+        "quilt2video", "-q 2x3 --seconds 60 --turns 100 quilt.png sway.mp4", SIGINT, [&] {
+            return fs::exists(studio / "sway.mp4.part"); // while it is written
+        });
+    EXPECT_EQ(outcome.status, 130) << outcome.text();
+    EXPECT_TRUE(holds(outcome.err, "stopped; the output was not made"));
+    EXPECT_FALSE(fs::exists(studio / "sway.mp4.part"));
+    EXPECT_FALSE(fs::exists(studio / "sway.mp4"));
 }
 
 TEST(SwayingVideo, OfAQuiltKnowsItsLayoutAndShape) {

@@ -372,6 +372,11 @@ int runToolWithoutApplication(int argc, char** argv, CommandLine& commandLine,
     } catch (const UsageError& error) {
         messages.fail(sentenceOf(error));
         return kExitUsage;
+    } catch (const Stopped&) {
+        messages.dropWarnings();
+        messages.warn("stopped; the output was not made");
+        messages.flushWarnings();
+        return finish(messages, kExitStopped);
     } catch (const std::exception& error) {
         messages.fail(sentenceOf(error));
         tellEarlyFailure(commandLine, error);

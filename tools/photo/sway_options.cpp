@@ -96,6 +96,7 @@ void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayO
                    const SwayView& view) {
     Progress progress(static_cast<std::size_t>(framesPerTurn(options)) *
                       static_cast<std::size_t>(options.turns));
+    catchStop();
     const bool isMade = writeSway(file, size, options, view, [&](const VideoProgress&) {
         progress.step(file.filename().string());
         return !isStopWanted();

@@ -215,6 +215,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     NativeOptions& native = run.scene.native;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
+    plan.part.bothEyes = !plan.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
     refusePicture(plan, nullptr); // FFmpeg's error would not say so
     conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = conversion.reader->facts();

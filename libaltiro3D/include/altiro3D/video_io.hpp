@@ -83,7 +83,14 @@ struct VideoReaderOptions {
     /// The pictures are depth: numbers stay as they are stored, without regard to alpha and to the
     /// meaning of colours. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
     bool isDepth = false;
+    /// Of spatial video (MV-HEVC), deliver both eyes' pictures beside each other, the left one
+    /// first, as VideoFacts::eyes then says. Needs FFmpeg 7.1. Otherwise the left eye's alone are
+    /// delivered, and notes() says so.
+    bool bothEyes = false;
 };
+
+/// VideoFacts::eyes of spatial video that is read with VideoReaderOptions::bothEyes.
+constexpr const char* kSpatialVideo = "spatial video";
 
 /// Checks the options except `format` and `formatOptions`; the VideoReader constructor checks
 /// these.
@@ -134,7 +141,7 @@ struct VideoFacts {
     std::optional<std::int64_t> frameCount; ///< Frames in the whole file, as stated in it or
                                             ///< estimated from its duration; nothing if unknown.
     /// How each frame shows both eyes, as the container states it, or else the first frame that is
-    /// read: FFmpeg's name ("side by side"). Empty: nothing is stated.
+    /// read: FFmpeg's name ("side by side"), or kSpatialVideo. Empty: nothing is stated.
     std::string eyes;
     std::optional<StereoLayout> eyesLayout; ///< Of `eyes`; nothing for layouts that are not read.
     VideoColour colour;                     ///< How colours are stored.

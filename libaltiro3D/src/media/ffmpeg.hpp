@@ -50,6 +50,13 @@ int numberOf(const Enumeration& field) {
     return number;
 }
 
+/// Whether FFmpeg decodes both eyes' pictures of spatial video (7.1 and newer).
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(61, 19, 100)
+constexpr bool kDecodesBothEyes = true;
+#else
+constexpr bool kDecodesBothEyes = false;
+#endif
+
 /// Limit of times from files; a sum of three times within it does not overflow.
 constexpr std::int64_t kFarthestTime = std::numeric_limits<std::int64_t>::max() / 4;
 /// Whether a time is within the limit. False for AV_NOPTS_VALUE.

@@ -7,6 +7,9 @@
 #include <utility>
 
 extern "C" {
+#include <libavutil/imgutils.h>
+#include <libavutil/pixdesc.h>
+
 #include <libavfilter/buffersink.h>
 #include <libavfilter/buffersrc.h>
 }
@@ -73,6 +76,36 @@ bool areAlike(const AVFrame& a, const AVFrame& b) {
 void copyReference(const AVFrame& from, AVFrame& to) {
     av_frame_unref(&to);
     checkRoom(av_frame_ref(&to, &from));
+}
+
+// Whether a picture of spatial video is that of the right eye: by what the video states (a message
+// of HEVC), else the second layer's.
+bool isOfRightEye(const AVFrame& frame) {
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(61, 19, 100)
+    const AVFrameSideData* const side = av_frame_get_side_data(&frame, AV_FRAME_DATA_STEREO3D);
+    const int view =
+        side != nullptr ? numberOf(reinterpret_cast<const AVStereo3D*>(side->data)->view) : 0;
+    if (view == AV_STEREO3D_VIEW_LEFT || view == AV_STEREO3D_VIEW_RIGHT)
+        return view == AV_STEREO3D_VIEW_RIGHT;
+    const AVFrameSideData* const id = av_frame_get_side_data(&frame, AV_FRAME_DATA_VIEW_ID);
+    return id != nullptr && *reinterpret_cast<const int*>(id->data) != 0;
+#else
+    return frame.data[0] == nullptr; // it never comes to this
+#endif
+}
+
+// Copies a picture into one of twice its width.
+void copyHalf(const AVFrame& from, bool isRight, AVFrame& to) {
+    const auto format = static_cast<AVPixelFormat>(from.format);
+    const AVPixFmtDescriptor* const description = av_pix_fmt_desc_get(format);
+    for (int plane = 0; plane < av_pix_fmt_count_planes(format); ++plane) {
+        const bool isChroma = plane == 1 || plane == 2;
+        const int bytes = av_image_get_linesize(format, from.width, plane);
+        const int shift = isChroma ? description->log2_chroma_h : 0;
+        av_image_copy_plane(to.data[plane] + (isRight ? bytes : 0), to.linesize[plane],
+                            from.data[plane], from.linesize[plane], bytes,
+                            -(-from.height >> shift));
+    }
 }
 
 constexpr int kMaxInDisorder = 16; // frames; beyond this the times have jumped
@@ -183,6 +216,28 @@ bool Deinterlacer::take(DecodedFrame& decoded) {
     return true;
 }
 
+bool EyesJoiner::join(AVFrame& frame) {
+    const bool isEven = frame.width % 2 == 0; // as in all files that phones write
+    if (waiting_ && (waiting_->pts != frame.pts || !areAlike(*waiting_, frame) ||
+                     isOfRightEye(*waiting_) == isOfRightEye(frame) || !isEven)) {
+        ++lost_;
+        waiting_.reset();
+    }
+    if (!waiting_) {
+        waiting_ = newFrame();
+        av_frame_move_ref(waiting_.get(), &frame);
+        return false;
+    }
+    const FramePtr both = newFrame(frame.format, 2 * frame.width, frame.height);
+    copyHalf(*waiting_, isOfRightEye(*waiting_), *both);
+    copyHalf(frame, isOfRightEye(frame), *both);
+    checkRoom(av_frame_copy_props(both.get(), waiting_.get()));
+    waiting_.reset();
+    av_frame_unref(&frame);
+    av_frame_move_ref(&frame, both.get());
+    return true;
+}
+
 FrameTimes::FrameTimes(const VideoFacts& facts, AVRational unit, std::int64_t start,
                        VideoReadCounts& counts)
     : unit_(unit), start_(start), frameDuration_(nominalDuration(facts, unit)),
@@ -231,6 +286,7 @@ FrameDecoder::FrameDecoder(VideoInput& input, const VideoReaderOptions& options,
                            VideoPackets& packets, VideoReadCounts& counts)
     : decoder_(std::move(input.decoder)), packets_(packets),
       times_(input.facts, input.stream->time_base, input.startPts, counts), counts_(counts) {
+    if (input.joinsEyes) joiner_.emplace();
     if (options.deinterlace)
         deinterlacer_.emplace(input.stream->time_base, options.threads, input.subject);
 }
@@ -240,6 +296,7 @@ void FrameDecoder::restart() {
     corruptPts_.clear();
     sentEnd_ = false;
     times_.restart();
+    if (joiner_) joiner_->restart();
     if (deinterlacer_) deinterlacer_->restart();
 }
 
@@ -273,6 +330,11 @@ bool FrameDecoder::decodeNext(DecodedFrame& decoded) {
         if (result < 0 || isDamaged(frame)) {
             ++counts_.corrupt;
             continue;
+        }
+        if (joiner_) {
+            const bool isWhole = joiner_->join(frame);
+            counts_.corrupt += joiner_->takeLost();
+            if (!isWhole) continue;
         }
         interlaced_ = interlaced_ || isInterlaced(frame);
         decoded.pts = times_.next(frame);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 extern "C" {
 #include <libavfilter/avfilter.h>
@@ -59,6 +60,24 @@ class Deinterlacer {
     bool hasLast_ = false;
     bool skips_ = false; // the next frame of the graph was delivered before
     std::deque<DecodedFrame> ready_;
+};
+
+/// Joins both eyes' pictures of spatial video, which a decoder delivers one after the other with
+/// the same time.
+class EyesJoiner {
+  public:
+    /// Takes a picture; gives both beside each other, the left one first.
+    /// @param frame receives the result @return false if the other eye's picture is missing
+    /// @throws Error OutOfMemory
+    bool join(AVFrame& frame);
+    /// Pictures whose other eye is missing, since the last call.
+    int takeLost() { return std::exchange(lost_, 0); }
+    /// Forgets a picture that waits for the other one, for a seek.
+    void restart() { waiting_.reset(); }
+
+  private:
+    FramePtr waiting_;
+    int lost_ = 0;
 };
 
 /// Assigns rising times to the frames of a video, in the stream's unit: the times of the file, or
@@ -130,6 +149,7 @@ class FrameDecoder {
     FrameTimes times_;
     std::optional<Deinterlacer> deinterlacer_;
     DecodedFrame given_; // to the deinterlacer
+    std::optional<EyesJoiner> joiner_;
     VideoReadCounts& counts_;
     std::set<std::int64_t> corruptPts_; // times of packets that the container marks as damaged
     bool sentEnd_ = false;

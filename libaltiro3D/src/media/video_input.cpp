@@ -227,7 +227,9 @@ void openDecoder(VideoInput& input, int threads) {
     // Threads that decode one frame each hold a frame per thread back.
     if (isLive(input)) input.decoder->thread_type = FF_THREAD_SLICE;
     input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
-    const int result = avcodec_open2(input.decoder.get(), codec, nullptr);
+    Dictionary decoding;
+    if (input.joinsEyes) decoding.set("view_ids", "-1"); // all
+    const int result = avcodec_open2(input.decoder.get(), codec, decoding.address());
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, input.subject,
                     "has video of the codec " + name +
@@ -276,6 +278,11 @@ void fillFacts(VideoInput& input) {
     setEyes(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D), facts);
     const cv::Size stored(parameters.width, parameters.height);
     facts.size = isAcross ? cv::Size(stored.height, stored.width) : stored;
+    if (input.joinsEyes) {
+        facts.size.width *= 2;
+        facts.eyes = kSpatialVideo;
+        facts.eyesLayout = StereoLayout::LeftRight;
+    }
     const Fraction aspect =
         fraction(av_guess_sample_aspect_ratio(input.format.get(), input.stream, nullptr));
     if (aspect.isKnown()) {
@@ -410,28 +417,47 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
 
 namespace {
 
-// Whether an MP4 file says that a second layer of HEVC holds the other eye's picture (MV-HEVC, the
-// boxes "lhvC" and "vexu" of a sample entry). FFmpeg before 7.1 says nothing of it.
-bool isSpatial(const fs::path& path) {
+// What an MP4 file says of its streams: the beginning of the box "moov", which has the sample
+// entries. Empty: another format.
+std::string streamBoxes(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
-    constexpr std::uint64_t kMostBytes = 1 << 24; // of "moov", whose beginning has the entries
+    constexpr std::uint64_t kMostBytes = 1 << 24;
     std::uint64_t at = 0;
     for (int boxes = 0; boxes < 1000 && file.seekg(static_cast<std::streamoff>(at)); ++boxes) {
         std::string head(16, '\0');
-        if (!file.read(head.data(), static_cast<std::streamsize>(head.size()))) return false;
+        if (!file.read(head.data(), static_cast<std::streamsize>(head.size()))) break;
         const ByteReader reader(head, false);
         const std::uint64_t size = reader.u32(0) == 1 ? reader.u64(8) : reader.u32(0);
         if (head.compare(4, 4, "moov") == 0) {
             std::string contents(static_cast<std::size_t>(std::min(size, kMostBytes)), '\0');
             file.read(contents.data(), static_cast<std::streamsize>(contents.size()));
-            const std::size_t entry = contents.find("hvc1");
-            return entry != std::string::npos && contents.find("lhvC", entry) < entry + 4096 &&
-                   contents.find("vexu", entry) < entry + 4096;
+            return contents;
         }
-        if (size < 8 || size > UINT64_MAX / 2 - at) return false;
+        if (size < 8 || size > UINT64_MAX / 2 - at) break;
         at += size;
     }
-    return false;
+    return {};
+}
+
+// Whether a second layer of HEVC holds the other eye's picture (MV-HEVC, the boxes "lhvC" and
+// "vexu" of a sample entry). FFmpeg before 7.1 says nothing of it.
+bool isSpatial(const std::string& boxes) {
+    const std::size_t entry = boxes.find("hvc1");
+    return entry != std::string::npos && boxes.find("lhvC", entry) < entry + 4096 &&
+           boxes.find("vexu", entry) < entry + 4096;
+}
+
+// FFmpeg 7.1 writes the layout of both eyes into the box "st3d", and "vexu" without a layout; of
+// both it reads the latter alone.
+void readStereoBox(const std::string& boxes, VideoFacts& facts) {
+    const std::string start("\0\0\0\x0dst3d\0\0\0\0", 12);
+    const std::size_t at = boxes.find(start);
+    if (at == std::string::npos || at + start.size() >= boxes.size()) return;
+    AVStereo3D mark = {};
+    const int mode = boxes[at + start.size()];
+    if (mode != 1 && mode != 2) return; // one eye
+    mark.type = mode == 1 ? AV_STEREO3D_TOPBOTTOM : AV_STEREO3D_SIDEBYSIDE;
+    setEyes(&mark, facts);
 }
 
 } // namespace
@@ -440,13 +466,25 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     VideoInput input;
     openContainer(input, path, options);
     chooseStream(input);
+    const AVCodecParameters& parameters = *input.stream->codecpar;
+    const bool isMp4 = input.kind == VideoInput::Kind::File &&
+                       std::strncmp(input.format->iformat->name, "mov,", 4) == 0;
+    const std::string boxes = isMp4 ? streamBoxes(path) : std::string();
+    const bool hasEyes = parameters.codec_id == AV_CODEC_ID_HEVC && isSpatial(boxes);
+    // a turned picture would have to be joined the other way
+    const bool isTurned = sideData<std::int32_t>(*input.stream, AV_PKT_DATA_DISPLAYMATRIX,
+                                                 9 * sizeof(std::int32_t)) != nullptr;
+    input.joinsEyes = hasEyes && options.bothEyes && kDecodesBothEyes && !isTurned;
     openDecoder(input, options.threads);
     fillFacts(input);
+    if (input.facts.eyes.empty()) readStereoBox(boxes, input.facts);
     listContents(*input.format, input.facts);
-    if (input.kind == VideoInput::Kind::File && input.facts.codec == "hevc" && isSpatial(path)) {
+    if (hasEyes && !input.joinsEyes) {
         input.notes.push_back(
-            {NoteCode::LeftOut, input.subject + ": is a spatial video (MV-HEVC), of which the left "
-                                                "eye alone is read: it is taken as a flat video"});
+            {NoteCode::LeftOut, input.subject +
+                                    ": is a spatial video (MV-HEVC), of which the left "
+                                    "eye alone is read" +
+                                    (kDecodesBothEyes ? "" : "; FFmpeg 7.1 or newer reads both")});
     }
     return input;
 }

@@ -27,6 +27,7 @@ struct VideoInput {
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
+    bool joinsEyes = false; ///< the decoder delivers both eyes' pictures, to be joined
     VideoFacts facts;
     Notes notes;               ///< remarks on what cannot be read
     std::int64_t startPts = 0; ///< start of the file, in the stream's unit

@@ -1,6 +1,7 @@
 #include "altiro3D/video_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "media/frame_decoder.hpp"
 #include "media/video_input.hpp"
 #include "media/video_picture.hpp"
 #include "support/compare.hpp"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <fcntl.h>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -819,6 +821,50 @@ std::string withBoxesInEntry(std::string bytes, const std::string& boxes) {
     return bytes.insert(end, boxes);
 }
 
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(61, 19, 100)
+// A picture of one eye as FFmpeg's decoder delivers it.
+FramePtr eyePicture(int view, std::int64_t pts, int grey) {
+    FramePtr frame = newFrame(AV_PIX_FMT_YUV420P, 6, 4);
+    frame->pts = pts;
+    for (int plane = 0; plane < 3; ++plane) {
+        for (int y = 0; y < (plane == 0 ? 4 : 2); ++y)
+            std::memset(frame->data[plane] + y * frame->linesize[plane], grey + plane,
+                        plane == 0 ? 6 : 3);
+    }
+    AVFrameSideData* const side =
+        av_frame_new_side_data(frame.get(), AV_FRAME_DATA_VIEW_ID, sizeof view);
+    std::memcpy(side->data, &view, sizeof view);
+    return frame;
+}
+
+TEST(EyesJoiner, JoinsPicturesOfOneTimeAndLosesThoseWithoutTheOther) {
+    EyesJoiner joiner;
+    EXPECT_FALSE(joiner.join(*eyePicture(0, 0, 10)));
+    EXPECT_FALSE(joiner.join(*eyePicture(0, 1, 50))); // the right one of time 0 was damaged
+    EXPECT_EQ(joiner.takeLost(), 1);
+    const FramePtr frame = eyePicture(1, 1, 90);
+    ASSERT_TRUE(joiner.join(*frame));
+    EXPECT_EQ(joiner.takeLost(), 0);
+    EXPECT_EQ(frame->width, 12);
+    EXPECT_EQ(frame->height, 4);
+    EXPECT_EQ(frame->pts, 1);
+    for (int plane = 0; plane < 3; ++plane) {
+        const int width = plane == 0 ? 6 : 3;
+        for (int y = 0; y < (plane == 0 ? 4 : 2); ++y) {
+            for (int x = 0; x < 2 * width; ++x) {
+                EXPECT_EQ(frame->data[plane][y * frame->linesize[plane] + x],
+                          (x < width ? 50 : 90) + plane);
+            }
+        }
+    }
+    EXPECT_FALSE(joiner.join(*eyePicture(1, 2, 90))); // the right one may come first
+    const FramePtr last = eyePicture(0, 2, 50);
+    ASSERT_TRUE(joiner.join(*last));
+    EXPECT_EQ(last->data[0][0], 50);
+    EXPECT_EQ(last->data[0][6], 90);
+}
+#endif
+
 TEST_F(VideoReaderTest, SpatialVideosAreSaidToBeOfOneEye) {
     const fs::path flat = directory / "flat.mp4";
     ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=5:duration=0.4 -c:v libx265 -x265-params "
@@ -830,8 +876,13 @@ TEST_F(VideoReaderTest, SpatialVideosAreSaidToBeOfOneEye) {
         return textOf(reader.notes());
     };
     EXPECT_EQ(textOfNotes(flat), "");
-    const std::string layer("\0\0\0\x09lhvC\x01", 9);
-    const std::string eyes("\0\0\0\x08vexu", 8);
+    // beginnings of the second layer's parameter sets
+    const std::string layer("\0\0\0\x1elhvC\x01\xf0\0\xfc\xcb\x02"
+                            "\xa1\0\x01\0\x03\x42\x09\x0e\xa2\0\x01\0\x03\x44\x09\x48",
+                            30);
+    const std::string eyes("\0\0\0\x1dvexu\0\0\0\x15"
+                           "eyes\0\0\0\x0dstri\0\0\0\0\x03",
+                           29);
     spill(directory / "spatial.mp4", withBoxesInEntry(slurp(flat), layer + eyes));
     EXPECT_TRUE(contains(textOfNotes(directory / "spatial.mp4"), "spatial video (MV-HEVC)"));
     spill(directory / "other.mp4", withBoxesInEntry(slurp(flat), layer));

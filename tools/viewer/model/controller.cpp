@@ -271,7 +271,8 @@ void Controller::play() {
     };
     pictureWaits_ = false; // the player before has ended
     playSettings_.track = -1;
-    player_ = std::make_shared<VideoPlayer>(source.file, show, fail, playSettings_);
+    player_ =
+        std::make_shared<VideoPlayer>(source.file, show, fail, playSettings_, readingOf(source));
     player_->setPaused(!playing_);
 }
 

@@ -97,15 +97,21 @@ void addPair(Document& document, const StereoPair& pair) {
     }
 }
 
+// Whether a video is searched for both eyes' pictures.
+bool mayHoldEyes(const Source& video) {
+    return video.reading == Reading::Automatic && tools::isFile(video.file) &&
+           !depthSideOf(video) && !parseQuiltName(video.file);
+}
+
 // Both eyes' pictures in those of a video, by its reading or by what is found.
 FoundEyes videoEyes(const Source& source) {
     FoundEyes found;
     if (const auto layout = eyesOf(source.reading)) {
         found.eyes = StereoVideo{*layout, halvesOf(source.file)};
         found.evidence = "you have chosen it";
-    } else if (source.reading == Reading::Automatic && tools::isFile(source.file) &&
-               !depthSideOf(source) && !parseQuiltName(source.file)) {
-        found = findEyes(source.file, VideoReader(source.file).facts());
+    } else if (mayHoldEyes(source)) {
+        const VideoReaderOptions reading = readingOf(source);
+        found = findEyes(source.file, VideoReader(source.file, reading).facts(), reading);
     }
     return found;
 }
@@ -211,9 +217,15 @@ bool isVideoName(const fs::path& file) {
     return tools::isVideoFileName(file);
 }
 
-cv::Mat firstPicture(const fs::path& file) {
+VideoReaderOptions readingOf(const Source& video) {
+    VideoReaderOptions options;
+    options.bothEyes = eyesOf(video.reading).has_value() || mayHoldEyes(video);
+    return options;
+}
+
+cv::Mat firstPicture(const fs::path& file, const VideoReaderOptions& reading) {
     if (!isVideoName(file)) return readPhoto(file);
-    if (const auto first = VideoReader(file).next()) return first->picture;
+    if (const auto first = VideoReader(file, reading).next()) return first->picture;
     throw Error(ErrorCode::BadFormat, file.string(), "holds no pictures, expected a video");
 }
 
@@ -306,7 +318,7 @@ Document readDocument(const Source& source, const Display& display) {
     if (tools::isDirectory(source.file)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);
-        const cv::Mat first = firstPicture(source.file);
+        const cv::Mat first = firstPicture(source.file, readingOf(source));
         const FoundEyes found = videoEyes(source);
         Document document = documentOf(source, first, display, found.eyes);
         if (document.kind == Kind::Scene)

@@ -79,7 +79,9 @@ const std::vector<std::string>& pictureEndings();
 bool isVideoName(const std::filesystem::path& file);
 
 /// The picture of a file, or the first one of a video. @throws Error as readPhoto(), VideoReader
-cv::Mat firstPicture(const std::filesystem::path& file);
+cv::Mat firstPicture(const std::filesystem::path& file, const VideoReaderOptions& reading = {});
+/// How a video is read: spatial video with both eyes, unless it is read as a flat one.
+VideoReaderOptions readingOf(const Source& video);
 
 /// What a folder holds.
 struct FolderFiles {

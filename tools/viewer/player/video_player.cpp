@@ -24,9 +24,10 @@ constexpr double kFarthest = 1e8;    // s, that can be sought
 } // namespace
 
 VideoPlayer::VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
-                         std::function<void(const std::string&)> done, const PlaySettings& settings)
-    : file_(std::move(file)), show_(std::move(show)), done_(std::move(done)), settings_(settings),
-      thread_([this] { run(); }) {}
+                         std::function<void(const std::string&)> done, const PlaySettings& settings,
+                         const VideoReaderOptions& reading)
+    : file_(std::move(file)), reading_(reading), show_(std::move(show)), done_(std::move(done)),
+      settings_(settings), thread_([this] { run(); }) {}
 
 VideoPlayer::~VideoPlayer() {
     end();
@@ -160,7 +161,7 @@ void VideoPlayer::openSound(const VideoFacts& facts) {
 }
 
 bool VideoPlayer::playFrom(double from) {
-    VideoReaderOptions options;
+    VideoReaderOptions options = reading_;
     options.from = from;
     VideoReader reader(file_, options);
     const double unit = reader.facts().timeBase.value();

@@ -226,7 +226,7 @@ void SlidePresenter::begin(const Slide& slide) {
                 show_.endVideo();
             });
         },
-        playSettings_);
+        playSettings_, readingOf(slide.source));
     player_->setPaused(show_.isPaused());
 }
 

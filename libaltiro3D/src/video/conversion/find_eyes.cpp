@@ -161,6 +161,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     const auto& layout = facts.eyes.empty() ? samples.layout : facts.eyesLayout;
     if (layout) {
         take(*layout, "the file states it (" + stated + ")");
+        if (stated == kSpatialVideo) found.eyes->halves = StereoHalves::Full;
         return found;
     }
     if (stated == "frame alternate") { // the decoder gives those of one eye

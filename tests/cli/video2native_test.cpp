@@ -1589,6 +1589,10 @@ TEST_F(Video2NativeTool, WrongCallsSayWhatToDo) {
     for (const auto& [arguments, message] : failing)
         EXPECT_TRUE(fails(studio.convert(kTool, arguments), 1, message));
     EXPECT_EQ(everything(), before);
+    ffmpeg("-f lavfi -i testsrc2=size=2x2:rate=5:duration=0.4 -c:v ffv1 " +
+           arg(studio / "tiny.mkv"));
+    EXPECT_TRUE(fails(studio.run(kTool, "--stereo-out o_LRF.mkv tiny.mkv"), 1,
+                      "tiny.mkv: makes a video of 4 x 2 px, expected at least 16 px a side"));
     const Outcome compat = studio.make("o.mp4", "--compat");
     EXPECT_TRUE(warns(compat, "4:2:0"));
     EXPECT_EQ(ffprobe(studio / "o.mp4", "stream=pix_fmt", "-select_streams v"), "yuv420p\n");

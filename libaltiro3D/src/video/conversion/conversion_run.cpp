@@ -141,6 +141,12 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
     encoding.eyes.reset();
     if (isStereo) encoding.eyes = conversion.eyes.picture;
     encoding.size = size;
+    constexpr int kLeast = 16; // of VideoWriterOptions
+    if (std::min(size.width, size.height) < kLeast) {
+        throw Error(ErrorCode::Unsupported, nameOf(conversion.input),
+                    "makes a video of " + sizeText(size) + " px, expected at least " +
+                        std::to_string(kLeast) + " px a side");
+    }
     encoding.timeBase = facts.timeBase;
     encoding.frameRate = facts.averageRate;
     encoding.constantRate = facts.constantRate;

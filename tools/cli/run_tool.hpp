@@ -143,8 +143,7 @@ std::string oneLine(std::string text);
 class Progress {
   public:
     /// @param unit "photo": writes JSON lines that count photos, see `--progress json`; empty:
-    /// shows
-    ///        a line if there are several steps
+    ///        shows a line if there are several steps
     explicit Progress(std::size_t steps, std::string unit = {});
     ~Progress();
     Progress(const Progress&) = delete;

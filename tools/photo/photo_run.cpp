@@ -131,7 +131,7 @@ cv::Mat smallerPhoto(const cv::Mat& photo, int longerSide) {
     return smaller;
 }
 
-// What saveOthers() needs of a scene.
+// Whether saveOthers() needs the depth of a scene.
 bool needsDepth(const PhotoItem& item) {
     return !item.savedDepth.empty() || !item.photoWithDepth.empty() || !item.rgbd.empty();
 }

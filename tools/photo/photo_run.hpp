@@ -24,7 +24,8 @@ struct PhotoRun {
     cv::Mat native; ///< reused
     /// No other photo follows: its depth releases the network's memory.
     bool isForOnePhoto = false;
-    std::shared_ptr<const nlohmann::ordered_json> network; ///< Of the report, then.
+    std::shared_ptr<const nlohmann::ordered_json>
+        network; ///< Of the report, as release() frees it.
 };
 
 /// Chooses the source of depth and prepares the maker of Natives.

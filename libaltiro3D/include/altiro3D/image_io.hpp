@@ -53,8 +53,7 @@ class ALTIRO3D_EXPORT PhotoFile {
     /// The first bytes. Less is read than by look().
     /// @param count number of bytes
     /// @return at most `count` bytes; empty for a pipe that bytes() has not read and for a file
-    /// that
-    ///         cannot be read
+    ///         that cannot be read
     [[nodiscard]] std::string start(std::size_t count) const;
 
   private:

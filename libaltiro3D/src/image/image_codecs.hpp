@@ -38,14 +38,14 @@ std::vector<unsigned char> encodeJpeg(const cv::Mat& image);
 /// @throws cv::Exception
 std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& extension);
 
-/// Encodes a picture as a PNG file, on all threads. Any number of threads gives the same bytes.
+/// Encodes a picture as a PNG file (png_encode.cpp), on all threads. Any number of threads gives
+/// the same bytes.
 ///
 /// libpng takes 127 ms for a Native of the Portrait on one thread, of a run of 0.37 s. This takes
 /// 113 ms, which the threads share.
 ///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR], not empty
 /// @param text contents of a text chunk: keyword, a zero byte, text; empty = no chunk
-// in png_encode.cpp
 std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view text = {});
 
 /// Decodes a JPEG or PNG inside a file, as stored: neither turned nor in other colours.

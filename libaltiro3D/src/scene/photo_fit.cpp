@@ -302,7 +302,7 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    if (scene.edges == DepthEdges::Decided) {
+    if (scene.edges == DepthEdges::Decided) { // by the photo, in estimatePhoto()
         DepthFlaws mixed;
         mixed.mixedPixels = flaws.mixedPixels;
         return mixed;

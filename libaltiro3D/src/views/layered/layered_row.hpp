@@ -29,7 +29,7 @@ constexpr int kSubColumnBits = 8; ///< Positions between columns are multiples o
 
 // A place: 256 * column + 1/256 px. Columns are those of a plane, which holds the row, from
 // `stride` on the mirrored row, and from 2 * stride on the strips painted beside surfaces
-// (LayeredSurfaces::strips).
+// (LayeredRow::strips).
 constexpr std::int32_t kSeeEnds = INT32_MIN; ///< Place of a pixel that needs a search.
 constexpr std::size_t kBlockPixels = 32;     ///< Pixels that are searched if one of them needs it.
 
@@ -184,24 +184,19 @@ void layeredColumns(const LayeredTables& tables, std::vector<float>& scratch,
 
 constexpr double kWholeReach = 16384; ///< The largest shift in whole steps.
 
-/// Finds the pixels whose place a line gives. All arrays are padded (kRowPadding).
-///
-/// @param offsets, slopes, from, to LayeredLines of each of `count` pixels; from and to of the
-///        padding must not be negative
-/// @param columns places of their columns
-/// @param shifts of the pixels, in steps of kWholeReach, within the largest shift
-/// @param reachPixels largest shift, px
+/// Pixels of a row for layeredLines(). All arrays are padded (kRowPadding).
 struct LayeredLinePixels {
-    const std::int16_t* offsets = nullptr;
+    const std::int16_t* offsets = nullptr; ///< LayeredLines of each pixel, as the next three.
     const std::int16_t* slopes = nullptr;
-    const std::int16_t* from = nullptr;
-    const std::int16_t* to = nullptr;
-    const std::int32_t* columns = nullptr;
-    const std::int16_t* shifts = nullptr;
-    float reachPixels = 0;
+    const std::int16_t* from = nullptr;    ///< Not negative, in the padding as well.
+    const std::int16_t* to = nullptr;      ///< The same.
+    const std::int32_t* columns = nullptr; ///< Places of their columns.
+    const std::int16_t* shifts = nullptr;  ///< In steps of kWholeReach, within the largest shift.
+    float reachPixels = 0;                 ///< Largest shift, px.
     std::size_t count = 0;
 };
 
+/// Finds the pixels whose place a line gives.
 /// @param room result: places, open blocks and the shifts of their pixels
 /// @return whether any block is open
 bool layeredLines(const LayeredLinePixels& pixels, LayeredRoom& room);

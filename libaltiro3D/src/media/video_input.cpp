@@ -454,7 +454,7 @@ void readStereoBox(const std::string& boxes, VideoFacts& facts) {
     const std::size_t at = boxes.find(start);
     if (at == std::string::npos || at + start.size() >= boxes.size()) return;
     AVStereo3D mark = {};
-    const int mode = boxes[at + start.size()];
+    const auto mode = static_cast<unsigned char>(boxes[at + start.size()]);
     if (mode != 1 && mode != 2) return; // one eye
     mark.type = mode == 1 ? AV_STEREO3D_TOPBOTTOM : AV_STEREO3D_SIDEBYSIDE;
     setEyes(&mark, facts);

@@ -58,7 +58,7 @@ Views chooseViews(const SwayJob& job, const std::optional<ChosenDisplay>& displa
     QuiltRequest request = job.layout;
     request.quiltSize = picture.size();
     request.name = parseQuiltName(job.quilt);
-    const QuiltLayout usual = display ? display->quilt : QuiltLayout();
+    const QuiltLayout usual = display ? usualQuilt(*display, request) : QuiltLayout();
     std::string certainty;
     if (!request.name && !request.grid) {
         const FoundQuilt found = findQuiltLayout(picture);

@@ -268,10 +268,10 @@ QuiltLayout chooseQuilt(QuiltRequest request, const ChosenDisplay& display, Mess
                         const std::optional<FoundQuilt>& found) {
     if (quiltFile) request.name = parseQuiltName(*quiltFile);
     request.quiltSize = quiltSize;
+    const QuiltLayout usual = display.map ? display.quilt : usualQuilt(display, request);
     const bool stated = display.map && found && found->verdict != QuiltVerdict::Quilt; // by the map
-    if (found && !stated)
-        request.found = certainLayout(*found, *quiltFile, *quiltSize, display.quilt);
-    const ResolvedQuilt resolved = resolveLayout(request, display.quilt, display.aspect());
+    if (found && !stated) request.found = certainLayout(*found, *quiltFile, *quiltSize, usual);
+    const ResolvedQuilt resolved = resolveLayout(request, usual, display.aspect());
     QuiltLayout layout = resolved.layout;
     if (display.map) {
         const QuiltLayout& mapped = display.map->quilt();

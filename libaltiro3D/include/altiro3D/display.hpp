@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -150,14 +151,16 @@ struct ALTIRO3D_EXPORT LensGeometry {
 /// A display model and its maker's recommendations.
 struct DisplayModel {
     std::string name;           ///< "Looking Glass Portrait".
-    std::string serialPrefix;   ///< Prefix of its serial numbers, upper or lower case.
-    cv::Size panelSize;         ///< Panel in px.
-    double dpi = 0;             ///< Panel px per inch.
+    std::string serialPrefix;   ///< Prefix of its serial numbers, upper or lower case; or unknown.
+    cv::Size panelSize;         ///< Panel in px; empty if it is not known.
+    double dpi = 0;             ///< Panel px per inch; 0 if it is not known.
     double viewConeDegrees = 0; ///< Full horizontal view cone in degrees.
     QuiltLayout quilt;          ///< Default quilt.
+    std::optional<QuiltLayout> earlierQuilt; ///< Its default in the maker's older documents.
 };
 
-/// Finds the model of a display by its serial number, else by its panel.
+/// Finds the model of a display by its serial number, else by its panel. The table of models, with
+/// the source of each, is in display.cpp.
 /// @param calibration the display
 /// @return the model, which stays until the program ends; null if it is unknown
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
@@ -200,6 +203,14 @@ struct Display {
 /// @throws Error BadFormat as validate() (calibration)
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
+
+/// The display's quilt that a request means if it states no view size: its default, or its model's
+/// earlier one if the request has that one's columns and rows, or no layout but that one's size.
+/// @param display the display
+/// @param request what is known
+/// @return the layout, for resolveQuilt()
+[[nodiscard]] ALTIRO3D_EXPORT QuiltLayout usualQuilt(const Display& display,
+                                                     const QuiltRequest& request);
 
 /// Reads a display from its calibration.
 ///

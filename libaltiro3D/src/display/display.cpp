@@ -15,12 +15,25 @@ namespace fs = std::filesystem;
 namespace {
 
 // columns x rows in a quilt of the given size; the tile size is rounded down.
+QuiltLayout quiltOf(QuiltGrid grid, cv::Size quilt) {
+    const cv::Size tile(quilt.width / grid.columns, quilt.height / grid.rows);
+    return {grid.columns, grid.rows, tile, grid.columns * grid.rows};
+}
+
 DisplayModel model(const char* name, const char* prefix, cv::Size panel, double dpi, double cone,
                    QuiltGrid grid, cv::Size quilt) {
-    const cv::Size tile(quilt.width / grid.columns, quilt.height / grid.rows);
-    return {name, prefix, panel,
-            dpi,  cone,   {grid.columns, grid.rows, tile, grid.columns * grid.rows}};
+    return {name, prefix, panel, dpi, cone, quiltOf(grid, quilt), std::nullopt};
 }
+
+// Models that findDisplayModel() tells apart by more than the panel's size.
+constexpr const char* kSecond16 = "Looking Glass 16\" (2nd generation)";
+constexpr const char* kSecond32 = "Looking Glass 32\" (2nd generation)";
+constexpr const char* k16 = "Looking Glass 16\" landscape";
+constexpr const char* k27 = "Looking Glass 27\" landscape";
+constexpr const char* k27Portrait = "Looking Glass 27\" portrait";
+constexpr const char* k32 = "Looking Glass 32\" landscape";
+constexpr const char* k65 = "Looking Glass 65\"";
+constexpr const char* k65Portrait = "Looking Glass 65\" portrait";
 
 std::string upper(std::string text) {
     for (char& c : text)
@@ -28,45 +41,74 @@ std::string upper(std::string text) {
     return text;
 }
 
-// In the order in which their serial prefixes are tried.
-const std::vector<DisplayModel>& displayModels() {
-    static const std::vector<DisplayModel> kModels = {
+// In the order in which their serial prefixes are tried. Sources:
+//   T  the maker's LKG-Toolkit, templates of calibrations and quilts
+//   X  the maker's looking-glass-webxr
+//   V  Kitware's LookingGlassVTKModule, quilts
+//   B  Looking Glass Bridge: its templates of calibrations, as horinoh/LookingGlass lists them
+//   U  what Bridge reports of a unit, as quiltwright records it (LKG-J00332, LKG-E14851)
+std::vector<DisplayModel> makeDisplayModels() {
+    std::vector<DisplayModel> models = {
+        // T X
         model("Looking Glass 8.9\"", "LKG-2K", {2560, 1600}, 338, 40, {5, 9}, {4096, 4096}),
         model("Looking Glass 15.6\"", "LKG-4K", {3840, 2160}, 283, 40, {5, 9}, {4096, 4096}),
         model("Looking Glass 8K", "LKG-8K", {7680, 4320}, 280, 40, {5, 9}, {8192, 8192}),
         model("Looking Glass Portrait", "LKG-P", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
-        model("Looking Glass 16\" (2nd generation)", "LKG-A", {3840, 2160}, 283, 40, {5, 9},
-              {4096, 4096}),
-        model("Looking Glass 32\" (2nd generation)", "LKG-B", {7680, 4320}, 280, 40, {5, 9},
-              {8192, 8192}),
-        model("Looking Glass 65\"", "LKG-D", {7680, 4320}, 136, 40, {8, 9}, {8192, 8192}),
+        model(kSecond16, "LKG-A", {3840, 2160}, 283, 40, {5, 9}, {4096, 4096}),
+        model(kSecond32, "LKG-B", {7680, 4320}, 280, 40, {5, 9}, {8192, 8192}),
+        model(k65, "LKG-D", {7680, 4320}, 136, 40, {8, 9}, {8192, 8192}),
+        // T
         model("Looking Glass Prototype", "LKG-Q", {7680, 4320}, 136.6, 40, {5, 9}, {4096, 4096}),
+        // T X U
         model("Looking Glass Go", "LKG-E", {1440, 2560}, 491, 54, {11, 6}, {4092, 4092}),
+        // B; cone as Go, quilt as 15.6"
+        model("Looking Glass Go landscape", "LKG-G", {2560, 1440}, 491, 54, {5, 9}, {4096, 4096}),
+        // X; the quilt of T has another shape than the panel
         model("Looking Glass Kiosk", "LKG-F", {1536, 2048}, 324, 40, {8, 6}, {3360, 3360}),
+        // T X V
         model("Looking Glass 16\" portrait", "LKG-H", {2160, 3840}, 283, 50, {11, 6}, {5995, 6000}),
-        model("Looking Glass 16\" landscape", "LKG-J", {3840, 2160}, 283, 50, {7, 7}, {5999, 5999}),
+        // T X; quilt U, the earlier one T X V
+        model(k16, "LKG-J", {3840, 2160}, 283, 50, {8, 6}, {7680, 4320}),
+        // T X; V has 12 x 4 views in the same quilt
         model("Looking Glass 32\" portrait", "LKG-K", {4320, 7680}, 280, 54, {11, 6}, {8184, 8184}),
-        model("Looking Glass 32\" landscape", "LKG-L", {7680, 4320}, 280, 50, {7, 7}, {8190, 8190}),
+        // T X V
+        model(k32, "LKG-L", {7680, 4320}, 280, 50, {7, 7}, {8190, 8190}),
+        // quilt V; cone as 16" and Go; serial numbers and panel are not known
+        model(k27, "", {}, 0, 50, {8, 6}, {7680, 4320}),
+        model(k27Portrait, "", {}, 0, 54, {12, 4}, {7680, 4320}),
+        // B has its name only; panel as 65" turned, cone and quilt as 32" portrait
+        model(k65Portrait, "", {4320, 7680}, 136, 54, {11, 6}, {8184, 8184}),
     };
+    for (DisplayModel& m : models)
+        if (m.name == k16) m.earlierQuilt = quiltOf({7, 7}, {5999, 5999});
+    return models;
+}
+
+const std::vector<DisplayModel>& displayModels() {
+    static const std::vector<DisplayModel> kModels = makeDisplayModels();
     return kModels;
 }
 
-const DisplayModel* byPrefix(const std::string& prefix) {
+const DisplayModel* byName(const std::string& name) {
     for (const DisplayModel& m : displayModels()) {
-        if (m.serialPrefix == prefix) return &m;
+        if (m.name == name) return &m;
     }
     return nullptr;
 }
 
-// Some models share a panel; cone, cells and density distinguish them.
+// Some models share a panel; cone, cells, density and diagonal distinguish them.
 const DisplayModel* byPanel(const Calibration& c) {
     const bool third = std::abs(c.viewCone - 50) < 0.5 || !c.subpixelCells.empty();
     const cv::Size panel(c.screenW, c.screenH);
-    if (panel == cv::Size(3840, 2160)) return byPrefix(third ? "LKG-J" : "LKG-A");
+    const bool sparse = c.DPI < 200;
+    const double diagonalInches = std::hypot(c.screenW, c.screenH) / c.DPI;
+    if (std::abs(diagonalInches - 27) < 1) return byName(c.screenW < c.screenH ? k27Portrait : k27);
+    if (panel == cv::Size(3840, 2160)) return byName(third ? k16 : kSecond16);
     if (panel == cv::Size(7680, 4320)) {
-        if (third) return byPrefix("LKG-L");
-        return byPrefix(c.DPI < 200 ? "LKG-D" : "LKG-B");
+        if (third) return byName(k32);
+        return byName(sparse ? k65 : kSecond32);
     }
+    if (panel == cv::Size(4320, 7680) && sparse) return byName(k65Portrait);
     for (const DisplayModel& m : displayModels()) {
         if (m.panelSize == panel) return &m;
     }
@@ -78,7 +120,7 @@ const DisplayModel* byPanel(const Calibration& c) {
 const DisplayModel* findDisplayModel(const Calibration& calibration) {
     const std::string serial = upper(calibration.serial);
     for (const DisplayModel& m : displayModels()) {
-        if (startsWith(serial, m.serialPrefix)) return &m;
+        if (!m.serialPrefix.empty() && startsWith(serial, m.serialPrefix)) return &m;
     }
     return byPanel(calibration);
 }
@@ -97,10 +139,20 @@ QuiltLayout defaultQuilt(const Calibration& calibration) {
     return aspect < 1 ? QuiltLayout{8, 6, tile, kViews} : QuiltLayout{6, 8, tile, kViews};
 }
 
+QuiltLayout usualQuilt(const Display& display, const QuiltRequest& request) {
+    const DisplayModel* m = findDisplayModel(display.calibration);
+    if (m == nullptr || !m->earlierQuilt) return display.quilt;
+    const QuiltLayout& earlier = *m->earlierQuilt;
+    const bool isMeant = request.grid ? request.grid->columns == earlier.columns &&
+                                            request.grid->rows == earlier.rows
+                                      : request.quiltSize == earlier.size();
+    return isMeant ? earlier : display.quilt;
+}
+
 Notes calibrationWarnings(const Calibration& c) {
     Notes result;
     const DisplayModel* m = findDisplayModel(c);
-    if (m != nullptr && m->panelSize != cv::Size(c.screenW, c.screenH)) {
+    if (m != nullptr && !m->panelSize.empty() && m->panelSize != cv::Size(c.screenW, c.screenH)) {
         result.push_back({NoteCode::Doubtful, "serial number " + c.serial + " is that of a " +
                                                   m->name + " with " + sizeText(m->panelSize) +
                                                   " px, but the panel has " +

@@ -33,6 +33,7 @@ TEST(Display, SerialNumberTellsTheModel) {
     EXPECT_EQ(modelOf("LKG-APW92011"), "Looking Glass 16\" (2nd generation)");
     EXPECT_EQ(modelOf("LKG-J00133"), "Looking Glass 16\" landscape");
     EXPECT_EQ(modelOf("LKG-E05304"), "Looking Glass Go");
+    EXPECT_EQ(modelOf("LKG-G00001"), "Looking Glass Go landscape");
     EXPECT_EQ(modelOf("00112"), "");
 }
 
@@ -41,10 +42,20 @@ TEST(Display, PanelTellsTheDefaultQuiltWithoutASerialNumber) {
     const struct {
         Calibration calibration;
         int columns, rows, width, height;
-    } kTable[] = {{panel(1536, 2048), 8, 6, 420, 560},   {panel(2560, 1600), 5, 9, 819, 455},
-                  {panel(3840, 2160), 5, 9, 819, 455},   {panel(1440, 2560), 11, 6, 372, 682},
-                  {panel(2160, 3840), 11, 6, 545, 1000}, {panel(4320, 7680), 11, 6, 744, 1364},
-                  {panel(7680, 4320), 5, 9, 1638, 910},  {panel(7680, 4320, 136), 8, 9, 1024, 910}};
+    } kTable[] = {{panel(1536, 2048), 8, 6, 420, 560},
+                  {panel(2560, 1600), 5, 9, 819, 455},
+                  {panel(3840, 2160), 5, 9, 819, 455},
+                  {panel(1440, 2560), 11, 6, 372, 682},
+                  {panel(2160, 3840), 11, 6, 545, 1000},
+                  {panel(4320, 7680), 11, 6, 744, 1364},
+                  {panel(7680, 4320), 5, 9, 1638, 910},
+                  {panel(7680, 4320, 136), 8, 9, 1024, 910},
+                  {panel(2560, 1440), 5, 9, 819, 455},
+                  {panel(4320, 7680, 136), 11, 6, 744, 1364},
+                  // 27" has no panel size: by its diagonal
+                  {panel(3840, 2160, 163), 8, 6, 960, 720},
+                  {panel(5120, 2880, 218), 8, 6, 960, 720},
+                  {panel(2160, 3840, 163), 12, 4, 640, 1080}};
     for (const auto& row : kTable) {
         const QuiltLayout quilt = defaultQuilt(row.calibration);
         EXPECT_EQ(quilt.columns, row.columns);
@@ -54,10 +65,35 @@ TEST(Display, PanelTellsTheDefaultQuiltWithoutASerialNumber) {
     }
     Calibration third = panel(3840, 2160);
     third.viewCone = 50;
-    EXPECT_EQ(defaultQuilt(third).tileSize, cv::Size(857, 857));
+    EXPECT_EQ(defaultQuilt(third).tileSize, cv::Size(960, 720));
     third.viewCone = 0;
     third.subpixelCells.resize(1);
-    EXPECT_EQ(defaultQuilt(third).columns, 7);
+    EXPECT_EQ(defaultQuilt(third).columns, 8);
+    EXPECT_EQ(findDisplayModel(panel(3840, 2160, 163))->name, "Looking Glass 27\" landscape");
+    EXPECT_EQ(findDisplayModel(panel(4320, 7680, 136))->name, "Looking Glass 65\" portrait");
+    EXPECT_TRUE(calibrationWarnings(panel(5120, 2880, 218)).empty());
+}
+
+// 7 x 7 views of 857 px, of documents before the maker's software had 8 x 6.
+TEST(Display, TheEarlierQuiltOfThe16InchIsMeantByItsGridOrItsSize) {
+    Calibration c = panel(3840, 2160, 283);
+    c.serial = "LKG-J00001";
+    const Display display = displayOf(c);
+    const QuiltLayout earlier{7, 7, {857, 857}, 49};
+    EXPECT_EQ(display.quilt.size(), cv::Size(7680, 4320));
+    EXPECT_EQ(usualQuilt(display, {}), display.quilt);
+    QuiltRequest request;
+    request.grid = QuiltGrid{7, 7};
+    EXPECT_EQ(usualQuilt(display, request), earlier);
+    EXPECT_EQ(resolveQuilt(request, usualQuilt(display, request), 16.0 / 9).layout, earlier);
+    request.grid = QuiltGrid{6, 7};
+    EXPECT_EQ(usualQuilt(display, request), display.quilt);
+    request.quiltSize = cv::Size(5999, 5999);
+    EXPECT_EQ(usualQuilt(display, request), display.quilt); // the grid was asked for
+    request.grid.reset();
+    EXPECT_EQ(usualQuilt(display, request), earlier);
+    c.serial = "LKG-L00001";
+    EXPECT_EQ(usualQuilt(displayOf(c), request), defaultQuilt(c));
 }
 
 TEST(Display, UnknownPanelsGetAQuiltOfTheirShape) {

@@ -50,7 +50,10 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
     if (size == display.panelSize() && (!lossy || stem.find("native") != std::string::npos))
         return Reading::Native;
     found = findQuiltLayout(eightBit(picture));
-    return tools::isQuiltPicture(*found, size, display.quilt) ? Reading::Quilt : Reading::Photo;
+    QuiltRequest request;
+    request.quiltSize = size;
+    return tools::isQuiltPicture(*found, size, usualQuilt(display, request)) ? Reading::Quilt
+                                                                             : Reading::Photo;
 }
 
 // The side or layout of a reading from `first` to `last`, which are in the order of `Half`.
@@ -284,7 +287,8 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
             if (found->verdict == QuiltVerdict::Quilt)
                 request.found = QuiltGrid{found->layout.columns, found->layout.rows};
         }
-        const ResolvedQuilt resolved = resolveQuilt(request, display.quilt, display.aspect());
+        const ResolvedQuilt resolved =
+            resolveQuilt(request, usualQuilt(display, request), display.aspect());
         document.kind = Kind::Quilt;
         document.layout = resolved.layout;
         if (request.found) document.certainty = found->confidence;

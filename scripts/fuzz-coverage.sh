@@ -21,6 +21,7 @@ cmake --build "$build" >/dev/null
 # functions that are not ('-': none)
 readers="
 calibration     calibration      .                                     -
+usb_memory      usb_memory       .                                     -
 native_lut      native_lut       readAt|checkHeader|crcOf|4load        -
 quilt           quilt            .                                     -
 picture_header  image_format     .                                     -

@@ -94,22 +94,58 @@ struct TableJob {
     bool replace = false;
     bool info = false;
     bool json = false;
+    std::filesystem::path usb; // with --read-usb: the file to write
 };
 
 TableJob tableJob(const CommandLine& commandLine) {
     TableJob job;
+    job.display.serial = commandLine.value("serial").value_or("");
+    job.replace = commandLine.has("y");
+    if (commandLine.has("read-usb")) {
+        commandLine.exclude("read-usb", {"info", "json", "m", "q", "r", "invert"});
+        if (commandLine.files().size() != 1) commandLine.failNames("one file to write", 1);
+        job.usb = commandLine.files().front();
+        return job;
+    }
     job.json = commandLine.has("json");
     job.info = commandLine.has("info") || job.json;
     const bool isNamed = !job.info || !commandLine.files().empty(); // else it is found
     if (isNamed && commandLine.files().size() != 1)
         commandLine.failNames("one calibration (the table's name goes with -m)", 1);
     if (isNamed) job.display.calibration = commandLine.files().front();
-    job.display.serial = commandLine.value("serial").value_or("");
     job.display.invert = invertOption(commandLine);
     job.layout = quiltRequest(commandLine);
     job.table = commandLine.value("m").value_or("");
-    job.replace = commandLine.has("y");
     return job;
+}
+
+// Writes the calibration in the memory of a display, all of which is read.
+int saveUsbCalibration(const TableJob& job, Messages& messages) {
+    Outputs outputs(job.replace);
+    outputs.addOutputs({job.usb});
+    outputs.check();
+    const std::vector<UsbDisplay> displays = findUsbDisplays();
+    const std::string& wanted = job.display.serial;
+    std::vector<std::string> found;
+    for (const UsbDisplay& display : displays) {
+        const std::string json = readUsbCalibration(display);
+        const std::string serial = parseCalibrations(json, display.device.string()).front().serial;
+        found.push_back(serial + " (" + display.device.string() + ")");
+        const bool isMeant =
+            wanted.empty() ? displays.size() == 1 : lowerCase(serial) == lowerCase(wanted);
+        if (!isMeant) continue;
+        writeFile(job.usb, json);
+        messages.say(job.usb.string() + ": calibration of " + found.back());
+        return kExitDone;
+    }
+    if (!found.empty()) {
+        throw Error(ErrorCode::NotFound, "--serial",
+                    (wanted.empty() ? "is missing" : "is " + wanted) + ", expected one of " +
+                        joined(found));
+    }
+    throw Error(ErrorCode::NotFound, "USB",
+                "no display was found, expected a connected one of the first generation (8.9\", "
+                "15.6\", 8K)");
 }
 
 int makeTable(const TableJob& job, Messages& messages) {
@@ -158,25 +194,32 @@ int main(int argc, char** argv) {
                             "every sub-pixel of the panel, the quilt pixel that it shows.");
     commandLine.addUsage("[-m OUT.map] [-q RxC] [-r HxW] visual.json");
     commandLine.addUsage("--info [--json] [visual.json]");
+    commandLine.addUsage("--read-usb OUT.json");
     commandLine.addSection("Output");
     commandLine.add({"m", "map"}, "Table to write (default: SERIAL-RxC.map).", "OUT.map");
     commandLine.add({"y"}, "Replace the output if it exists.");
     commandLine.add({"info"}, "Show what the calibration means; writes a table only with -m.");
     commandLine.add({"json"}, "As --info, for programs.");
+    commandLine.addAdvanced({"read-usb"},
+                            "Save the calibration that a connected display of the first "
+                            "generation (8.9\", 15.6\", 8K) holds in its memory (Linux).");
     commandLine.addSection("Display and quilt");
     addQuiltOptions(commandLine);
-    commandLine.add({"serial"}, "Choose among several calibrations in the file.", "NAME");
+    commandLine.add({"serial"},
+                    "Choose among several calibrations in the file, or several displays.", "NAME");
     addInvertOption(commandLine);
     commandLine.addExample("--info visual.json", "Show what the calibration means.");
     commandLine.addExample("-m portrait.map visual.json",
                            "Write the map for the usual quilt of the display.");
     commandLine.addExample("-q 6x8 -r 560x420 -m portrait-6x8.map visual.json",
                            "Write it for 6 rows of 8 views of 420 x 560 px.");
+    commandLine.addExample("--read-usb visual.json", "Save the calibration of an 8.9\" display.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "
                         "where none is named.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
-        return makeTable(tableJob(given), messages);
+        const TableJob job = tableJob(given);
+        return job.usb.empty() ? makeTable(job, messages) : saveUsbCalibration(job, messages);
     });
 }

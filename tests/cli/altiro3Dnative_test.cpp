@@ -144,6 +144,16 @@ TEST_F(Altiro3DNative, SerialChoosesAmongSeveral) {
     EXPECT_TRUE(fails(run("both.json --serial THREE"), 1, "THREE"));
 }
 
+TEST_F(Altiro3DNative, ReadUsbTakesOneNameAndNoOptionsOfTables) {
+    EXPECT_TRUE(fails(run("--read-usb"), 2, "one file to write"));
+    EXPECT_TRUE(fails(run("--read-usb a.json b.json"), 2, "one file to write"));
+    EXPECT_TRUE(fails(run("--read-usb --info a.json"), 2, "exclude each other"));
+    EXPECT_TRUE(fails(run("--read-usb small.json"), 1, "small.json"));
+    if (!findUsbDisplays().empty()) GTEST_SKIP() << "a display is connected here";
+    EXPECT_TRUE(fails(run("--read-usb a.json"), 1, "USB"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.json"));
+}
+
 TEST_F(Altiro3DNative, WarnsOfTheSwappedReading) {
     EXPECT_TRUE(warns(run("--info small.json -q 6x8 -r 30x40"), "swapped reading"));
 }

@@ -144,7 +144,7 @@ TEST_F(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarne
     writeCalibration(studio_ / "visual.json");
     const Outcome other = run({});
     EXPECT_TRUE(warns(other, "visual.json: is used, but a display with another calibration is "
-                             "mounted: LKG-T1 (/media/LKG-T1/LKG_calibration/visual.json)"));
+                             "connected: LKG-T1 (/media/LKG-T1/LKG_calibration/visual.json)"));
     EXPECT_TRUE(holds(other.out, "serial TEST-1, panel 96 x 128 px, from visual.json\n"));
     EXPECT_TRUE(isDone(run("small.json"))); // which was asked for
     studio_.set("LKG_CALIBRATION", "small.json");
@@ -153,6 +153,32 @@ TEST_F(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarne
     fs::copy_file(studio_ / "media/LKG-T1/LKG_calibration/visual.json", studio_ / "visual.json",
                   fs::copy_options::overwrite_existing);
     EXPECT_TRUE(isDone(run({}))); // a copy of the display's own
+}
+
+// A display that the system lists, but whose device is missing.
+TEST_F(DisplayChoice, AUsbDisplayThatCannotBeReadIsAnErrorWithoutAVolume) {
+    if (studio_.run("/usr/bin/unshare", "-rm true").status != 0)
+        GTEST_SKIP() << "needs unshare(1) and user namespaces";
+    if (!fs::exists("/sys/class/hidraw")) GTEST_SKIP() << "the system lists no hidraw devices";
+    if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
+    fs::create_directories(studio_ / "list/hidraw77/device");
+    spill(studio_ / "list/hidraw77/device/uevent",
+          "HID_ID=0003:000004D8:0000EF7E\nHID_NAME=Looking Glass HoloPlay\n");
+    fs::create_directories(studio_ / "media/LKG-T1/LKG_calibration");
+    writeCalibration(studio_ / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50, "T1");
+    const auto run = [&](const std::string& mounts, const std::string& arguments) {
+        Outcome outcome = studio_.run(
+            "/usr/bin/unshare", {"-rm", "sh", "-c",
+                                 "mount --bind list /sys/class/hidraw && " + mounts + "exec '" +
+                                     toolPath("altiro3Dnative").string() + "' " + arguments});
+        outcome.tool = "altiro3Dnative";
+        return outcome;
+    };
+    EXPECT_TRUE(fails(run("", "--info"), 1, "/dev/hidraw77"));
+    EXPECT_TRUE(fails(run("", "--read-usb a.json"), 1, "/dev/hidraw77"));
+    const Outcome mounted = run("mount --bind media /media && ", "--info -q 2x3 -r 40x30");
+    EXPECT_TRUE(isDone(mounted));
+    EXPECT_TRUE(holds(mounted.out, "serial T1"));
 }
 
 TEST_F(DisplayChoice, AnUnusableVariableIsAnError) {

@@ -13,7 +13,7 @@ prefix=$work/prefix
 cmake --install "$build" --prefix "$prefix" >/dev/null
 calibration=$prefix/share/altiro3D/calibration/portrait-sample.json
 for file in "$calibration" "$prefix/share/altiro3D/models/catalog.json" "$prefix/bin/photo2native" \
-    "$prefix/include/altiro3D/altiro3D.hpp" "$prefix/share/man/man1/photo2native.1" \
+    "$prefix/lib/udev/rules.d/70-altiro3D.rules" "$prefix/include/altiro3D/altiro3D.hpp" "$prefix/share/man/man1/photo2native.1" \
     "$prefix/share/bash-completion/completions/photo2native" \
     "$prefix/share/zsh/site-functions/_photo2native" "$prefix/share/doc/altiro3D/README.md" \
     "$prefix/share/doc/altiro3D/docs/guide.md"; do

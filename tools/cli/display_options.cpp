@@ -22,7 +22,7 @@ std::optional<MountedCalibration> mountedVolume(const std::string& serial,
         const auto named = [&](const MountedCalibration& volume) {
             if (lowerCase(volume.volume) == lowerCase(serial)) return true;
             try {
-                return lowerCase(readCalibration(volume.file).serial) == lowerCase(serial);
+                return lowerCase(readCalibration(volume).serial) == lowerCase(serial);
             } catch (const Error&) {
                 return false;
             }
@@ -34,22 +34,46 @@ std::optional<MountedCalibration> mountedVolume(const std::string& serial,
         }
         throw Error(
             ErrorCode::NotFound, "--serial",
-            "no mounted display is " + serial + ", expected " +
+            "no connected display is " + serial + ", expected " +
                 (list.empty() ? "a display's volume to be mounted" : "one of " + joined(list)));
     }
     if (volumes.empty()) return std::nullopt;
     if (volumes.size() == 1) return volumes.front();
     if (search.firstWillDo) {
-        messages.warn("several displays are mounted: the calibration of " + volumes.front().volume +
-                      " is used");
+        messages.warn("several displays are connected: the calibration of " +
+                      volumes.front().volume + " is used");
         return volumes.front();
     }
     std::vector<std::string> list;
     for (const MountedCalibration& volume : volumes)
         list.push_back(volume.volume + " (" + volume.file.string() + ")");
     throw Error(ErrorCode::InvalidArgument, "calibration",
-                "several displays are mounted: " + joined(list) +
+                "several displays are connected: " + joined(list) +
                     "; expected --serial to choose one");
+}
+
+// The calibration in a display's memory, as a file in the cache.
+MountedCalibration usbCalibration(const UsbDisplay& display) {
+    MountedCalibration found{display.device, "USB display"};
+    try {
+        const fs::path directory = cacheDirectory();
+        if (directory.empty())
+            throw Error(ErrorCode::NotFound, "$HOME", "is not set, expected the user's directory");
+        const fs::path file = directory / ("usb-" + display.id + ".json");
+        const std::string cached = isFile(file) ? readFile(file, 1 << 20) : std::string();
+        const std::string json = readUsbCalibration(display, cached);
+        if (json != cached) {
+            std::error_code ignored;
+            fs::create_directories(directory, ignored);
+            writeFile(file, json);
+        }
+        const std::string serial = parseCalibrations(json, file.string()).front().serial;
+        if (!serial.empty()) found.volume = serial;
+        found.file = file;
+    } catch (const Error& problem) {
+        found.problem = problem;
+    }
+    return found;
 }
 
 // Instead of options, for people who look at a window.
@@ -71,7 +95,7 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
     std::string others;
     for (const MountedCalibration& volume : search.find()) {
         try {
-            const Calibration mounted = readCalibration(volume.file);
+            const Calibration mounted = readCalibration(volume);
             if (fingerprint(mounted) == fingerprint(display.calibration)) return;
         } catch (const Error&) {
             continue; // nothing to compare with
@@ -79,9 +103,10 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
         others += (others.empty() ? "" : ", ") + volume.volume + " (" + volume.file.string() + ")";
     }
     if (others.empty()) return;
-    messages.warn(
-        display.source + ": is used, but a display with another calibration is mounted: " + others +
-        "; to use that one, " + (search.isWindow ? kChooseInMenu : "give its file with -c"));
+    messages.warn(display.source +
+                  ": is used, but a display with another calibration is connected: " + others +
+                  "; to use that one, " +
+                  (search.isWindow ? kChooseInMenu : "give its file with -c"));
 }
 
 // One calibration of a file.
@@ -135,7 +160,7 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
     }
     if (const auto volume = mountedVolume(options.serial, volumes, messages)) {
         // the volume is chosen already: its file's serial may be cut short
-        return displayIn(readCalibration(volume->file), volume->file);
+        return displayIn(readCalibration(*volume), volume->file);
     }
     const fs::path sample = sampleCalibration();
     ChosenDisplay display = displayIn(readCalibration(sample), sample);
@@ -200,6 +225,15 @@ NativeLut readMap(const fs::path& file) {
 
 } // namespace
 
+std::vector<MountedCalibration> withUsbDisplays(std::vector<MountedCalibration> volumes) {
+    const bool hasVolumes = !volumes.empty();
+    for (const UsbDisplay& display : findUsbDisplays()) {
+        MountedCalibration found = usbCalibration(display);
+        if (!found.problem || !hasVolumes) volumes.push_back(std::move(found));
+    }
+    return volumes;
+}
+
 void addInvertOption(CommandLine& commandLine) {
     commandLine.addAdvanced(
         {"invert"},
@@ -233,7 +267,7 @@ void addDisplayOptions(CommandLine& commandLine) {
                             "FILE.map");
     commandLine.add({"c", "calibration"},
                     "Calibration of the display. Without -m and -c: $LKG_CALIBRATION, "
-                    "./visual.json, a display's own volume if it is mounted, else a sample.",
+                    "./visual.json, a connected display's own volume or memory, else a sample.",
                     "visual.json");
     commandLine.addAdvanced(
         {"serial"}, "Choose among several displays by serial number or volume name.", "NAME");
@@ -243,13 +277,15 @@ void addDisplayOptions(CommandLine& commandLine) {
     using Chapter = CommandLine::Chapter;
     commandLine.addTerm(Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
-                        "LKG_calibration/visual.json.");
+                        "LKG_calibration/visual.json; altiro3Dnative --read-usb saves that of the "
+                        "first generation.");
     commandLine.addTerm(Chapter::Files,
                         std::string("PREFIX/share/altiro3D/calibration/") + kSampleName,
                         "The sample calibration, of a Portrait. PREFIX is where the tools are "
                         "installed, such as /usr.");
     commandLine.addTerm(Chapter::Files, "~/.cache/altiro3D/",
-                        "Look-up tables and measurements of earlier runs. It may be deleted.");
+                        "Look-up tables, calibrations of USB displays and measurements of earlier "
+                        "runs. It may be deleted.");
     commandLine.addTerm(Chapter::Environment, "LKG_CALIBRATION",
                         "Calibration that is used without -m and -c: a file, or a display's "
                         "volume.");

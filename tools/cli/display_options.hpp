@@ -34,11 +34,16 @@ InvertViews invertOption(const CommandLine& commandLine);
 /// @throws UsageError
 DisplayOptions displayOptions(const CommandLine& commandLine);
 
+/// Adds the connected displays of the first generation, whose calibrations are kept in the user's
+/// cache. One that cannot be read has its problem; it is left out if there are volumes, as these
+/// displays have none.
+std::vector<MountedCalibration> withUsbDisplays(std::vector<MountedCalibration> volumes);
+
 /// How findDisplay() searches mounted volumes.
 struct VolumeSearch {
-    /// Finds the volumes.
+    /// Finds the volumes and the displays without any.
     std::function<std::vector<MountedCalibration>()> find = [] {
-        return findMountedCalibrations();
+        return withUsbDisplays(findMountedCalibrations());
     };
     /// If several volumes are found and `--serial` is not given: true takes the first one with a
     /// warning, because the user can choose another one later; false is an error.

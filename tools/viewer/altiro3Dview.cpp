@@ -3,7 +3,6 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/qt/display_search.hpp"
 #include "cli/display_options.hpp"
 #include "cli/quilt_options.hpp"
 #include "cli/run_tool.hpp"
@@ -72,8 +71,7 @@ int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& la
     requireDesktop();
     // also volumes that are mounted elsewhere; of several the first will do, as the window can
     // choose
-    ChosenDisplay display =
-        findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true, true});
+    ChosenDisplay display = findDisplay(job.display, messages, {calibrations, true, true});
     if (display.isMapOnly) throw UsageError("a map is not enough, expected the calibration -c");
     display.quilt = chooseQuilt(layout, display, messages);
     QApplication application(argc, argv);
@@ -136,10 +134,7 @@ int main(int argc, char** argv) {
     addDisplayOptions(commandLine);
     commandLine.addNote("A photo and its depth image, a.jpg and a-depth.png, are opened as one. "
                         "FILE may be a folder: views of one scene are opened as a quilt, other "
-                        "files each on its own. "
-                        "Displays of the first generation (8.9\", 15.6\", 8K) keep their "
-                        "calibration in the memory of their USB controller, which is not read: "
-                        "save it as visual.json with the maker's software and give it with -c.");
+                        "files each on its own.");
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addExample("holiday.jpg", "Open a photo.");
     commandLine.addExample("-d holiday.jpg painted.png", "Open a photo with its depth.");

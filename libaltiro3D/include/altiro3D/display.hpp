@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/quilt.hpp"
 
@@ -156,7 +157,7 @@ struct DisplayModel {
     double dpi = 0;             ///< Panel px per inch; 0 if it is not known.
     double viewConeDegrees = 0; ///< Full horizontal view cone in degrees.
     QuiltLayout quilt;          ///< Default quilt.
-    std::optional<QuiltLayout> earlierQuilt; ///< Its default in the maker's older documents.
+    std::optional<QuiltLayout> earlierQuilt = {}; ///< Its default in the maker's older documents.
 };
 
 /// Finds the model of a display by its serial number, else by its panel. The table of models, with
@@ -221,11 +222,18 @@ struct Display {
 [[nodiscard]] ALTIRO3D_EXPORT Display readDisplay(const std::filesystem::path& calibrationFile,
                                                   const std::string& serial = {});
 
-/// A calibration found on a display's own volume.
+/// A calibration found on a display's own volume, or in its USB memory.
 struct MountedCalibration {
-    std::filesystem::path file; ///< Its visual.json.
-    std::string volume;         ///< Name of the volume ("LKG-P00655").
+    std::filesystem::path file;        ///< Its visual.json; with a problem the device.
+    std::string volume;                ///< Name of the volume ("LKG-P00655"), or the serial number.
+    std::optional<Error> problem = {}; ///< Why a USB memory could not be read.
 };
+
+/// Reads the calibration that was found.
+/// @param found from findMountedCalibrations() or of a USB memory
+/// @return the calibration; it is valid
+/// @throws Error as readCalibration() of the file; the problem, if there is one
+[[nodiscard]] ALTIRO3D_EXPORT Calibration readCalibration(const MountedCalibration& found);
 
 /// Finds mounted volumes of displays: `LKG*/LKG_calibration/visual.json` (upper or lower case) in
 /// `media`, `run/media`, `mnt` and `Volumes` and in their subdirectories, such as `media/<user>`.
@@ -234,5 +242,29 @@ struct MountedCalibration {
 /// @return sorted by path; unreadable directories are skipped
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<MountedCalibration>
 findMountedCalibrations(const std::filesystem::path& fileSystemRoot = "/");
+
+/// A display of the first generation (8.9", 15.6", 8K), connected by USB.
+struct UsbDisplay {
+    std::filesystem::path device; ///< "/dev/hidraw3".
+    std::string id;               ///< Of the unit and where it is connected, 16 hexadecimal digits.
+};
+
+/// Finds displays of the first generation; only Linux is asked.
+/// @param fileSystemRoot "/" except in tests
+/// @return sorted by device; usually empty
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<UsbDisplay>
+findUsbDisplays(const std::filesystem::path& fileSystemRoot = "/");
+
+/// Reads the calibration in the memory of a display of the first generation. A display that does
+/// not answer costs 2 s.
+///
+/// @param display from findUsbDisplays()
+/// @param cached what an earlier call returned: only the memory's first 64 bytes are read and, if
+///        they are those of `cached`, it is returned
+/// @return JSON of parseCalibrations(), at most 4096 bytes
+/// @throws Error ReadFailed (no permission, no answer), BadFormat (an empty memory, damaged JSON),
+///         TooLarge, Unsupported (a Portrait, which has a volume)
+[[nodiscard]] ALTIRO3D_EXPORT std::string readUsbCalibration(const UsbDisplay& display,
+                                                             const std::string& cached = {});
 
 } // namespace altiro3D

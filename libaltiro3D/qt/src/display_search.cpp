@@ -70,7 +70,7 @@ FoundDisplay displayOfVolume(const MountedCalibration& volume) {
     display.name = volume.volume;
     display.calibrationFile = volume.file;
     try {
-        display.calibration = readCalibration(volume.file);
+        display.calibration = readCalibration(volume);
     } catch (const Error& error) {
         display.problems.emplace_back(error.what());
     }
@@ -167,9 +167,8 @@ std::vector<FoundDisplay> findDisplays(const std::vector<ScreenFacts>& screens,
         display.screen = s;
         display.name = lightFieldName(screens[s]);
         display.problems.emplace_back(
-            "its calibration was not found: mount the display's own volume, or give its "
-            "visual.json; displays of the first generation (8.9\", 15.6\", 8K) keep it in a USB "
-            "memory that is not read here: save it as visual.json with the maker's software");
+            "its calibration was not found: mount the display's own volume (first generation: "
+            "connect its USB cable), or give its visual.json");
         displays.push_back(std::move(display));
     }
     for (FoundDisplay& display : displays) {

@@ -22,7 +22,7 @@ QuiltLayout quiltOf(QuiltGrid grid, cv::Size quilt) {
 
 DisplayModel model(const char* name, const char* prefix, cv::Size panel, double dpi, double cone,
                    QuiltGrid grid, cv::Size quilt) {
-    return {name, prefix, panel, dpi, cone, quiltOf(grid, quilt), std::nullopt};
+    return {name, prefix, panel, dpi, cone, quiltOf(grid, quilt)};
 }
 
 // Models that findDisplayModel() tells apart by more than the panel's size.
@@ -189,6 +189,11 @@ Display readDisplay(const fs::path& calibrationFile, const std::string& serial) 
                         (all.front().serial.empty() ? "a display in it" : all.front().serial));
     }
     return displayOf(*chosen, calibrationFile.string());
+}
+
+Calibration readCalibration(const MountedCalibration& found) {
+    if (found.problem) throw Error(*found.problem);
+    return readCalibration(found.file);
 }
 
 std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {

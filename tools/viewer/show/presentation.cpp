@@ -62,7 +62,7 @@ std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenF
 std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>& screens,
                          cv::Size native, tools::Messages& messages) {
     if (!job.screen.empty()) return namedScreen(job.screen, screens);
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
     std::optional<std::size_t> chosen;
     if (const std::string& serial = job.display.serial; !serial.empty()) {
         for (std::size_t i = 0; i < displays.size(); ++i) {
@@ -187,8 +187,8 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
     const QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C");                // Qt takes the user's
     QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
-    const tools::ChosenDisplay found = tools::findDisplay(
-        job.display, messages, {[] { return qt::findVolumes(); }, true}, tools::DisplayUse::None);
+    const tools::ChosenDisplay found =
+        tools::findDisplay(job.display, messages, {calibrations, true}, tools::DisplayUse::None);
     QScreen& screen =
         screenFor(job, found.files.empty() ? "calibration" : found.files.front().string(),
                   found.isSample ? cv::Size() : found.panelSize(), !found.isSample, messages);
@@ -315,7 +315,7 @@ int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messag
     const QApplication application(argc, argv);
     std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's
     const tools::ChosenDisplay display =
-        tools::findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true});
+        tools::findDisplay(job.display, messages, {calibrations, true});
     if (display.isMapOnly)
         throw tools::UsageError("a map is not enough, expected the calibration -c");
     const cv::Mat native = makeTestPicture(display);
@@ -337,6 +337,10 @@ std::vector<qt::ScreenFacts> screenFacts() {
     return facts;
 }
 
+std::vector<MountedCalibration> calibrations() {
+    return tools::withUsbDisplays(qt::findVolumes());
+}
+
 int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
     std::unique_ptr<QGuiApplication> application;
     if (hasDesktop())
@@ -345,7 +349,7 @@ int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
         messages.warn("no desktop was found: screens are not known");
     const std::vector<qt::ScreenFacts> screens =
         application ? screenFacts() : std::vector<qt::ScreenFacts>();
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
     if (json) {
         messages.print(
             jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));

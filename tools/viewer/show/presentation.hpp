@@ -41,6 +41,9 @@ void requireDesktop();
 /// The screens of the application, in its order.
 std::vector<qt::ScreenFacts> screenFacts();
 
+/// The calibrations of volumes, wherever they are mounted, and of USB memories.
+std::vector<MountedCalibration> calibrations();
+
 /// Prints the displays, screens and volumes found, for people or (JSON) for programs.
 int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages);
 

@@ -307,7 +307,7 @@ std::optional<std::size_t> MainWindow::chosenScreen(const std::vector<qt::Screen
 
 QScreen* MainWindow::displayScreen() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
     const Display& own = controller_.display();
     std::optional<std::size_t> screen = chosenScreen(screens);
     const qt::FoundDisplay* display = nullptr; // on that screen
@@ -442,7 +442,7 @@ void MainWindow::endWelcome() {
 
 void MainWindow::tellDisplays() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, qt::findVolumes());
+    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
     QString text;
     for (const qt::FoundDisplay& display : displays) {
         text += "<p><b>" + QString::fromStdString(display.name).toHtmlEscaped() + "</b>";

@@ -4,6 +4,8 @@
 #include "cli/outputs.hpp"
 #include "cli/quilt_options.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -17,6 +19,21 @@ std::string number(double value, int digits = 12) {
     text.precision(digits);
     text << value;
     return text.str();
+}
+
+// The views that one lens shows, px by px from the middle of the panel.
+std::string lensText(const LensGeometry& g, int views) {
+    constexpr double kMostPixels = 16;
+    const int y = g.panelHeight / 2;
+    const int first = g.panelWidth / 2;
+    const int count = static_cast<int>(std::ceil(std::min(g.lensPeriodSubpixels / 3, kMostPixels)));
+    std::string text;
+    for (int x = first; x < std::min(first + count, g.panelWidth); ++x) {
+        if (x > first) text += " |";
+        for (int colour = 0; colour < 3; ++colour)
+            text += ' ' + std::to_string(LensGeometry::viewOfPhase(g.phase(x, y, colour), views));
+    }
+    return text;
 }
 
 void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
@@ -37,6 +54,8 @@ void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
                  std::string(g.inverted ? "reversed under each lens" : "as it is"));
     messages.say("views per px  " + number(layout.viewCount / lensColumns, 6) + " with " +
                  std::to_string(layout.viewCount) + " views");
+    messages.say("one lens     " + lensText(g, layout.viewCount) +
+                 "  (views of red, green, blue; px by px in the panel's middle)");
     messages.say("default quilt " + defaultQuilt(c).text());
     messages.say("fingerprint   " + fingerprintText(fingerprint(c)));
 }
@@ -161,6 +180,10 @@ int makeTable(const TableJob& job, Messages& messages) {
         if (job.json) {
             printJson(calibration, geometry, layout, messages);
         } else {
+            if (!calibration.missing.empty()) {
+                messages.warn(display.source + ": lacks " + joined(calibration.missing) +
+                              ", as of old firmware; the usual values are taken");
+            }
             printInfo(calibration, geometry, layout, messages);
         }
         if (job.table.empty()) return kExitDone;

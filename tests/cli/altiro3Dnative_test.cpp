@@ -2,6 +2,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
+#include "support/reference.hpp"
 #include "support/texts.hpp"
 
 #include <cstring>
@@ -87,6 +88,38 @@ TEST_F(Altiro3DNative, InfoTellsWhatTheCalibrationMeansAndWritesNothing) {
     }
     for (const auto& entry : fs::directory_iterator(studio_.work()))
         EXPECT_NE(entry.path().extension(), ".map");
+}
+
+// By the formula of docs/mathematics.md, written once more in the tests.
+TEST_F(Altiro3DNative, InfoDrawsOneLens) {
+    const Calibration c = readCalibration(studio_ / "small.json");
+    std::string drawn = "one lens     ";
+    for (int x = 48; x < 48 + 7; ++x) { // 18.7 sub-pixels
+        if (x > 48) drawn += " |";
+        for (int colour = 0; colour < 3; ++colour)
+            drawn += ' ' + std::to_string(referenceView(c, true, 6, x, 64, colour));
+    }
+    EXPECT_TRUE(says(run("--info small.json -q 2x3"), drawn + "  (views of red"));
+}
+
+TEST_F(Altiro3DNative, InfoWarnsOfAFileOfAnotherUnitAndOfOldFirmware) {
+    const fs::path folder = studio_ / "LKG-P00655/LKG_calibration";
+    fs::create_directories(folder);
+    const std::string file = (folder / "visual.json").string();
+    for (const char* serial : {"LKG-PORT-00655", "LKG-P00655", "LKG-PORT-", ""}) {
+        writeCalibration(file, {96, 128}, 52.58, serial);
+        EXPECT_FALSE(holds(run({"--info", "-q", "2x3", file}).err, "another unit's")) << serial;
+    }
+    writeCalibration(file, {96, 128}, 52.58, "X-00656");
+    EXPECT_TRUE(warns(run({"--info", "-q", "2x3", file}),
+                      "visual.json: is of X-00656, but lies on the volume LKG-P00655"));
+    EXPECT_TRUE(isDone(run({"-q", "2x3", "-r", "40x30", file}))); // tables are made without a word
+    std::string text = slurp(studio_ / "small.json");
+    const std::string field = R"("invView": {"value": 1}, )";
+    text.erase(text.find(field), field.size());
+    spill(studio_ / "old.json", text);
+    EXPECT_TRUE(
+        warns(run("--info old.json -q 2x3"), "old.json: lacks invView, as of old firmware"));
 }
 
 TEST_F(Altiro3DNative, JsonStandsAloneAndAgreesWithTheLibrary) {

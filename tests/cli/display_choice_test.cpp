@@ -146,7 +146,7 @@ TEST_F(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarne
     EXPECT_TRUE(warns(other, "visual.json: is used, but a display with another calibration is "
                              "connected: LKG-T1 (/media/LKG-T1/LKG_calibration/visual.json)"));
     EXPECT_TRUE(holds(other.out, "serial TEST-1, panel 96 x 128 px, from visual.json\n"));
-    EXPECT_TRUE(isDone(run("small.json"))); // which was asked for
+    EXPECT_TRUE(warns(run("small.json"), "small.json: is used, but a display with another"));
     studio_.set("LKG_CALIBRATION", "small.json");
     EXPECT_TRUE(warns(run({}), "small.json ($LKG_CALIBRATION): is used, but"));
     studio_.set("LKG_CALIBRATION", std::nullopt);

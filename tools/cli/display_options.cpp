@@ -109,6 +109,21 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
                   (search.isWindow ? kChooseInMenu : "give its file with -c"));
 }
 
+// Warns if the number of a file's serial is not that of the volume that holds it: "655" of
+// LKG-P00655 and LKG-PORT-00655.
+void warnOfAnotherUnit(const fs::path& file, const std::string& serial, Messages& messages) {
+    const std::string volume = fs::absolute(file).parent_path().parent_path().filename().string();
+    const auto number = [](const std::string& name) {
+        return name.substr(name.find_last_not_of("0123456789") + 1);
+    };
+    if (lowerCase(volume).rfind("lkg", 0) != 0 || number(volume).empty() ||
+        number(serial).empty() || number(volume) == number(serial)) {
+        return;
+    }
+    messages.warn(file.string() + ": is of " + serial + ", but lies on the volume " + volume +
+                  ": it may be another unit's");
+}
+
 // One calibration of a file.
 Calibration readChosenCalibration(const fs::path& file, const std::string& serial, bool isWindow,
                                   Messages& messages) {
@@ -313,6 +328,10 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
     ChosenDisplay display;
     if (options.map.empty()) {
         display = chooseCalibration(options, volumes, messages);
+        if (use == DisplayUse::Describe && !display.isSample) {
+            if (!options.calibration.empty()) warnOfAnotherMounted(display, volumes, messages);
+            warnOfAnotherUnit(display.files.front(), display.calibration.serial, messages);
+        }
         tellDisplay(display, use, volumes.isWindow, messages);
         return display;
     }

@@ -38,6 +38,7 @@ struct Calibration {
     double flipSubp = 0;       ///< The panel is BGR instead of RGB if >= 0.5.
     int CellPatternMode = 0;   ///< How the cells repeat over the panel, 0..4.
     std::vector<SubpixelCell> subpixelCells; ///< Empty on classic RGB stripe panels; at most 16.
+    std::vector<std::string> missing;        ///< Of viewCone and invView, what the file lacks.
 };
 
 /// Largest panel side in px.
@@ -175,8 +176,8 @@ struct DisplayModel {
 [[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
 /// Remarks about a calibration that is valid but unusual: the serial number and the panel belong to
-/// different models, fringe correction is set, which altiro3D ignores, a flag is set that no known
-/// unit sets.
+/// different models, sub-pixel cells are missing that the model has, fringe correction is set,
+/// which altiro3D ignores, a flag is set that no known unit sets.
 ///
 /// @param calibration the display
 /// @return one sentence each, for people; usually empty

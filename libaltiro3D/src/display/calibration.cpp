@@ -183,6 +183,8 @@ Calibration readFields(const Json& object, const std::string& source) {
         reader.find("CellPatternMode") != nullptr ? "CellPatternMode" : "cellPatternMode";
     c.CellPatternMode = reader.readInteger(pattern, kExpectedPattern, c.CellPatternMode);
     c.subpixelCells = readCells(reader, source);
+    for (const char* field : {"viewCone", "invView"})
+        if (reader.find(field) == nullptr) c.missing.emplace_back(field);
     validate(c, source);
     return c;
 }

@@ -158,6 +158,13 @@ Notes calibrationWarnings(const Calibration& c) {
                                                   " px, but the panel has " +
                                                   pairText(c.screenW, c.screenH) + " px"});
     }
+    if (m != nullptr && (m->serialPrefix == "LKG-H" || m->serialPrefix == "LKG-J") &&
+        c.subpixelCells.empty()) {
+        result.push_back(
+            {NoteCode::Doubtful, "a " + m->name +
+                                     " has sub-pixel cells, but the file has none, as of old "
+                                     "firmware: most sub-pixels will show a wrong view"});
+    }
     if (c.fringe != 0)
         result.push_back({NoteCode::AsItIs, "fringe is not 0; this correction is not applied"});
     if (c.flipImageX >= 0.5 || c.flipImageY >= 0.5) {

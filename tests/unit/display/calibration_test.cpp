@@ -45,6 +45,10 @@ TEST(Calibration, MissingOptionalFieldsTakeTheirDefaults) {
     EXPECT_EQ(c.flipSubp, 0);
     EXPECT_EQ(c.CellPatternMode, 0);
     EXPECT_TRUE(c.subpixelCells.empty());
+    EXPECT_EQ(c.missing, (std::vector<std::string>{"viewCone", "invView"}));
+    std::string text = kPortrait;
+    text.insert(1, R"("viewCone":40,)");
+    EXPECT_EQ(parseCalibration(text, "a").missing, std::vector<std::string>{"invView"});
 }
 
 TEST(Calibration, ByteOrderMarkContainersAndTextInTextAreUnderstood) {

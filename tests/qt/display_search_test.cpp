@@ -149,6 +149,8 @@ TEST(DisplaySearch, ReportsDesktopSettingsThatChangePixels) {
     EXPECT_TRUE(holds(one(screen("", {2048, 1536})), "rotation"));
     EXPECT_TRUE(
         holds(one(screen("", {1920, 1080})), "1920 x 1080 px, but the panel has 1536 x 2048"));
+    for (const cv::Size shown : {cv::Size(3072, 4096), cv::Size(1152, 1536), cv::Size(1921, 2560)})
+        EXPECT_TRUE(holds(one(screen("", shown)), "the scale of the main screen counts for all"));
     Mounts mounts;
     mounts.add("LKG-P00655", "LKG-P00655", kPortrait);
     const auto found = mounts.find({screen("LKG-P00655", {1920, 1080}, 2)});

@@ -78,5 +78,25 @@ TEST(NativeWidget, FillsExactlyTheScreenItIsShownOnUntilEscape) {
     }
 }
 
+// Another screen must not be covered; a screen is a display again when it is plugged in again.
+TEST(NativeWidget, GoesAndComesWithItsScreen) {
+    QScreen& screen = *QGuiApplication::primaryScreen();
+    qt::NativeWidget widget;
+    const QSignalSpy left(&widget, &qt::NativeWidget::left);
+    emit qGuiApp->screenAdded(&screen);
+    EXPECT_FALSE(widget.isVisible()); // it was shown nowhere
+    widget.showOn(screen);
+    emit qGuiApp->screenRemoved(&screen);
+    EXPECT_FALSE(widget.isVisible());
+    emit qGuiApp->screenAdded(&screen);
+    EXPECT_TRUE(widget.isVisible());
+    EXPECT_EQ(widget.geometry(), screen.geometry());
+    EXPECT_EQ(left.count(), 0);
+    widget.close(); // by the window manager
+    EXPECT_EQ(left.count(), 1);
+    emit qGuiApp->screenAdded(&screen);
+    EXPECT_FALSE(widget.isVisible());
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/slow.hpp"
 #include "support/texts.hpp"
+#include "viewer/show/presentation.hpp"
 #include "viewer/show/slide_presenter.hpp"
 #include "viewer/show/slide_show.hpp"
 #include "viewer_scenes.hpp"
@@ -100,10 +101,35 @@ std::shared_ptr<const Display> smallDisplay() {
     return std::make_shared<const Display>(sampleDisplay({96, 128}));
 }
 
+// 98 px are 78 or 79 of a desktop at 125 %, and those times 1.25 are 98 or 99.
+TEST(SlideMaker, TakesNativesOfTheSizeThatAScaledDesktopRounds) {
+    const TemporaryDirectory folder;
+    writeImage(folder / "a.png", cv::Mat(128, 98, CV_8UC3, cv::Scalar::all(9)), ImageMark::Native);
+    qt::ScreenFacts screen;
+    screen.size = {99, 128};
+    const Source source{folder / "a.png", {}, {}};
+    EXPECT_TRUE(holds(SlideMaker(nullptr, screen).make(source).problem, "98 x 128 px"));
+    screen.scale = 1.25;
+    EXPECT_EQ(SlideMaker(nullptr, screen).make(source).problem, "");
+}
+
+TEST(Screens, AWindowLeavesTheDisplayIfThereIsAnotherScreen) {
+    const auto on = [](std::size_t screen) {
+        qt::FoundDisplay display;
+        display.screen = screen;
+        return display;
+    };
+    EXPECT_EQ(screenBeside({on(0), on(1), {}}, 1, 3), 2U);
+    EXPECT_EQ(screenBeside({on(2)}, 2, 3), 0U);
+    EXPECT_FALSE(screenBeside({on(2)}, 0, 3)); // it is beside already
+    EXPECT_FALSE(screenBeside({on(0), on(1)}, 0, 2));
+    EXPECT_FALSE(screenBeside({}, 0, 1));
+}
+
 TEST(SlideMaker, MakesNativesOfFlatVideos) {
     const TemporaryDirectory folder;
     writeGreys(folder / "flat.mkv", {60, 80}, 3);
-    const Slide slide = SlideMaker(smallDisplay(), {96, 128}).make({folder / "flat.mkv", {}, {}});
+    const Slide slide = SlideMaker(smallDisplay(), {}).make({folder / "flat.mkv", {}, {}});
     ASSERT_EQ(slide.problem, "");
     ASSERT_TRUE(slide.isVideo());
     EXPECT_EQ(slide.native.size(), cv::Size(96, 128));
@@ -141,7 +167,7 @@ TEST(SlidePresenter, GoesThroughAMixedFolderByItsKeys) {
     settings.fade = 0.1;
     settings.loops = true;
     std::vector<std::string> told;
-    SlidePresenter presenter(settings, ShowFiles({folder / "in"}), display, display->panelSize(),
+    SlidePresenter presenter(settings, ShowFiles({folder / "in"}), display, {},
                              [&](const std::string& why) { told.push_back(why); });
     presenter.start(*QGuiApplication::primaryScreen());
     auto& widget = const_cast<qt::NativeWidget&>(presenter.widget()); // the keys go there

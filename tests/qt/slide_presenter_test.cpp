@@ -37,7 +37,7 @@ class SlidePresenterTest : public ::testing::Test {
     }
     void begin(const std::vector<fs::path>& names) {
         presenter_ = std::make_unique<SlidePresenter>(
-            settings_, ShowFiles(names), display_, size_,
+            settings_, ShowFiles(names), display_, qt::factsOf(screen()),
             [this](const std::string& why) { problems_.push_back(why); });
         presenter_->start(screen());
     }

@@ -180,9 +180,9 @@ TEST_F(ViewerVideoBar, AShowIsInStepAndHasItsKeys) {
     {
         SlideShow::Settings settings;
         settings.loops = true;
-        SlidePresenter presenter(settings, ShowFiles({file}),
-                                 std::make_shared<const Display>(sampleDisplay(size)), size,
-                                 [](const std::string& why) { ADD_FAILURE() << why; });
+        SlidePresenter presenter(
+            settings, ShowFiles({file}), std::make_shared<const Display>(sampleDisplay(size)),
+            qt::factsOf(screen), [](const std::string& why) { ADD_FAILURE() << why; });
         presenter.start(screen);
         QTimer look;
         QObject::connect(&look, &QTimer::timeout, &look, [&] {

@@ -12,6 +12,7 @@
 #include "viewer/window/window_words.hpp"
 
 #include <QApplication>
+#include <QScreen>
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
@@ -65,6 +66,17 @@ QString nameOf(const ChosenDisplay& display) {
     return QString::fromStdString(serial.empty() ? name : name + ", " + serial);
 }
 
+// Moves a window from the display, where it cannot be read, to another screen.
+void leaveDisplay(QWidget& window) {
+    const QList<QScreen*> all = QGuiApplication::screens();
+    const int own = all.indexOf(window.screen());
+    if (own < 0 || all.size() < 2) return;
+    const auto displays = qt::findDisplays(screenFacts(), calibrations());
+    if (const auto other = screenBeside(displays, static_cast<std::size_t>(own),
+                                        static_cast<std::size_t>(all.size())))
+        window.move(all[static_cast<int>(*other)]->availableGeometry().topLeft());
+}
+
 // @param job files to open @param isPair a photo and its depth image
 int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& layout, bool isPair,
               Messages& messages) {
@@ -83,6 +95,7 @@ int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& la
     messages.dropWarnings(); // the window shows them
     window.controller().setPlaySettings(job.play);
     if (messages.verbose()) detailSilence(messages);
+    leaveDisplay(window);
     window.show();
     const std::vector<std::filesystem::path>& files = job.files;
     if (files.empty()) window.welcome(nameOf(display));

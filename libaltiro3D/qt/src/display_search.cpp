@@ -48,14 +48,6 @@ bool isScaled(const ScreenFacts& screen) {
     return std::abs(screen.scale - 1) > 1e-3;
 }
 
-// The desktop reports sizes in whole desktop px, so the size of a scaled screen is off by up to one
-// desktop px.
-bool hasSize(const ScreenFacts& screen, cv::Size size) {
-    const double most = isScaled(screen) ? screen.scale : 0;
-    return std::abs(screen.size.width - size.width) <= most &&
-           std::abs(screen.size.height - size.height) <= most;
-}
-
 std::string text(cv::Size size) {
     return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
@@ -103,7 +95,21 @@ void pairBySize(std::vector<FoundDisplay>& displays, const std::vector<ScreenFac
     }
 }
 
+// Whether the desktop shows the panel enlarged or shrunk.
+bool hasShape(const ScreenFacts& screen, cv::Size panel) {
+    const double scale = static_cast<double>(screen.size.width) / panel.width;
+    return std::abs(screen.size.height - panel.height * scale) <= 2;
+}
+
 } // namespace
+
+// The desktop reports sizes in whole desktop px, so the size of a scaled screen is off by up to one
+// desktop px.
+bool hasSize(const ScreenFacts& screen, cv::Size size) {
+    const double most = isScaled(screen) ? screen.scale : 0;
+    return std::abs(screen.size.width - size.width) <= most &&
+           std::abs(screen.size.height - size.height) <= most;
+}
 
 ScreenFacts factsOf(const QScreen& screen) {
     ScreenFacts facts;
@@ -129,6 +135,11 @@ std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel) {
     if (hasSize(screen, panel)) return problems;
     if (hasSize(screen, {panel.height, panel.width})) {
         problems.push_back("the desktop turns this screen on its side: set its rotation to none");
+    } else if (hasShape(screen, panel)) {
+        problems.push_back("the desktop shows " + text(screen.size) + " px on this panel of " +
+                           text(panel) +
+                           " px: set its resolution to the panel's and its scale to 100 %; on "
+                           "some desktops the scale of the main screen counts for all");
     } else {
         problems.push_back("the screen is set to " + text(screen.size) + " px, but the panel has " +
                            text(panel) +

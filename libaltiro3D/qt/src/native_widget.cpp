@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/qt/image.hpp"
 
+#include <QGuiApplication>
 #include <QKeyEvent>
 #include <QPainter>
 #include <QScreen>
@@ -11,6 +12,17 @@
 #include <opencv2/core.hpp>
 
 namespace altiro3D::qt {
+
+namespace {
+
+bool isSameScreen(const ScreenFacts& a, const ScreenFacts& b) {
+    if (a.size != b.size) return false;
+    if (!a.serialNumber.empty() && !b.serialNumber.empty())
+        return a.serialNumber == b.serialNumber && a.model == b.model;
+    return a.name == b.name && a.model == b.model;
+}
+
+} // namespace
 
 QImage toImage(const cv::Mat& picture) {
     if (picture.empty()) return {};
@@ -45,6 +57,12 @@ cv::Mat toPicture(const QImage& image) {
 NativeWidget::NativeWidget(QWidget* parent) : QWidget(parent) {
     setAttribute(Qt::WA_OpaquePaintEvent);
     setFocusPolicy(Qt::StrongFocus);
+    connect(qGuiApp, &QGuiApplication::screenRemoved, this, [this](QScreen* removed) {
+        if (isSameScreen(factsOf(*removed), screen_)) hide();
+    });
+    connect(qGuiApp, &QGuiApplication::screenAdded, this, [this](QScreen* added) {
+        if (isSameScreen(factsOf(*added), screen_)) showOn(*added);
+    });
 }
 
 void NativeWidget::setNative(const cv::Mat& native) {
@@ -58,6 +76,7 @@ QSize NativeWidget::deviceSize() const {
 }
 
 void NativeWidget::showOn(QScreen& screen) {
+    screen_ = factsOf(screen);
     setWindowFlags(Qt::Window | Qt::FramelessWindowHint);
     setCursor(Qt::BlankCursor);
     create();
@@ -69,8 +88,14 @@ void NativeWidget::showOn(QScreen& screen) {
 }
 
 void NativeWidget::leave() {
+    screen_ = {};
     hide();
     emit left();
+}
+
+void NativeWidget::closeEvent(QCloseEvent* event) {
+    QWidget::closeEvent(event);
+    if (isWindow()) leave();
 }
 
 void NativeWidget::paintEvent(QPaintEvent* /*event*/) {

@@ -11,6 +11,7 @@
 #include <QApplication>
 #include <QGuiApplication>
 #include <QScreen>
+#include <algorithm>
 #include <atomic>
 #include <cctype>
 #include <chrono>
@@ -134,7 +135,7 @@ class PictureStream {
 
 // Refuses a picture that does not fit the screen px by px.
 void requireSize(const std::string& what, cv::Size size, const qt::ScreenFacts& screen) {
-    if (screen.size == size) return;
+    if (qt::hasSize(screen, size)) return;
     throw Error(ErrorCode::Mismatch, what,
                 "has " + tools::sizeText(size) + ", but the screen shows " +
                     tools::sizeText(screen.size) +
@@ -155,6 +156,7 @@ int presentStream(int& argc, char** argv, const ShowJob& job, tools::Messages& m
     PictureStream stream;
     requireDesktop();
     const QApplication application(argc, argv);
+    QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
     qt::NativeWidget widget;
     QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
     widget.setNative(stream.first());
@@ -196,7 +198,7 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
     std::string problem;
     SlidePresenter presenter(settings, files,
                              found.isSample ? nullptr : std::make_shared<const Display>(found),
-                             qt::factsOf(screen).size, [&](const std::string& why) {
+                             qt::factsOf(screen), [&](const std::string& why) {
                                  problem = why;
                                  if (isSingle) return;
                                  messages.warn(why);
@@ -313,7 +315,8 @@ int present(int& argc, char** argv, const ShowJob& job, tools::Messages& message
 int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     requireDesktop();
     const QApplication application(argc, argv);
-    std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's
+    QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
+    std::setlocale(LC_NUMERIC, "C");                // Qt takes the user's
     const tools::ChosenDisplay display =
         tools::findDisplay(job.display, messages, {calibrations, true});
     if (display.isMapOnly)
@@ -335,6 +338,18 @@ std::vector<qt::ScreenFacts> screenFacts() {
     for (const QScreen* screen : QGuiApplication::screens())
         facts.push_back(qt::factsOf(*screen));
     return facts;
+}
+
+std::optional<std::size_t> screenBeside(const std::vector<qt::FoundDisplay>& displays,
+                                        std::size_t own, std::size_t count) {
+    const auto isDisplay = [&displays](std::size_t screen) {
+        return std::any_of(displays.begin(), displays.end(),
+                           [screen](const auto& display) { return display.screen == screen; });
+    };
+    if (!isDisplay(own)) return std::nullopt;
+    for (std::size_t screen = 0; screen < count; ++screen)
+        if (!isDisplay(screen)) return screen;
+    return std::nullopt;
 }
 
 std::vector<MountedCalibration> calibrations() {

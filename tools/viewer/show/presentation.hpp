@@ -7,6 +7,7 @@
 
 #include <cstdio>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,13 @@ void requireDesktop();
 
 /// The screens of the application, in its order.
 std::vector<qt::ScreenFacts> screenFacts();
+
+/// A screen for a window that would open on a light-field display, where it cannot be read.
+/// @param displays from qt::findDisplays()
+/// @param own the window's screen @param count of screens
+/// @return nothing if `own` is not of a display, or all are
+std::optional<std::size_t> screenBeside(const std::vector<qt::FoundDisplay>& displays,
+                                        std::size_t own, std::size_t count);
 
 /// The calibrations of volumes, wherever they are mounted, and of USB memories.
 std::vector<MountedCalibration> calibrations();

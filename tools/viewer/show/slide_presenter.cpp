@@ -24,13 +24,6 @@ constexpr int kUsualTick = 50; // ms
 constexpr int kSoon = 1000;    // ms after a change of a folder
 constexpr int kRescan = 10000; // ms otherwise: folders on other machines do not tell of changes
 
-bool isSameScreen(const qt::ScreenFacts& a, const qt::ScreenFacts& b) {
-    if (a.size != b.size) return false;
-    if (!a.serialNumber.empty() && !b.serialNumber.empty())
-        return a.serialNumber == b.serialNumber && a.model == b.model;
-    return a.name == b.name && a.model == b.model;
-}
-
 // Makes Natives of the pictures of a flat or RGB-D video, with the window's settings; one thread at
 // a time.
 std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, const Display& display,
@@ -65,7 +58,8 @@ std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, con
 } // namespace
 
 SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
-                               std::shared_ptr<const Display> display, cv::Size screen,
+                               std::shared_ptr<const Display> display,
+                               const qt::ScreenFacts& screen,
                                std::function<void(const std::string&)> report)
     : files_(std::move(files)), report_(std::move(report)),
       show_(settings, {[this](const Source& source) { make(source); }, report_}),
@@ -102,15 +96,7 @@ SlidePresenter::~SlidePresenter() {
 }
 
 void SlidePresenter::start(QScreen& screen) {
-    screen_ = qt::factsOf(screen);
     widget_.showOn(screen);
-    // A display that is unplugged leaves its window to another screen, where it must not be.
-    connect(qGuiApp, &QGuiApplication::screenRemoved, this, [this](QScreen* removed) {
-        if (isSameScreen(qt::factsOf(*removed), screen_)) widget_.hide();
-    });
-    connect(qGuiApp, &QGuiApplication::screenAdded, this, [this](QScreen* added) {
-        if (isSameScreen(qt::factsOf(*added), screen_)) widget_.showOn(*added);
-    });
     clock_.start();
     ticks_.start(kFadeTick);
 }
@@ -126,7 +112,6 @@ VideoPlayer::Counts SlidePresenter::counts() const {
 }
 
 bool SlidePresenter::eventFilter(QObject* object, QEvent* event) {
-    if (event->type() == QEvent::Close) emit ended();
     if (event->type() == QEvent::KeyPress && onKey(*static_cast<QKeyEvent*>(event))) return true;
     return QObject::eventFilter(object, event);
 }
@@ -255,9 +240,9 @@ void SlidePresenter::refresh() {
     rescan_.start(isDone ? kRescan : kSoon);
 }
 
-SlideMaker::SlideMaker(std::shared_ptr<const Display> display, cv::Size screen)
-    : display_(std::move(display)), screen_(screen), depthMaker_(std::make_shared<DepthMaker>()),
-      studio_(depthMaker_) {}
+SlideMaker::SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen)
+    : display_(std::move(display)), screen_(std::move(screen)),
+      depthMaker_(std::make_shared<DepthMaker>()), studio_(depthMaker_) {}
 
 Slide SlideMaker::make(const Source& source) {
     Slide slide;
@@ -266,10 +251,10 @@ Slide SlideMaker::make(const Source& source) {
     try {
         if (!display_) {
             slide.native = firstPicture(source.file);
-            if (slide.native.size() != screen_) {
+            if (!qt::hasSize(screen_, slide.native.size())) {
                 throw Error(ErrorCode::Mismatch, source.file.string(),
                             "has " + tools::sizeText(slide.native.size()) +
-                                ", but the screen shows " + tools::sizeText(screen_) +
+                                ", but the screen shows " + tools::sizeText(screen_.size) +
                                 "; expected a Native made for it, or -c with the display's "
                                 "calibration");
             }

@@ -27,8 +27,8 @@ class SlideMaker {
   public:
     /// @param display the display; nothing if its calibration is not known: then only Natives can
     ///        be shown
-    /// @param screen size of the screen, px
-    SlideMaker(std::shared_ptr<const Display> display, cv::Size screen);
+    /// @param screen the screen
+    SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen);
 
     /// @return a slide with a picture of the screen's size, or with a problem
     Slide make(const Source& source);
@@ -37,7 +37,7 @@ class SlideMaker {
     cv::Mat nativeOf(const std::shared_ptr<const Document>& document);
 
     std::shared_ptr<const Display> display_;
-    cv::Size screen_;
+    qt::ScreenFacts screen_;
     std::shared_ptr<DepthMaker> depthMaker_;
     Studio studio_;
 };
@@ -51,7 +51,7 @@ class SlidePresenter : public QObject {
     /// @param display as for SlideMaker
     /// @param report receives why a file is not shown, or not to its end
     SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
-                   std::shared_ptr<const Display> display, cv::Size screen,
+                   std::shared_ptr<const Display> display, const qt::ScreenFacts& screen,
                    std::function<void(const std::string&)> report);
     ~SlidePresenter() override;
 
@@ -85,7 +85,6 @@ class SlidePresenter : public QObject {
     void refresh();
 
     qt::NativeWidget widget_;
-    qt::ScreenFacts screen_;
     ShowFiles files_;
     std::function<void(const std::string&)> report_;
     SlideShow show_;

@@ -365,7 +365,7 @@ void MainWindow::showSlides() {
         slideProblems_.clear();
         slides_ = std::make_unique<SlidePresenter>(
             dialog.settings(), ShowFiles(names),
-            std::make_shared<const Display>(controller_.display()), qt::factsOf(*screen).size,
+            std::make_shared<const Display>(controller_.display()), qt::factsOf(*screen),
             [this](const std::string& problem) { slideProblems_.push_back(problem); });
     } catch (const std::exception& error) {
         return warn(this, tr("Slide show"), QString::fromStdString(tools::sentenceOf(error)));

@@ -50,6 +50,13 @@ struct FoundDisplay {
     std::string name;
 };
 
+/// Whether a screen has a size: exactly, or if the desktop scales it, within the rounding of its
+/// size to whole px of the desktop.
+/// @param screen from factsOf()
+/// @param size in px
+/// @return true if it has
+[[nodiscard]] ALTIRO3D_EXPORT bool hasSize(const ScreenFacts& screen, cv::Size size);
+
 /// What keeps a screen from showing Natives of a panel px by px: the desktop scales the screen, or
 /// its size differs from the panel's.
 ///

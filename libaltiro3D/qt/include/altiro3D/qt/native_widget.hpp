@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/export.hpp"
+#include "altiro3D/qt/display_search.hpp"
 
 #include <QImage>
 #include <QWidget>
@@ -34,7 +35,8 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     [[nodiscard]] bool isExact() const { return image_.size() == deviceSize(); }
 
     /// Shows the widget full screen on one screen, without frame and mouse pointer. Escape, F11 and
-    /// a double click call leave().
+    /// a double click call leave(). If the screen is disconnected, the widget hides, as the desktop
+    /// would move it to another screen; it comes back with the screen.
     /// @param screen one of QGuiApplication::screens()
     void showOn(QScreen& screen);
 
@@ -53,9 +55,12 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     void keyPressEvent(QKeyEvent* event) override;
     /// Leaves the full screen. @param event the click
     void mouseDoubleClickEvent(QMouseEvent* event) override;
+    /// Emits left(). @param event accepted
+    void closeEvent(QCloseEvent* event) override;
 
   private:
     QImage image_;
+    ScreenFacts screen_; // of showOn(); no size after left()
 };
 
 } // namespace altiro3D::qt

@@ -236,7 +236,6 @@ int main(int argc, char** argv) {
                            "Write the map for the usual quilt of the display.");
     commandLine.addExample("-q 6x8 -r 560x420 -m portrait-6x8.map visual.json",
                            "Write it for 6 rows of 8 views of 420 x 560 px.");
-    commandLine.addExample("--read-usb visual.json", "Save the calibration of an 8.9\" display.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "

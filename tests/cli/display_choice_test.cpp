@@ -89,7 +89,7 @@ TEST_F(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
     EXPECT_EQ(firstLine("altiro3Dnative", "--info"), portrait + "portrait.json ($LKG_CALIBRATION)");
     const Outcome json = studio_.run("altiro3Dnative", "--json");
     EXPECT_TRUE(isDone(json));
-    EXPECT_EQ(json.out.rfind("{", 0), 0U) << json.out;
+    EXPECT_EQ(json.out.rfind('{', 0), 0U) << json.out;
 }
 
 // The warning about the sample depends on what is made with it.

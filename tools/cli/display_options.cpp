@@ -127,15 +127,8 @@ void warnOfAnotherUnit(const fs::path& file, const std::string& serial, Messages
 // One calibration of a file.
 Calibration readChosenCalibration(const fs::path& file, const std::string& serial, bool isWindow,
                                   Messages& messages) {
+    if (!serial.empty()) return readDisplay(file, serial).calibration;
     const std::vector<Calibration> all = readCalibrations(file);
-    if (!serial.empty()) {
-        for (const Calibration& calibration : all) {
-            if (lowerCase(calibration.serial) == lowerCase(serial)) return calibration;
-        }
-        throw Error(ErrorCode::NotFound, file.string(),
-                    "holds no calibration of " + serial + ", expected the serial number of " +
-                        (all.front().serial.empty() ? "a display in it" : all.front().serial));
-    }
     if (all.size() > 1) {
         messages.warn(file.string() + " holds " + std::to_string(all.size()) +
                       " calibrations; the first, " + all.front().serial + ", is used" +

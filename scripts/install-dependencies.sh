@@ -18,7 +18,7 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-d
        python3 curl ca-certificates)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz
        python3-numpy python3-jsonschema git ffmpeg groff-base man-db zsh xvfb xdotool
-       desktop-file-utils shared-mime-info libclang-rt-dev llvm locales)
+       desktop-file-utils shared-mime-info libclang-rt-dev llvm locales mpv mesa-vulkan-drivers xauth)
 cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 packages=(lintian debootstrap dpkg-dev file git)

@@ -1,4 +1,5 @@
-// altiro3Dnative: the look-up table of a display, and a description of its calibration.
+// altiro3Dnative: the look-up table of a display, a shader that replaces it in players, and a
+// description of its calibration.
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/outputs.hpp"
@@ -109,7 +110,9 @@ std::string inFileName(std::string text) {
 struct TableJob {
     DisplayOptions display; // calibration: empty with --info to find one
     QuiltRequest layout;
-    std::filesystem::path table; // empty: named after the display
+    std::filesystem::path table;  // empty: named after the display
+    std::filesystem::path shader; // instead of a table; empty: none
+    QuiltSampling sampling;       // of the shader
     bool replace = false;
     bool info = false;
     bool json = false;
@@ -121,13 +124,16 @@ TableJob tableJob(const CommandLine& commandLine) {
     job.display.serial = commandLine.value("serial").value_or("");
     job.replace = commandLine.has("y");
     if (commandLine.has("read-usb")) {
-        commandLine.exclude("read-usb", {"info", "json", "m", "q", "r", "invert"});
+        commandLine.exclude("read-usb", {"info", "json", "m", "mpv-shader", "q", "r", "invert"});
         if (commandLine.files().size() != 1) commandLine.failNames("one file to write", 1);
         job.usb = commandLine.files().front();
         return job;
     }
     job.json = commandLine.has("json");
     job.info = commandLine.has("info") || job.json;
+    commandLine.exclude("mpv-shader", {"m", "r", "info", "json"});
+    if (!commandLine.has("mpv-shader"))
+        commandLine.refuse({"view-filter", "sampling"}, " applies to --mpv-shader");
     const bool isNamed = !job.info || !commandLine.files().empty(); // else it is found
     if (isNamed && commandLine.files().size() != 1)
         commandLine.failNames("one calibration (the table's name goes with -m)", 1);
@@ -135,6 +141,8 @@ TableJob tableJob(const CommandLine& commandLine) {
     job.display.invert = invertOption(commandLine);
     job.layout = quiltRequest(commandLine);
     job.table = commandLine.value("m").value_or("");
+    job.shader = commandLine.value("mpv-shader").value_or("");
+    job.sampling = samplingOption(commandLine, TileSampling::Linear);
     return job;
 }
 
@@ -174,7 +182,7 @@ int makeTable(const TableJob& job, Messages& messages) {
     const std::filesystem::path& file = display.files.front();
     const Calibration& calibration = display.calibration;
     const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
-    messages.say("quilt: " + layout.text());
+    if (job.shader.empty()) messages.say("quilt: " + layout.text());
     if (job.info) {
         const LensGeometry geometry = lensGeometry(calibration, display.invert);
         if (job.json) {
@@ -189,14 +197,22 @@ int makeTable(const TableJob& job, Messages& messages) {
         if (job.table.empty()) return kExitDone;
     }
 
+    Outputs outputs(job.replace);
+    outputs.addInputs({file});
+    if (!job.shader.empty()) {
+        outputs.addOutputs({job.shader});
+        outputs.check();
+        writeFile(job.shader, quiltShader(calibration, layout, job.sampling, display.invert));
+        messages.say(job.shader.string() + ": shader for quilts of any size in mpv, " +
+                     sizeText(display.panelSize()));
+        return kExitDone;
+    }
     const std::string stem =
         calibration.serial.empty() ? file.stem().string() : inFileName(calibration.serial);
     const std::filesystem::path output =
         !job.table.empty() ? job.table
                            : std::filesystem::path(stem + "-" + std::to_string(layout.rows) + "x" +
                                                    std::to_string(layout.columns) + ".map");
-    Outputs outputs(job.replace);
-    outputs.addInputs({file});
     outputs.addOutputs({output});
     outputs.check();
     StageTimes times;
@@ -216,10 +232,15 @@ int main(int argc, char** argv) {
                             "Makes the look-up table of a display from its calibration file: for "
                             "every sub-pixel of the panel, the quilt pixel that it shows.");
     commandLine.addUsage("[-m OUT.map] [-q RxC] [-r HxW] visual.json");
+    commandLine.addUsage("--mpv-shader OUT.glsl [-q RxC] visual.json");
     commandLine.addUsage("--info [--json] [visual.json]");
     commandLine.addUsage("--read-usb OUT.json");
     commandLine.addSection("Output");
     commandLine.add({"m", "map"}, "Table to write (default: SERIAL-RxC.map).", "OUT.map");
+    commandLine.addAdvanced({"mpv-shader"},
+                            "Write a shader with which mpv and other players with libplacebo turn "
+                            "quilts of any size, also videos, into Natives while they play them.",
+                            "OUT.glsl");
     commandLine.add({"y"}, "Replace the output if it exists.");
     commandLine.add({"info"}, "Show what the calibration means; writes a table only with -m.");
     commandLine.add({"json"}, "As --info, for programs.");
@@ -231,11 +252,14 @@ int main(int argc, char** argv) {
     commandLine.add({"serial"},
                     "Choose among several calibrations in the file, or several displays.", "NAME");
     addInvertOption(commandLine);
+    addSamplingOptions(commandLine, "linear for --mpv-shader");
     commandLine.addExample("--info visual.json", "Show what the calibration means.");
     commandLine.addExample("-m portrait.map visual.json",
                            "Write the map for the usual quilt of the display.");
     commandLine.addExample("-q 6x8 -r 560x420 -m portrait-6x8.map visual.json",
                            "Write it for 6 rows of 8 views of 420 x 560 px.");
+    commandLine.addExample("--mpv-shader portrait.glsl visual.json",
+                           "Write the shader with which mpv shows quilts on the display.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "

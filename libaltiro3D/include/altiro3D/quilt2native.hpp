@@ -11,6 +11,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace altiro3D {
@@ -99,6 +100,24 @@ class ALTIRO3D_EXPORT Quilt2Native {
     struct Impl;
     std::shared_ptr<const Impl> impl_;
 };
+
+/// A shader that renders Natives from quilts on the graphics card, for mpv and other players with
+/// libplacebo. The quilt may have any size. Only numbers enter the text.
+///
+/// On all known displays fewer than 0.1 % of the sub-pixels take another view than with
+/// Quilt2Native, because the shader computes in 32-bit floats; none takes another pixel of a view
+/// by more than one.
+///
+/// @param calibration the display
+/// @param quilt columns, rows and number of views; the size of a view has no effect
+/// @param sampling nearest or linear, between views and inside them
+/// @param invert whether the order of views is reversed; usually Display::invert
+/// @return text of a user shader of mpv (GLSL 1.30)
+/// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout)
+[[nodiscard]] ALTIRO3D_EXPORT std::string quiltShader(const Calibration& calibration,
+                                                      const QuiltLayout& quilt,
+                                                      QuiltSampling sampling = {},
+                                                      InvertViews invert = InvertViews::Auto);
 
 /// Whether two shapes count as equal: their aspects differ by at most 5 %.
 /// @param aspect width : height, > 0; not checked

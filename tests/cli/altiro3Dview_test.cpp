@@ -63,6 +63,40 @@ TEST(ViewTool, WrongUsageIsSaidBeforeAnyWindow) {
     EXPECT_TRUE(fails(studio.run(kTool, "--show photo.png --screen 7"), 2, "--screen is 7"));
 }
 
+TEST(ViewTool, StartsMpvWithAShaderOfTheDisplay) {
+    ViewerStudio studio;
+    studio.set("QT_QPA_PLATFORM", "offscreen");
+    writeCalibration(studio / "screen.json", {800, 600}); // of the offscreen platform
+    const std::string quilt = "--no &'_qs3x2a1.333.png";
+    std::filesystem::copy(studio / "quilt.png", studio / quilt);
+    std::filesystem::copy(studio / "quilt.png", studio / "tall_qs3x2a0.75.png");
+    const Arguments show("--player mpv -c screen.json --screen 0 --volume 50 --show");
+    std::filesystem::create_directory(studio / "bin");
+    studio.set("PATH", (studio / "bin").string());
+    EXPECT_TRUE(fails(studio.run(kTool, show + Arguments{"./" + quilt}), 1,
+                      "expected the program mpv to be installed"));
+    spill(studio / "bin/mpv", "#!/bin/sh\nfor word; do echo \"$word\"; done\n");
+    std::filesystem::permissions(studio / "bin/mpv", std::filesystem::perms::owner_all);
+    const Outcome outcome = studio.run(kTool, show + Arguments{"./" + quilt});
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(warns(studio.run(kTool, show + Arguments{"tall_qs3x2a0.75.png"}), "is stretched"));
+    EXPECT_TRUE(holds(outcome.out, "\n--no-config\n")) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "\n--volume=79.4\n")) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "\n--\n/")) << outcome.out;
+    EXPECT_TRUE(holds(outcome.out, "/" + quilt + "\n")) << outcome.out;
+    const std::string option = "--glsl-shader=";
+    const std::size_t begin = outcome.out.find(option) + option.size();
+    const std::string shader = outcome.out.substr(begin, outcome.out.find('\n', begin) - begin);
+    EXPECT_TRUE(holds(slurp(shader), "//!WIDTH 800\n//!HEIGHT 600\n"));
+    EXPECT_TRUE(fails(studio.run(kTool, show + Arguments{"photo.png"}), 1,
+                      "photo.png: is not named as a quilt"));
+    std::filesystem::copy(studio / "quilt.png", studio / "b_qs2x3.png");
+    EXPECT_TRUE(fails(studio.run(kTool, show + Arguments{"./" + quilt, "b_qs2x3.png"}), 1,
+                      "b_qs2x3.png: has another layout"));
+    EXPECT_TRUE(fails(studio.run(kTool, "--player mpv photo.png"), 2, "applies to --show"));
+    EXPECT_TRUE(fails(studio.run(kTool, "--player mpv --show -"), 2, "plays files"));
+}
+
 TEST(ViewTool, AcceptsTheFolderOfACalibration) {
     ViewerStudio studio;
     studio.set("QT_QPA_PLATFORM", "offscreen");

@@ -45,7 +45,8 @@ void requireUsage(const CommandLine& commandLine) {
         if (!commandLine.has("test-picture"))
             commandLine.refuse({"screen"},
                                " applies to --show and --test-picture, expected one of them");
-        commandLine.refuse({"each", "shuffle", "loop"}, " applies to --show, expected both");
+        commandLine.refuse({"each", "shuffle", "loop", "player"},
+                           " applies to --show, expected both");
     }
     if (!commandLine.has("list-displays"))
         commandLine.refuse({"json"},
@@ -139,6 +140,10 @@ int main(int argc, char** argv) {
         "Screen for --show and --test-picture, by its name or number, instead of the display's "
         "own.",
         "NAME");
+    commandLine.addAdvanced({"player"},
+                            "With --show: the program that plays. mpv plays quilts and videos of "
+                            "quilts, whose names state their layout, on the graphics card.",
+                            "viewer|mpv");
     commandLine.add({"test-picture"},
                     "Show a picture on the display that tells faults of the calibration, the "
                     "screen and its colours apart, and print how to read it.");

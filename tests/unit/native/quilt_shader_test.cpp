@@ -199,8 +199,9 @@ TEST(QuiltShader, QuiltsOfFractionalViewsShowNoNeighbours) {
         for (const cv::Point pixel : {cv::Point(0, 0), cv::Point(95, 127)}) {
             const cv::Point2f at =
                 twin.placeOf(static_cast<float>(view), pixel.x, pixel.y, quilt, false);
+            const int up = view / 5;
             const double left = view % 5 * 819.2;
-            const double top = (8 - view / 5) * (4096 / 9.0);
+            const double top = (8 - up) * (4096 / 9.0);
             EXPECT_GE(at.x - 0.5, left) << view;
             EXPECT_LE(at.x + 0.5, left + 819.2) << view;
             EXPECT_GE(at.y - 0.5, top) << view;

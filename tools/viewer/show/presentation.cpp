@@ -179,6 +179,29 @@ int presentStream(int& argc, char** argv, const ShowJob& job, tools::Messages& m
     return status;
 }
 
+int presentByMpv(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
+    const ShowFiles files(job.files);
+    messages.warn(files.notes());
+    requireDesktop();
+    std::filesystem::path shader;
+    std::string screen;
+    {
+        const QGuiApplication application(argc, argv);
+        std::setlocale(LC_NUMERIC, "C"); // Qt takes the user's
+        const tools::ChosenDisplay display =
+            tools::findDisplay(job.display, messages, {[] { return qt::findVolumes(); }, true});
+        if (display.isSample)
+            throw Error(ErrorCode::NotFound, "calibration",
+                        "none was given or found, expected the display's with -c visual.json");
+        shader = writeMpvShader(display, files.files(), messages);
+        screen = screenFor(job, display.source, display.panelSize(), true, messages)
+                     .name()
+                     .toStdString();
+    }
+    messages.flushWarnings();
+    becomeMpv(job, files.files(), shader, screen);
+}
+
 int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     ShowFiles files(job.files);
     messages.warn(files.notes());
@@ -299,6 +322,10 @@ ShowJob showJob(const tools::CommandLine& commandLine) {
     if (const auto volume = commandLine.number("volume", 0, 100))
         job.play.volume = static_cast<int>(std::lround(*volume));
     job.play.muted = commandLine.has("mute");
+    job.byMpv =
+        commandLine.oneOf<bool>("player", {{"viewer", false}, {"mpv", true}}).value_or(false);
+    if (job.byMpv && !job.files.empty() && job.files.front() == "-")
+        throw tools::UsageError("--player mpv plays files, expected names instead of -");
     return job;
 }
 
@@ -309,7 +336,8 @@ void detailSilence(tools::Messages& messages) {
 
 int present(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     const bool isStream = job.files.front() == "-";
-    return (isStream ? presentStream : presentFiles)(argc, argv, job, messages);
+    if (isStream) return presentStream(argc, argv, job, messages);
+    return (job.byMpv ? presentByMpv : presentFiles)(argc, argv, job, messages);
 }
 
 int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {

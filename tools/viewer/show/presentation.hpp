@@ -20,6 +20,7 @@ struct ShowJob {
     std::string screen; ///< By its name or number; empty: the display's own.
     SlideShow::Settings slides;
     PlaySettings play;
+    bool byMpv = false; ///< `--player mpv`
 };
 /// Reads --show and what belongs to it. @throws UsageError
 ShowJob showJob(const tools::CommandLine& commandLine);
@@ -31,6 +32,18 @@ void detailSilence(tools::Messages& messages);
 /// user closes it or, without --loop, several files have been shown.
 /// @throws UsageError, Error
 int present(int& argc, char** argv, const ShowJob& job, tools::Messages& messages);
+
+/// Writes the shader with which mpv shows quilts on a display to the user's cache. Warns of quilts
+/// of another shape.
+/// @param files quilts of one layout, which their names state
+/// @throws Error BadFormat, Mismatch (names), NotFound (no cache), WriteFailed
+std::filesystem::path writeMpvShader(const Display& display, const std::vector<Source>& files,
+                                     tools::Messages& messages);
+
+/// Replaces this process by mpv, which plays files on a screen. @param screen its name
+/// @throws Error NotFound (mpv is not installed)
+[[noreturn]] void becomeMpv(const ShowJob& job, const std::vector<Source>& files,
+                            const std::filesystem::path& shader, const std::string& screen);
 
 /// Shows the test picture on the display until the user closes it, and says how to read it.
 /// @throws UsageError, Error

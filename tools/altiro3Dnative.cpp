@@ -94,18 +94,6 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-// The serial comes from a file. The name made from it must not be a path or an option, and must not
-// contain characters that a shell or a terminal interprets.
-std::string inFileName(std::string text) {
-    for (char& c : text) {
-        const bool isPlain =
-            (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
-        if (!isPlain && !(c == '-' || c == '_' || c == '.')) c = '_';
-    }
-    if (text.front() == '-' || text.front() == '.') text.front() = '_';
-    return text;
-}
-
 // The command line.
 struct TableJob {
     DisplayOptions display; // calibration: empty with --info to find one

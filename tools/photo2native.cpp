@@ -83,7 +83,8 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     StageTimes setup;
     // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
-    const ChosenDisplay display = findDisplay(job.display, messages, {}, displayUse(job));
+    const ChosenDisplay display =
+        job.go ? goDisplay() : findDisplay(job.display, messages, {}, displayUse(job));
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
         part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->plan.photos, {}, true};
@@ -91,6 +92,7 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (part != nullptr) part->choose(plan);
     const Outputs outputs = checkedOutputs(job, plan, display, layout.viewCount);
     if (part != nullptr) part->remake(plan);
+    if (job.go) job.go->requireSpace(plan.items.size());
     if (displayUse(job) != DisplayUse::None)
         messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
@@ -117,6 +119,7 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     try {
         if (plan.batch) {
             makeManyPhotos(plan, photoRun, made, pictures, messages);
+            if (job.go) job.go->finish(made.outputs, messages);
         } else {
             makeOnePhoto(plan.items.front(), photoRun, made, pictures, messages);
         }
@@ -138,6 +141,7 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     commandLine.addUsage("--lg OUT.mp4 [options] PHOTO");
     commandLine.addUsage("--save-stereo OUT.png [options] PHOTO");
+    commandLine.addUsage("--go DIR [options] PHOTO... | DIR");
     commandLine.addUsage("--plan PLAN [options] DIR OUTDIR");
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
@@ -178,6 +182,7 @@ void addOptions(CommandLine& commandLine) {
     addSwayFileOption(
         commandLine,
         "It holds the whole photo in its own shape, or the part of --center and --zoom, and");
+    GoFolder::addOptions(commandLine, "photos");
     addProgressOption(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write all settings used and the time of each stage, for programs.",

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
+#include "cli/go_folder.hpp"
 #include "cli/json_text.hpp"
 #include "photo/sway_options.hpp"
 #include "video/video_run.hpp"
@@ -53,14 +54,19 @@ bool isVideo(const fs::path& file) {
     }
 }
 
+// A quilt that was read, and its shape.
+struct ReadQuilt {
+    cv::Mat picture;
+    QuiltLayout layout;
+    QuiltShape shape;
+};
+
 // @param isFromFolder not named itself @throws NotTaken if such a picture is not a quilt
-void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::path& native,
-                    bool isFromFolder, const ChosenDisplay& display, Messages& messages) {
-    StageTimes times;
+ReadQuilt readQuilt(const QuiltJob& job, const fs::path& quiltFile, bool isFromFolder,
+                    const ChosenDisplay& display, Messages& messages) {
     const PhotoFile file = pictureToRead(quiltFile);
     refuseNative(file, "a quilt");
     const cv::Mat picture = readPhotoFile(file, messages);
-    times.end("read");
     std::optional<FoundQuilt> found;
     if (!isLayoutStated(job.layout, quiltFile)) found = findQuiltLayout(picture);
     if (isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) {
@@ -73,11 +79,25 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
     const QuiltShape shape(quiltFile, layout, display, job.fit);
     messages.say("quilt: " + quiltText(layout, shape.shownAspect()) +
                  (found ? foundText(*found) : ""));
+    return {picture, layout, shape};
+}
+
+// The quilt as it is on the panel. @param isCut views of whole px, for a map
+cv::Mat shapedQuilt(const ReadQuilt& read, bool isCut, Messages& messages) {
     Notes notes;
-    const cv::Mat tiles = display.map ? cropQuilt(picture, layout, &notes) : picture;
+    const cv::Mat tiles = isCut ? cropQuilt(read.picture, read.layout, &notes) : read.picture;
     messages.warn(notes);
-    const cv::Mat quilt = shape.apply(tiles);
-    tellShape(shape, messages);
+    tellShape(read.shape, messages);
+    return read.shape.apply(tiles);
+}
+
+void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::path& native,
+                    bool isFromFolder, const ChosenDisplay& display, Messages& messages) {
+    StageTimes times;
+    const ReadQuilt read = readQuilt(job, quiltFile, isFromFolder, display, messages);
+    const auto& [picture, layout, shape] = read;
+    times.end("read");
+    const cv::Mat quilt = shapedQuilt(read, display.map.has_value(), messages);
     const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
     times.end("look-up table");
     cv::Size swaySize;
@@ -169,6 +189,71 @@ bool isQuilt(const QuiltJob& job, Messages& messages) {
     return isQuiltPicture(found, picture.size(), layout);
 }
 
+// A quilt with other columns, rows and size of views. Of other numbers of views each takes the
+// nearest one.
+cv::Mat laidOut(const cv::Mat& quilt, const QuiltLayout& from, const QuiltLayout& to) {
+    if (from == to) return quilt;
+    cv::Mat result(to.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int i = 0; i < to.viewCount; ++i) {
+        const double place = to.viewCount > 1 ? double(i) / (to.viewCount - 1) : 0.5;
+        const cv::Mat view = quilt(from.tile(cvRound(place * (from.viewCount - 1))));
+        const bool shrinks = view.cols > to.tileSize.width;
+        cv::resize(view, result(to.tile(i)), to.tileSize, 0, 0,
+                   shrinks ? cv::INTER_AREA : cv::INTER_CUBIC);
+    }
+    return result;
+}
+
+// Writes quilts to the storage of a Go. Exit status.
+int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>& names,
+           Messages& messages) {
+    FolderSearch search;
+    search.wanted = {FileKind::Photo, FileKind::Quilt};
+    search.recursive = job.recursive;
+    search.pairDepth = false;
+    std::vector<LeftOutFile> leftOut;
+    std::vector<FolderFile> quilts;
+    for (const fs::path& name : names) {
+        if (isDirectory(name)) {
+            for (const FolderFile& file : listFiles(name, search, leftOut, messages))
+                quilts.push_back(file);
+        } else {
+            quilts.push_back({name, {}, {}});
+        }
+    }
+    if (quilts.empty())
+        throw Error(ErrorCode::NotFound, names.front().string(),
+                    "holds no pictures, expected quilts");
+    go.requireSpace(quilts.size());
+    const ChosenDisplay display = goDisplay();
+    const std::vector<std::string> stems = outputStems(quilts);
+    Outputs outputs(false);
+    std::vector<FolderItem> files;
+    for (std::size_t i = 0; i < quilts.size(); ++i) {
+        files.push_back({quilts[i].file, go.quiltFile(i, stems[i])});
+        outputs.addPair(files[i].input, files[i].output);
+    }
+    outputs.check();
+    outputs.makeDirectories();
+    std::vector<fs::path> made;
+    FolderRun run("quilt", leftOut, messages);
+    const auto convert = [&](std::size_t i) {
+        const bool isNamed = std::find(names.begin(), names.end(), files[i].input) != names.end();
+        const ReadQuilt read = readQuilt(job, files[i].input, !isNamed, display, messages);
+        const int views = read.layout.viewCount;
+        if (views != display.quilt.viewCount)
+            messages.say("its " + counted(views, "view") + " become the " +
+                         std::to_string(display.quilt.viewCount) + " of a Go");
+        writeImage(files[i].output,
+                   laidOut(shapedQuilt(read, false, messages), read.layout, display.quilt));
+        made.push_back(files[i].output);
+        return kExitDone;
+    };
+    const int status = run.convert(files, convert, [](std::size_t, const FolderEnd&) {});
+    go.finish(made, messages);
+    return status;
+}
+
 QuiltJob quiltJob(const CommandLine& commandLine) {
     if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
     commandLine.exclude("y", "skip-existing");
@@ -192,6 +277,17 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
 
 // Converts what a command line names.
 int run(const CommandLine& commandLine, Messages& messages) {
+    if (const auto go = GoFolder::of(commandLine)) {
+        commandLine.exclude("go", {"y", "skip-existing", "lg", "save-stereo", "m", "c", "serial",
+                                   "invert", "view-filter", "sampling", "codec", "resume", "report",
+                                   "progress"});
+        if (commandLine.files().empty()) commandLine.failNames("QUILT", 1);
+        QuiltJob job;
+        job.layout = quiltRequest(commandLine);
+        job.fit = fitOption(commandLine);
+        job.recursive = commandLine.has("recursive");
+        return fillGo(job, *go, commandLine.files(), messages);
+    }
     QuiltJob job = quiltJob(commandLine);
     if (commandLine.has("tell-kind")) {
         messages.leaveStandardOutput();
@@ -259,9 +355,11 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] QUILT OUT.png");
     commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
     commandLine.addUsage("[options] DIR OUTDIR");
+    commandLine.addUsage("--go DIR [options] QUILT... | DIR");
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
+    GoFolder::addOptions(commandLine, "quilts");
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addAdvanced({"skip-existing"}, "With a folder: skip quilts whose Native exists.");
     addRecursiveOption(commandLine, "quilts");

@@ -63,6 +63,17 @@ std::string nameOf(const fs::path& file, const char* stream) {
     return isStandardStream(file) ? stream : file.string();
 }
 
+std::string inFileName(std::string text) {
+    for (char& c : text) {
+        const bool isPlain =
+            (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        if (!isPlain && !(c == '-' || c == '_' || c == '.')) c = '_';
+    }
+    if (text.empty()) return "_";
+    if (text.front() == '-' || text.front() == '.') text.front() = '_';
+    return text;
+}
+
 PhotoFile pictureToRead(const fs::path& file) {
     if (!isStandardStream(file)) return file;
     constexpr std::size_t kMost = std::size_t{1} << 31;

@@ -19,6 +19,10 @@ inline bool isStandardStream(const std::filesystem::path& file) {
 /// A name for people. @param stream "standard input" or "standard output"
 std::string nameOf(const std::filesystem::path& file, const char* stream);
 
+/// A name made of a text from a file, such as a serial number: not a path or an option, without
+/// characters that a shell, a terminal or a file system interprets.
+std::string inFileName(std::string text);
+
 /// A picture to read. Standard input is read now. @throws Error ReadFailed, TooLarge
 PhotoFile pictureToRead(const std::filesystem::path& file);
 /// As writeImage(); on standard output, a PNG.

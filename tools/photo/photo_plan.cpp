@@ -128,6 +128,12 @@ void takeNames(const CommandLine& commandLine, PhotoJob& job) {
     const bool hasOthers =
         std::any_of(std::begin(kOutputs), std::end(kOutputs),
                     [&](const OutputKind& kind) { return !(job.outputs.*kind.file).empty(); });
+    if (job.go) {
+        if (names.size() + 1 < least)
+            commandLine.failNames(pairs ? pairName(job.depth) : "PHOTO", least - 1);
+        job.inputs = names;
+        return;
+    }
     // if it does not exist, an option may have taken the photo's name for its value
     const bool isAlone = hasOthers && names.size() + 1 == least &&
                          (isStandardStream(names.front()) || isThere(names.front()));
@@ -166,6 +172,14 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     job.jsonProgress = wantsJsonProgress(commandLine);
     for (const OutputKind& kind : kOutputs)
         job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
+    job.go = GoFolder::of(commandLine);
+    if (job.go) {
+        for (const OutputKind& kind : kOutputs)
+            commandLine.exclude("go", kind.option);
+        commandLine.exclude("go", {"plan", "skip-existing", "m", "c", "serial", "invert", "q", "r",
+                                   "view-filter", "sampling"});
+        job.outputs.quilt = job.go->content();
+    }
     job.eyes = EyesFiles(commandLine);
     for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
         job.keepsEyes = job.keepsEyes && !commandLine.has(other);
@@ -221,7 +235,7 @@ PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
     const bool pairs = job.depth.takesPairs();
     const fs::path& output = job.outputs.native;
     PhotoInputs inputs;
-    inputs.batch = job.inputs.size() > (pairs ? 2 : 1) ||
+    inputs.batch = job.go || job.inputs.size() > (pairs ? 2 : 1) ||
                    (!isStandardStream(output) && isDirectory(output)) ||
                    (!isStandardStream(job.inputs.front()) && isDirectory(job.inputs.front()));
     const auto streams = std::count(job.inputs.begin(), job.inputs.end(), "-");
@@ -269,7 +283,9 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
             if (!isStandardStream(item.photo)) requireFile(item.photo);
             if (!item.depth.empty()) requireFile(item.depth);
         }
-        if (!item.quilt.empty()) {
+        if (job.go) {
+            item.quilt = job.go->quiltFile(i, stems[i]);
+        } else if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
             const double aspect = named && named->aspect ? *named->aspect : display.aspect();
             item.quilt = quiltFileName(item.quilt, layout, aspect);

@@ -5,6 +5,7 @@
 #include "cli/display_options.hpp"
 #include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
+#include "cli/go_folder.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
 #include "photo/sway_options.hpp"
@@ -39,6 +40,7 @@ struct PhotoJob {
     int savedDepthSide = 0; ///< Longer side of depth that is saved, at most; px.
     std::filesystem::path report;
     std::filesystem::path plan; ///< Folder of `--plan`.
+    std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.
     bool replace = false;       ///< `-y`
     bool skipExisting = false;  ///< Photos whose outputs all exist are not made again.
     bool recursive = false;

@@ -22,6 +22,7 @@ cmake --build "$build" >/dev/null
 readers="
 calibration     calibration      .                                     -
 usb_memory      usb_memory       .                                     -
+bridge_answers  bridge_answers   .                                     -
 native_lut      native_lut       readAt|checkHeader|crcOf|4load        -
 quilt           quilt            .                                     -
 picture_header  image_format     .                                     -

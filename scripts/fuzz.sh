@@ -45,7 +45,7 @@ run() {
     local corpus=$build/corpus/$target
     mkdir -p "$corpus" "$build/findings" "$build/logs"
     case $target in
-    calibration | camera | network_catalog | video_run) options+=(-dict=tests/fuzz/json.dict) ;;
+    bridge_answers | calibration | camera | network_catalog | video_run) options+=(-dict=tests/fuzz/json.dict) ;;
     esac
     case $target in
     quilt) options+=(-max_len=100000) ;;

@@ -2,6 +2,7 @@
 // description of its calibration.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/bridge.hpp"
 #include "cli/outputs.hpp"
 #include "cli/quilt_options.hpp"
 
@@ -100,23 +101,28 @@ struct TableJob {
     QuiltRequest layout;
     std::filesystem::path table;  // empty: named after the display
     std::filesystem::path shader; // instead of a table; empty: none
-    QuiltSampling sampling;       // of the shader
+    std::filesystem::path saved;  // with --read-usb and --read-bridge: the file to write
+    bool readsUsb = false;
+    QuiltSampling sampling; // of the shader
     bool replace = false;
     bool info = false;
     bool json = false;
-    std::filesystem::path usb; // with --read-usb: the file to write
 };
 
 TableJob tableJob(const CommandLine& commandLine) {
     TableJob job;
     job.display.serial = commandLine.value("serial").value_or("");
+    job.display.bridge = commandLine.value("bridge").value_or("auto");
     job.replace = commandLine.has("y");
-    if (commandLine.has("read-usb")) {
-        commandLine.exclude("read-usb", {"info", "json", "m", "mpv-shader", "q", "r", "invert"});
+    for (const char* option : {"read-usb", "read-bridge"}) {
+        if (!commandLine.has(option)) continue;
+        commandLine.exclude(option, {"info", "json", "m", "q", "r", "invert", "mpv-shader"});
         if (commandLine.files().size() != 1) commandLine.failNames("one file to write", 1);
-        job.usb = commandLine.files().front();
-        return job;
+        job.saved = commandLine.files().front();
+        job.readsUsb = commandLine.has("read-usb");
     }
+    commandLine.exclude("read-usb", "read-bridge");
+    if (!job.saved.empty()) return job;
     job.json = commandLine.has("json");
     job.info = commandLine.has("info") || job.json;
     commandLine.exclude("mpv-shader", {"m", "r", "info", "json"});
@@ -136,9 +142,6 @@ TableJob tableJob(const CommandLine& commandLine) {
 
 // Writes the calibration in the memory of a display, all of which is read.
 int saveUsbCalibration(const TableJob& job, Messages& messages) {
-    Outputs outputs(job.replace);
-    outputs.addOutputs({job.usb});
-    outputs.check();
     const std::vector<UsbDisplay> displays = findUsbDisplays();
     const std::string& wanted = job.display.serial;
     std::vector<std::string> found;
@@ -149,8 +152,8 @@ int saveUsbCalibration(const TableJob& job, Messages& messages) {
         const bool isMeant =
             wanted.empty() ? displays.size() == 1 : lowerCase(serial) == lowerCase(wanted);
         if (!isMeant) continue;
-        writeFile(job.usb, json);
-        messages.say(job.usb.string() + ": calibration of " + found.back());
+        writeFile(job.saved, json);
+        messages.say(job.saved.string() + ": calibration of " + found.back());
         return kExitDone;
     }
     if (!found.empty()) {
@@ -163,11 +166,19 @@ int saveUsbCalibration(const TableJob& job, Messages& messages) {
                 "15.6\", 8K)");
 }
 
+// Writes the calibration of a display that Looking Glass Bridge knows.
+int saveBridgeCalibration(const TableJob& job, Messages& messages) {
+    const BridgeDevice device = deviceOfBridge(job.display.bridge, job.display.serial);
+    writeFile(job.saved, device.calibrationText);
+    messages.say(job.saved.string() + ": calibration of " + device.name);
+    return kExitDone;
+}
+
 int makeTable(const TableJob& job, Messages& messages) {
     if (job.json) messages.leaveStandardOutput();
     const ChosenDisplay display =
         findDisplay(job.display, messages, {}, job.info ? DisplayUse::Describe : DisplayUse::Show);
-    const std::filesystem::path& file = display.files.front();
+    const std::filesystem::path file = display.files.empty() ? "bridge" : display.files.front();
     const Calibration& calibration = display.calibration;
     const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
     if (job.shader.empty()) messages.say("quilt: " + layout.text());
@@ -186,7 +197,7 @@ int makeTable(const TableJob& job, Messages& messages) {
     }
 
     Outputs outputs(job.replace);
-    outputs.addInputs({file});
+    outputs.addInputs(display.files);
     if (!job.shader.empty()) {
         outputs.addOutputs({job.shader});
         outputs.check();
@@ -221,6 +232,7 @@ int main(int argc, char** argv) {
                             "every sub-pixel of the panel, the quilt pixel that it shows.");
     commandLine.addUsage("[-m OUT.map] [-q RxC] [-r HxW] visual.json");
     commandLine.addUsage("--mpv-shader OUT.glsl [-q RxC] visual.json");
+    commandLine.addUsage("--read-bridge OUT.json");
     commandLine.addUsage("--info [--json] [visual.json]");
     commandLine.addUsage("--read-usb OUT.json");
     commandLine.addSection("Output");
@@ -235,11 +247,14 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"read-usb"},
                             "Save the calibration that a connected display of the first "
                             "generation (8.9\", 15.6\", 8K) holds in its memory (Linux).");
+    commandLine.addAdvanced({"read-bridge"},
+                            "Save the calibration of the display of Looking Glass Bridge.");
     commandLine.addSection("Display and quilt");
     addQuiltOptions(commandLine);
     commandLine.add({"serial"},
                     "Choose among several calibrations in the file, or several displays.", "NAME");
     addInvertOption(commandLine);
+    addBridgeOptions(commandLine, "Where the calibration bridge comes from:", false);
     addSamplingOptions(commandLine, "linear for --mpv-shader");
     commandLine.addExample("--info visual.json", "Show what the calibration means.");
     commandLine.addExample("-m portrait.map visual.json",
@@ -251,9 +266,15 @@ int main(int argc, char** argv) {
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "
-                        "where none is named.");
+                        "where none is named. The word bridge stands for that of "
+                        "Looking Glass Bridge.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         const TableJob job = tableJob(given);
-        return job.usb.empty() ? makeTable(job, messages) : saveUsbCalibration(job, messages);
+        if (job.saved.empty()) return makeTable(job, messages);
+        Outputs outputs(job.replace);
+        outputs.addOutputs({job.saved});
+        outputs.check();
+        return job.readsUsb ? saveUsbCalibration(job, messages)
+                            : saveBridgeCalibration(job, messages);
     });
 }

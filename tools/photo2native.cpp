@@ -9,6 +9,7 @@
 #include "photo/photo_report.hpp"
 #include "photo/photo_run.hpp"
 
+#include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
 
@@ -116,6 +117,20 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
         report["pictures"] = pictures;
         writeFile(job.report, jsonText(report, 2) + "\n");
     };
+    const auto showByBridge = [&] {
+        std::vector<BridgeEntry> entries;
+        for (const PhotoItem& item : plan.items) {
+            const fs::path& file = item.quilt.empty() ? item.rgbd : item.quilt;
+            if (plan.batch &&
+                std::find(made.outputs.begin(), made.outputs.end(), file) == made.outputs.end())
+                continue;
+            entries.push_back(item.quilt.empty() ? rgbdEntry(file, savedRgbdLayout(file).halves ==
+                                                                       StereoHalves::Squeezed)
+                                                 : bridgeEntry(file, display.aspect()));
+            entries.back().seconds = job.bridgeSeconds;
+        }
+        if (!entries.empty()) showOnBridge(*job.bridge, entries, messages);
+    };
     try {
         if (plan.batch) {
             makeManyPhotos(plan, photoRun, made, pictures, messages);
@@ -123,6 +138,7 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
         } else {
             makeOnePhoto(plan.items.front(), photoRun, made, pictures, messages);
         }
+        if (job.bridge && made.status != kExitStopped) showByBridge();
     } catch (...) {
         writeReport(kExitFailed);
         throw;
@@ -183,6 +199,7 @@ void addOptions(CommandLine& commandLine) {
         commandLine,
         "It holds the whole photo in its own shape, or the part of --center and --zoom, and");
     GoFolder::addOptions(commandLine, "photos");
+    addBridgeOptions(commandLine, "Also show the quilts (with --save-rgbd: the RGB-D pictures) by");
     addProgressOption(commandLine);
     commandLine.addAdvanced({"report"},
                             "Write all settings used and the time of each stage, for programs.",

@@ -1,6 +1,7 @@
 // quilt2native: turns a quilt, or a video of quilts, into a Native.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/bridge.hpp"
 #include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
 #include "cli/go_folder.hpp"
@@ -204,14 +205,13 @@ cv::Mat laidOut(const cv::Mat& quilt, const QuiltLayout& from, const QuiltLayout
     return result;
 }
 
-// Writes quilts to the storage of a Go. Exit status.
-int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>& names,
-           Messages& messages) {
+// The quilts that are named, and those of the folders among the names.
+std::vector<FolderFile> listQuilts(const QuiltJob& job, const std::vector<fs::path>& names,
+                                   std::vector<LeftOutFile>& leftOut, Messages& messages) {
     FolderSearch search;
     search.wanted = {FileKind::Photo, FileKind::Quilt};
     search.recursive = job.recursive;
     search.pairDepth = false;
-    std::vector<LeftOutFile> leftOut;
     std::vector<FolderFile> quilts;
     for (const fs::path& name : names) {
         if (isDirectory(name)) {
@@ -224,6 +224,37 @@ int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>&
     if (quilts.empty())
         throw Error(ErrorCode::NotFound, names.front().string(),
                     "holds no pictures, expected quilts");
+    return quilts;
+}
+
+// Shows quilts where they lie. Exit status.
+int showQuilts(const QuiltJob& job, const BridgeJob& bridge, double seconds,
+               const std::vector<fs::path>& names, Messages& messages) {
+    const ChosenDisplay display = findDisplay(job.display, messages, {}, DisplayUse::Quilt);
+    std::vector<LeftOutFile> leftOut;
+    std::vector<BridgeEntry> entries;
+    for (const FolderFile& quilt : listQuilts(job, names, leftOut, messages)) {
+        requireFile(quilt.file);
+        if (parseQuiltName(quilt.file)) {
+            entries.push_back(bridgeEntry(quilt.file, display.aspect()));
+        } else {
+            const ReadQuilt read = readQuilt(job, quilt.file, false, display, messages);
+            entries.emplace_back();
+            entries.back().file = quilt.file;
+            entries.back().grid = {read.layout.columns, read.layout.rows};
+            entries.back().aspect = read.shape.shownAspect();
+        }
+        if (!isVideoFileName(quilt.file)) entries.back().seconds = seconds;
+    }
+    showOnBridge(bridge, entries, messages);
+    return kExitDone;
+}
+
+// Writes quilts to the storage of a Go. Exit status.
+int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>& names,
+           Messages& messages) {
+    std::vector<LeftOutFile> leftOut;
+    const std::vector<FolderFile> quilts = listQuilts(job, names, leftOut, messages);
     go.requireSpace(quilts.size());
     const ChosenDisplay display = goDisplay();
     const std::vector<std::string> stems = outputStems(quilts);
@@ -277,16 +308,23 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
 
 // Converts what a command line names.
 int run(const CommandLine& commandLine, Messages& messages) {
-    if (const auto go = GoFolder::of(commandLine)) {
-        commandLine.exclude("go", {"y", "skip-existing", "lg", "save-stereo", "m", "c", "serial",
-                                   "invert", "view-filter", "sampling", "codec", "resume", "report",
-                                   "progress"});
+    const auto go = GoFolder::of(commandLine);
+    const auto bridge = bridgeJob(commandLine);
+    if (go || bridge) {
+        for (const char* option :
+             {"y", "skip-existing", "lg", "save-stereo", "m", "invert", "view-filter", "sampling",
+              "codec", "resume", "report", "progress"})
+            commandLine.exclude(go ? "go" : "bridge", option);
         if (commandLine.files().empty()) commandLine.failNames("QUILT", 1);
         QuiltJob job;
+        job.display = displayOptions(commandLine);
         job.layout = quiltRequest(commandLine);
         job.fit = fitOption(commandLine);
         job.recursive = commandLine.has("recursive");
-        return fillGo(job, *go, commandLine.files(), messages);
+        const std::vector<fs::path>& names = commandLine.files();
+        if (bridge) return showQuilts(job, *bridge, secondsOfEach(commandLine), names, messages);
+        commandLine.exclude("go", {"c", "serial"});
+        return fillGo(job, *go, names, messages);
     }
     QuiltJob job = quiltJob(commandLine);
     if (commandLine.has("tell-kind")) {
@@ -356,10 +394,12 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
     commandLine.addUsage("[options] DIR OUTDIR");
     commandLine.addUsage("--go DIR [options] QUILT... | DIR");
+    commandLine.addUsage("--bridge auto [options] QUILT... | DIR");
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     GoFolder::addOptions(commandLine, "quilts");
+    addBridgeOptions(commandLine, "Instead of Natives: show the quilts, also videos, by");
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addAdvanced({"skip-existing"}, "With a folder: skip quilts whose Native exists.");
     addRecursiveOption(commandLine, "quilts");

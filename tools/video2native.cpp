@@ -58,6 +58,7 @@ void addOptions(CommandLine& commandLine) {
                     "Show the video on the display with altiro3Dview and profile live; write "
                     "no file.");
     commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
+    addBridgeOptions(commandLine, "With --quilt-out or --rgbd-out: also show the video by");
     commandLine.add({"resume"}, "Continue an interrupted run of the same command. Of a folder: "
                                 "leave out videos whose output is complete.");
     commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "cli/bridge.hpp"
 #include "cli/quilt_options.hpp"
 
 #include <fstream>
@@ -137,6 +138,15 @@ Calibration readChosenCalibration(const fs::path& file, const std::string& seria
     return all.front();
 }
 
+// The display of -c bridge.
+ChosenDisplay displayOfBridge(const DisplayOptions& options) {
+    const BridgeDevice device = deviceOfBridge(options.bridge, options.serial);
+    ChosenDisplay display{displayOf(device.calibration, bridgeName(options.bridge)), {}, {}};
+    display.invert = options.invert;
+    if (device.quilt) display.quilt = *device.quilt;
+    return display;
+}
+
 // The calibration of -c, or the first one found.
 ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearch& volumes,
                                 Messages& messages) {
@@ -150,6 +160,7 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
         return displayIn(readChosenCalibration(file, options.serial, volumes.isWindow, messages),
                          file);
     };
+    if (isBridge(options.calibration)) return displayOfBridge(options);
     if (!options.calibration.empty()) return chosen(options.calibration);
     if (const auto named = environment("LKG_CALIBRATION")) {
         try {
@@ -265,8 +276,13 @@ DisplayOptions displayOptions(const CommandLine& commandLine) {
                                         "calibrations are given with -c");
     }
     commandLine.exclude("m", {"invert", "view-filter", "sampling"});
-    return {map, commandLine.value("c").value_or(""), commandLine.value("serial").value_or(""),
-            invertOption(commandLine)};
+    DisplayOptions options{map, commandLine.value("c").value_or(""),
+                           commandLine.value("serial").value_or(""), invertOption(commandLine)};
+    if (const auto bridge = commandLine.value("bridge")) {
+        options.bridge = *bridge;
+        if (map.empty() && options.calibration.empty()) options.calibration = "bridge";
+    }
+    return options;
 }
 
 void addDisplayOptions(CommandLine& commandLine) {
@@ -275,7 +291,8 @@ void addDisplayOptions(CommandLine& commandLine) {
                             "FILE.map");
     commandLine.add({"c", "calibration"},
                     "Calibration of the display. Without -m and -c: $LKG_CALIBRATION, "
-                    "./visual.json, a connected display's own volume or memory, else a sample.",
+                    "./visual.json, a connected display's own volume or memory, else a sample. "
+                    "bridge: that of the display of Looking Glass Bridge.",
                     "visual.json");
     commandLine.addAdvanced(
         {"serial"}, "Choose among several displays by serial number or volume name.", "NAME");
@@ -333,6 +350,8 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
     display.files = {options.map};
     display.source = options.map.string();
     display.quilt = display.map->quilt();
+    if (isBridge(options.calibration))
+        throw UsageError("-m and -c bridge exclude each other, expected one of them");
     if (!options.calibration.empty()) {
         const fs::path file = calibrationFile(options.calibration);
         display.calibration =

@@ -20,10 +20,12 @@ struct ChosenDisplay : Display {
 
 /// How the command line names a display.
 struct DisplayOptions {
-    std::filesystem::path map;         ///< `-m`; empty: none.
-    std::filesystem::path calibration; ///< `-c`, also a display's volume; empty: one is found.
-    std::string serial;                ///< `--serial`; empty: none.
+    std::filesystem::path map; ///< `-m`; empty: none.
+    /// `-c`, also a display's volume, or "bridge"; empty: one is found.
+    std::filesystem::path calibration;
+    std::string serial; ///< `--serial`; empty: none.
     InvertViews invert = InvertViews::Auto;
+    std::string bridge = "auto"; ///< Where `-c bridge` asks: `--bridge`.
 };
 
 /// -m -c --serial --invert, -q -r
@@ -67,6 +69,11 @@ enum class DisplayUse {
 /// @throws UsageError, Error
 ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
                           const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);
+
+/// Whether `-c` names Looking Glass Bridge.
+inline bool isBridge(const std::filesystem::path& calibration) {
+    return calibration == "bridge";
+}
 
 /// The calibration file that a path stands for; the path may be a display's volume or its folder.
 /// @throws Error BadFormat (a look-up table)

@@ -59,16 +59,23 @@ void GoFolder::addOptions(CommandLine& commandLine, const std::string& things) {
                                 "them without a computer. DIR is that storage, or a folder to copy "
                                 "there; what it holds stays.",
                             "DIR");
-    commandLine.addAdvanced({"each"}, "With --go: show each for S seconds (default 20).", "S");
+    commandLine.addAdvanced({"each"},
+                            "With --go and --bridge: show each for S seconds (default 20).", "S");
+}
+
+double secondsOfEach(const CommandLine& commandLine) {
+    return commandLine.number("each", 0.1, 1e6).value_or(20);
 }
 
 std::optional<GoFolder> GoFolder::of(const CommandLine& commandLine) {
     const auto storage = commandLine.value("go");
     if (!storage) {
-        commandLine.refuse({"each"}, " applies to --go, expected both");
+        if (!commandLine.has("bridge"))
+            commandLine.refuse({"each"}, " applies to --go and --bridge, expected one of them");
         return std::nullopt;
     }
-    return GoFolder(*storage, commandLine.number("each", 0.1, 1e6).value_or(20));
+    commandLine.exclude("go", "bridge");
+    return GoFolder(*storage, secondsOfEach(commandLine));
 }
 
 GoFolder::GoFolder(fs::path storage, double seconds)

@@ -180,6 +180,13 @@ PhotoJob photoJob(const CommandLine& commandLine) {
                                    "view-filter", "sampling"});
         job.outputs.quilt = job.go->content();
     }
+    job.bridge = bridgeJob(commandLine);
+    if (job.bridge) {
+        commandLine.exclude("bridge", {"plan", "m"});
+        job.bridgeSeconds = secondsOfEach(commandLine);
+        job.quiltIsForBridge = job.outputs.quilt.empty() && job.outputs.rgbd.empty();
+        if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
+    }
     job.eyes = EyesFiles(commandLine);
     for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
         job.keepsEyes = job.keepsEyes && !commandLine.has(other);
@@ -283,6 +290,11 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
             if (!isStandardStream(item.photo)) requireFile(item.photo);
             if (!item.depth.empty()) requireFile(item.depth);
         }
+        if (job.quiltIsForBridge) {
+            const bool isInCache = item.native.empty() || isStandardStream(item.native);
+            item.quilt = isInCache ? quiltForBridge(stems[i])
+                                   : item.native.parent_path() / (stems[i] + ".png");
+        }
         if (job.go) {
             item.quilt = job.go->quiltFile(i, stems[i]);
         } else if (!item.quilt.empty()) {
@@ -316,6 +328,8 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
         if (!item.video.empty()) requireVideoName(item.video);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         const std::vector<fs::path> files = outputsOf(item, views);
+        if (job.quiltIsForBridge && item.native.empty())
+            outputs.addDirectory(item.quilt.parent_path());
         for (const fs::path& file : files) {
             if (plan.batch) outputs.addDirectory(file.parent_path());
             if (file == item.native && !plan.batch) {

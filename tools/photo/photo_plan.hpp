@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/bridge.hpp"
 #include "cli/budget.hpp"
 #include "cli/depth_options.hpp"
 #include "cli/display_options.hpp"
@@ -41,8 +42,11 @@ struct PhotoJob {
     std::filesystem::path report;
     std::filesystem::path plan; ///< Folder of `--plan`.
     std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.
-    bool replace = false;       ///< `-y`
-    bool skipExisting = false;  ///< Photos whose outputs all exist are not made again.
+    std::optional<BridgeJob> bridge;
+    double bridgeSeconds = 20;     ///< How long Bridge shows each.
+    bool quiltIsForBridge = false; ///< No option asks for it: it gets a place of its own.
+    bool replace = false;          ///< `-y`
+    bool skipExisting = false;     ///< Photos whose outputs all exist are not made again.
     bool recursive = false;
     bool jsonProgress = false;
     DisplayOptions display;

@@ -179,9 +179,9 @@ RunSettings settingsOf(const std::vector<std::pair<std::string, std::string>>& g
     RunSettings settings;
     for (const auto& [option, value] : given) {
         // The last four are left out because their effect is compared, not their text.
-        constexpr std::array<const char*, 12> kOthers = {
-            "y", "v", "resume", "recursive", "progress", "report", "plan", "chunk-seconds",
-            "c", "m", "serial", "j"};
+        constexpr std::array<const char*, 14> kOthers = {
+            "bridge", "serve",         "y", "v", "resume", "recursive", "progress", "report",
+            "plan",   "chunk-seconds", "c", "m", "serial", "j"};
         if (std::find(kOthers.begin(), kOthers.end(), option) != kOthers.end()) continue;
         settings["-" + std::string(option.size() > 1 ? "-" : "") + option] = value;
     }
@@ -382,6 +382,12 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     if (commandLine.has("fit")) job.fit = native.fit;
     job.display = displayOptions(commandLine);
     job.screen = commandLine.value("screen").value_or("");
+    job.bridge = bridgeJob(commandLine);
+    const bool isForBridge =
+        plan.product == VideoProduct::Quilt || plan.product == VideoProduct::Rgbd;
+    if (job.bridge && (!isForBridge || job.isFolder || isStandardStream(plan.output)))
+        throw UsageError("--bridge shows a quilt or RGB-D video, expected --quilt-out or "
+                         "--rgbd-out with one file as OUT");
     job.quilt = quiltRequest(commandLine);
     job.encoding = encoderOptions(commandLine, job.profile);
     if (!plan.fromQuilt) {

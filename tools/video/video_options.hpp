@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_conversion.hpp"
+#include "cli/bridge.hpp"
 #include "cli/depth_options.hpp"
 #include "cli/eyes_options.hpp"
 #include "cli/outputs.hpp"
@@ -90,7 +91,8 @@ struct VideoJob {
     bool isMaxRateGiven = false; ///< Otherwise the display sets VideoWriterOptions::maxRate.
     VideoProfile profile;
     DisplayOptions display;
-    std::string screen; ///< `--screen`; empty: the display's own.
+    std::optional<BridgeJob> bridge; ///< Shows the quilt or RGB-D video when it is made.
+    std::string screen;              ///< `--screen`; empty: the display's own.
     QuiltRequest quilt;
     SceneOptions scene;         ///< How Natives are made, with what the profile sets.
     std::optional<FitMode> fit; ///< `--fit`; nothing: not given.

@@ -427,6 +427,15 @@ int runVideo(const VideoJob& job, Messages& messages) {
         throw;
     }
     if (!report.empty()) writeFile(job.plan.report, report);
+    if (status == kExitDone && job.bridge) {
+        const std::filesystem::path& file = run.plan.output;
+        const bool isSqueezed = savedRgbdLayout(file).halves == StereoHalves::Squeezed;
+        const bool isRgbd = run.plan.product == VideoProduct::Rgbd;
+        showOnBridge(
+            *job.bridge,
+            {isRgbd ? rgbdEntry(file, isSqueezed) : bridgeEntry(file, run.display.aspect())},
+            messages);
+    }
     if (status != kExitDone || job.plan.native.empty()) return status;
     VideoJob other = job;
     other.plan.product = VideoProduct::Native;

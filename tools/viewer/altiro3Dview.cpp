@@ -3,6 +3,8 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/qt/display_search.hpp"
+#include "cli/bridge.hpp"
 #include "cli/display_options.hpp"
 #include "cli/quilt_options.hpp"
 #include "cli/run_tool.hpp"
@@ -48,6 +50,9 @@ void requireUsage(const CommandLine& commandLine) {
         commandLine.refuse({"each", "shuffle", "loop", "player"},
                            " applies to --show, expected both");
     }
+    if (!commandLine.has("show") && !commandLine.has("list-displays"))
+        commandLine.refuse({"bridge"},
+                           " applies to --show and --list-displays, expected one of them");
     if (!commandLine.has("list-displays"))
         commandLine.refuse({"json"},
                            " applies to --list-displays, expected --list-displays with it");
@@ -144,6 +149,9 @@ int main(int argc, char** argv) {
                             "With --show: the program that plays. mpv plays quilts and videos of "
                             "quilts, whose names state their layout, on the graphics card.",
                             "viewer|mpv");
+    addBridgeOptions(commandLine,
+                     "With --show: show quilts and RGB-D files, whose names state what they are, "
+                     "by; with --list-displays: also list the displays of");
     commandLine.add({"test-picture"},
                     "Show a picture on the display that tells faults of the calibration, the "
                     "screen and its colours apart, and print how to read it.");
@@ -170,7 +178,8 @@ int main(int argc, char** argv) {
         argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
             requireUsage(given);
             if (given.has("list-displays"))
-                return listDisplays(argc, argv, given.has("json"), messages);
+                return listDisplays(argc, argv, given.has("json"),
+                                    given.value("bridge").value_or(""), messages);
             const ShowJob job = showJob(given);
             if (given.has("show")) return present(argc, argv, job, messages);
             if (given.has("test-picture")) return presentTestPicture(argc, argv, job, messages);

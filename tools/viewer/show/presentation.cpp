@@ -5,6 +5,7 @@
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "cli/display_options.hpp"
+#include "cli/folders.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/show/slide_presenter.hpp"
 
@@ -202,6 +203,23 @@ int presentByMpv(int& argc, char** argv, const ShowJob& job, tools::Messages& me
     becomeMpv(job, files.files(), shader, screen);
 }
 
+int presentByBridge(const ShowJob& job, tools::Messages& messages) {
+    const ShowFiles files(job.files);
+    messages.warn(files.notes());
+    const tools::ChosenDisplay display =
+        tools::findDisplay(job.display, messages, {}, tools::DisplayUse::Quilt);
+    std::vector<tools::BridgeEntry> entries;
+    for (const Source& source : files.files()) {
+        entries.push_back(tools::bridgeEntry(source.file, display.aspect()));
+        if (!tools::isVideoFileName(source.file)) entries.back().seconds = job.slides.each;
+    }
+    messages.flushWarnings();
+    tools::BridgeJob bridge = *job.bridge;
+    bridge.loops = bridge.loops || entries.size() == 1;
+    tools::showOnBridge(bridge, entries, messages);
+    return tools::kExitDone;
+}
+
 int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     ShowFiles files(job.files);
     messages.warn(files.notes());
@@ -322,10 +340,16 @@ ShowJob showJob(const tools::CommandLine& commandLine) {
     if (const auto volume = commandLine.number("volume", 0, 100))
         job.play.volume = static_cast<int>(std::lround(*volume));
     job.play.muted = commandLine.has("mute");
+    job.bridge = tools::bridgeJob(commandLine);
+    if (job.bridge) {
+        job.bridge->loops = job.slides.loops;
+        commandLine.exclude("bridge", {"shuffle", "screen", "player", "volume", "mute"});
+    }
     job.byMpv =
         commandLine.oneOf<bool>("player", {{"viewer", false}, {"mpv", true}}).value_or(false);
-    if (job.byMpv && !job.files.empty() && job.files.front() == "-")
-        throw tools::UsageError("--player mpv plays files, expected names instead of -");
+    if ((job.byMpv || job.bridge) && !job.files.empty() && job.files.front() == "-")
+        throw tools::UsageError((job.byMpv ? "--player mpv" : "--bridge") +
+                                std::string(" plays files, expected names instead of -"));
     return job;
 }
 
@@ -337,6 +361,7 @@ void detailSilence(tools::Messages& messages) {
 int present(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
     const bool isStream = job.files.front() == "-";
     if (isStream) return presentStream(argc, argv, job, messages);
+    if (job.bridge) return presentByBridge(job, messages);
     return (job.byMpv ? presentByMpv : presentFiles)(argc, argv, job, messages);
 }
 
@@ -384,7 +409,8 @@ std::vector<MountedCalibration> calibrations() {
     return tools::withUsbDisplays(qt::findVolumes());
 }
 
-int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
+int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
+                 tools::Messages& messages) {
     std::unique_ptr<QGuiApplication> application;
     if (hasDesktop())
         application = std::make_unique<QGuiApplication>(argc, argv);
@@ -393,9 +419,28 @@ int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
     const std::vector<qt::ScreenFacts> screens =
         application ? screenFacts() : std::vector<qt::ScreenFacts>();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
+    std::vector<tools::BridgeDevice> ofBridge;
+    try {
+        ofBridge = tools::devicesOfBridge(bridge.empty() ? "auto" : bridge);
+    } catch (const Error& error) {
+        if (!bridge.empty()) throw;
+        messages.detail(error.what()); // none runs, mostly
+    }
+    const std::string bridgeName = tools::bridgeName(bridge.empty() ? "auto" : bridge);
     if (json) {
-        messages.print(
-            jsonOf(displays, screens).dump(2, ' ', false, Json::error_handler_t::replace));
+        Json list = jsonOf(displays, screens);
+        for (const tools::BridgeDevice& device : ofBridge) {
+            Json entry = {
+                {"name", device.name}, {"bridge", bridgeName}, {"problems", Json::array()}};
+            if (!device.problem.empty()) entry["problems"].push_back(device.problem);
+            if (device.problem.empty()) {
+                entry["serial"] = device.calibration.serial;
+                entry["panelWidth"] = device.calibration.screenW;
+                entry["panelHeight"] = device.calibration.screenH;
+            }
+            list["displays"].push_back(std::move(entry));
+        }
+        messages.print(list.dump(2, ' ', false, Json::error_handler_t::replace));
         return tools::kExitDone;
     }
     for (const qt::FoundDisplay& display : displays) {
@@ -410,7 +455,15 @@ int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages) {
         for (const std::string& problem : display.problems)
             messages.say("  " + problem);
     }
-    if (displays.empty()) messages.say("no light-field display was found");
+    for (const tools::BridgeDevice& device : ofBridge) {
+        const Calibration& known = device.calibration;
+        messages.say("display " + device.name + ", " + bridgeName +
+                     (device.problem.empty()
+                          ? ", panel " + tools::sizeText({known.screenW, known.screenH})
+                          : ""));
+        if (!device.problem.empty()) messages.say("  " + device.problem);
+    }
+    if (displays.empty() && ofBridge.empty()) messages.say("no light-field display was found");
     for (std::size_t i = 0; i < screens.size(); ++i)
         messages.say("screen " + std::to_string(i) + ": " + textOf(screens[i]));
     return tools::kExitDone;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/qt/display_search.hpp"
+#include "cli/bridge.hpp"
 #include "cli/display_options.hpp"
 #include "viewer/player/video_player.hpp"
 #include "viewer/show/slide_show.hpp"
@@ -21,6 +22,7 @@ struct ShowJob {
     SlideShow::Settings slides;
     PlaySettings play;
     bool byMpv = false; ///< `--player mpv`
+    std::optional<tools::BridgeJob> bridge;
 };
 /// Reads --show and what belongs to it. @throws UsageError
 ShowJob showJob(const tools::CommandLine& commandLine);
@@ -66,7 +68,9 @@ std::optional<std::size_t> screenBeside(const std::vector<qt::FoundDisplay>& dis
 std::vector<MountedCalibration> calibrations();
 
 /// Prints the displays, screens and volumes found, for people or (JSON) for programs.
-int listDisplays(int& argc, char** argv, bool json, tools::Messages& messages);
+/// @param bridge address of Looking Glass Bridge; empty: one on this computer, if it runs
+int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
+                 tools::Messages& messages);
 
 /// Reads the next of the 8-bit colour pictures (PPM, P6, without comments) that follow each other
 /// in a file. It returns as soon as the last byte of the picture has arrived: FFmpeg waits for

@@ -94,7 +94,7 @@ fs::path GoFolder::quiltFile(std::size_t index, const std::string& stem) const {
     number.insert(0, 3 - std::min<std::size_t>(number.size(), 3), '0');
     std::string name = stem; // without another layout
     if (parseQuiltName(stem + ".jpg")) name.resize(lowerCase(stem).rfind("_qs"));
-    const Display go = goDisplay();
+    const ChosenDisplay go = goDisplay();
     return quiltFileName(content_ / (number + "_" + inFileName(name) + ".jpg"), go.quilt,
                          go.aspect());
 }
@@ -118,7 +118,7 @@ void GoFolder::finish(const std::vector<fs::path>& quilts, Messages& messages) c
         fs::remove(content_, ignored); // only if it is empty
         return;
     }
-    const Display go = goDisplay();
+    const ChosenDisplay go = goDisplay();
     const Json sidecar = {{"mediaType", "quilt"},
                           {"quilt_settings",
                            {{"viewX", go.quilt.columns},

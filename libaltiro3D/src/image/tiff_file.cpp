@@ -403,8 +403,8 @@ cv::Mat TiffFile::Impl::samplesOf(std::vector<std::uint8_t>& block, cv::Size siz
                 continue;
             }
             unsigned value = 0; // most significant bits first
-            for (std::size_t at = std::size_t{bits} * static_cast<std::size_t>(i), end = at + bits;
-                 at < end; ++at)
+            const std::size_t begin = std::size_t{bits} * static_cast<std::size_t>(i);
+            for (std::size_t at = begin; at < begin + bits; ++at)
                 value = value << 1 | (from[at / 8] >> (7 - at % 8) & 1U);
             if (bits < 8) {
                 result.ptr(y)[i] = static_cast<std::uint8_t>(value);

@@ -295,6 +295,7 @@ int BorderShares::shareBehind(int row, int x, float middle) const {
         all += weight * sum;
         behind += weight * sumBehind;
     }
+    // cppcheck-suppress zerodiv // there is always a weight
     return static_cast<int>((256 * behind + all / 2) / all);
 }
 

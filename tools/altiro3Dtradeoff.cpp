@@ -2,7 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/depth2quilt.hpp"
-#include "cli/depth_options.hpp"
+#include "cli/chosen_depth.hpp"
 #include "cli/json_text.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/outputs.hpp"

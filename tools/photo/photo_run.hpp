@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/native_maker.hpp"
+#include "cli/chosen_depth.hpp"
 #include "photo/photo_plan.hpp"
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "cli/chosen_depth.hpp"
 #include "video/video_options.hpp"
 
 #include <functional>

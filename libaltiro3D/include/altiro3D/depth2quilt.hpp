@@ -5,6 +5,7 @@
 #include "altiro3D/scene.hpp"
 #include "altiro3D/view_options.hpp"
 
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -13,6 +14,10 @@
 namespace altiro3D {
 
 class DepthSource;
+
+/// Receives the share of a quilt that is made, 0..1. Returns true to continue, false to stop. It is
+/// called from several threads, but never from two at a time.
+using QuiltProgressFunction = std::function<bool(double share)>;
 
 /// Makes the views of a photo with depth and lays them out as a quilt.
 ///
@@ -45,6 +50,13 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (sizes differ),
     ///         OutOfMemory
     void render(const Scene& scene, cv::Mat& quilt) const;
+
+    /// As above, for work that takes long.
+    /// @param scene, quilt as above; a part of the quilt is made if the work is stopped
+    /// @param goOn receives the progress; may be empty
+    /// @return false if `goOn` has stopped the work
+    /// @throws Error as above; exceptions of `goOn` stop the work and pass through
+    bool render(const Scene& scene, cv::Mat& quilt, const QuiltProgressFunction& goOn) const;
 
     /// Makes one view.
     ///

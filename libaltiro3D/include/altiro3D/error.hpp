@@ -2,6 +2,7 @@
 
 #include "altiro3D/export.hpp"
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -37,9 +38,12 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
 
     /// Kind of failure. @return as given to the constructor
     [[nodiscard]] ErrorCode code() const noexcept { return code_; }
+    /// The file or argument at fault, as what() names it. @return the first part of what()
+    [[nodiscard]] std::string subject() const { return {what(), subjectBytes_}; }
 
   private:
     ErrorCode code_;
+    std::size_t subjectBytes_;
 };
 
 /// Text of files and users as one line that cannot give a terminal orders: control characters

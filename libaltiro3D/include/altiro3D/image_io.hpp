@@ -171,6 +171,17 @@ ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<unsigned char>
 encodePicture(const cv::Mat& picture, ImageMark mark = ImageMark::None);
 
+/// Encodes a picture in any format that is written.
+///
+/// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
+/// @param name its extension names the format, as for writeImage(); it stands in messages
+/// @param mark as for writeImage()
+/// @return the bytes that writeImage() writes to a file of that name
+/// @throws Error as writeImage()
+[[nodiscard]] ALTIRO3D_EXPORT std::vector<unsigned char>
+encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
+              ImageMark mark = ImageMark::None);
+
 /// Whether a PNG file is marked as a Native, so it is not used as a photo by mistake. False for
 /// Natives in other formats or from other programs, and as PhotoFile::start() for pipes and
 /// unreadable files. Throws only if an allocation fails.

@@ -208,6 +208,13 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @throws Error Mismatch (another size), as Depth2Quilt::render()
     void makeQuilt(const Scene& fitted, cv::Mat& quilt) const;
 
+    /// As above, with progress: Depth2Quilt::render().
+    /// @param fitted, quilt as above
+    /// @param goOn receives the progress; may be empty
+    /// @return false if `goOn` has stopped the work
+    /// @throws Error as above; exceptions of `goOn` stop the work and pass through
+    bool makeQuilt(const Scene& fitted, cv::Mat& quilt, const QuiltProgressFunction& goOn) const;
+
     /// Makes the Native of a fitted photo.
     /// @param fitted photo and depth map of workSize(); used if path() is Direct, else ignored
     /// @param quilt from makeQuilt(); used if path() is OverQuilt, else ignored and may be empty

@@ -23,7 +23,8 @@ const char* errorCodeName(ErrorCode code) noexcept {
 }
 
 Error::Error(ErrorCode code, const std::string& subject, const std::string& problem)
-    : std::runtime_error(withoutControls(subject + ": " + problem)), code_(code) {}
+    : std::runtime_error(withoutControls(subject + ": " + problem)), code_(code),
+      subjectBytes_(withoutControls(subject).size()) {}
 
 const char* version() noexcept {
     return ALTIRO3D_VERSION;

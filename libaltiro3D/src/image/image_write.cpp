@@ -99,14 +99,19 @@ std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
 } // namespace
 
 void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
-    const Writer* const writer = writerFor(path);
+    const std::vector<unsigned char> file = encodePicture(picture, path, mark);
+    writeFile(path, {Bytes{file.data(), file.size()}});
+}
+
+std::vector<unsigned char> encodePicture(const cv::Mat& picture, const fs::path& name,
+                                         ImageMark mark) {
+    const Writer* const writer = writerFor(name);
     if (writer == nullptr) {
-        throw Error(ErrorCode::Unsupported, path.string(),
+        throw Error(ErrorCode::Unsupported, name.string(),
                     "its extension names no picture format that is written, expected .png, .jpg, "
                     ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
     }
-    const std::vector<unsigned char> file = fileOf(path, *writer, picture, mark);
-    writeFile(path, {Bytes{file.data(), file.size()}});
+    return fileOf(name, *writer, picture, mark);
 }
 
 std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) {

@@ -171,8 +171,13 @@ cv::Size NativeMaker::quiltSize() const {
 }
 
 void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
+    makeQuilt(fitted, quilt, {});
+}
+
+bool NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt,
+                            const QuiltProgressFunction& goOn) const {
     checkFitted(fitted, quiltSize());
-    impl_->quilter.render(impl_->filtered(fitted), quilt);
+    return impl_->quilter.render(impl_->filtered(fitted), quilt, goOn);
 }
 
 void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const {

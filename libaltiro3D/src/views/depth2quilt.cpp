@@ -5,11 +5,54 @@
 #include "views/view_methods.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
+#include <exception>
+#include <mutex>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
+
+namespace {
+
+// Tells a caller how much of some work is done. Thread-safe; an exception of the caller's waits
+// until finish(), because it must not leave cv::parallel_for_ from a thread of the pool.
+class Progress {
+  public:
+    Progress(const QuiltProgressFunction& goOn, int steps) : goOn_(goOn), steps_(steps) {}
+
+    [[nodiscard]] bool isStopped() const { return isStopped_; }
+
+    void stepDone() {
+        if (!goOn_) return;
+        const std::lock_guard<std::mutex> locked(mutex_);
+        ++done_;
+        if (isStopped_) return;
+        try {
+            isStopped_ = !goOn_(static_cast<double>(done_) / steps_);
+        } catch (...) {
+            thrown_ = std::current_exception();
+            isStopped_ = true;
+        }
+    }
+
+    // @return false if the work was stopped
+    [[nodiscard]] bool finish() const {
+        if (thrown_) std::rethrow_exception(thrown_);
+        return !isStopped_;
+    }
+
+  private:
+    const QuiltProgressFunction& goOn_;
+    int steps_;
+    int done_ = 0;
+    std::atomic<bool> isStopped_ = false;
+    std::exception_ptr thrown_;
+    std::mutex mutex_;
+};
+
+} // namespace
 
 Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
     : layout_(layout), options_(options) {
@@ -18,6 +61,11 @@ Depth2Quilt::Depth2Quilt(const QuiltLayout& layout, const ViewOptions& options)
 }
 
 void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
+    render(scene, quilt, {});
+}
+
+bool Depth2Quilt::render(const Scene& scene, cv::Mat& quilt,
+                         const QuiltProgressFunction& goOn) const {
     const cv::Mat& photo = scene.photo;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, options_, 1);
     checkApart(quilt, photo, "quilt", "photo");
@@ -36,6 +84,7 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
     const bool isTileSize = cv::Size(shown.size(), photo.rows) == layout_.tileSize;
     if (isTileSize && renderer->makesRows()) {
         const auto rowBytes = 3 * static_cast<std::size_t>(photo.cols);
+        Progress progress(goOn, photo.rows);
         forRows(photo.rows, [&](const cv::Range& rows) {
             const std::unique_ptr<RowRenderer> rowRenderer = renderer->rowRenderer();
             std::vector<std::uint8_t> whole(hasMargins ? rowBytes * shifts.size() : 0);
@@ -43,7 +92,7 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
             std::vector<std::uint8_t*> targets(shifts.size());
             for (std::size_t i = 0; hasMargins && i < targets.size(); ++i)
                 targets[i] = whole.data() + i * rowBytes;
-            for (int y = rows.start; y < rows.end; ++y) {
+            for (int y = rows.start; y < rows.end && !progress.isStopped(); ++y) {
                 for (int i = 0; i < layout_.viewCount; ++i) {
                     const cv::Point corner = layout_.tile(i).tl();
                     tiles[static_cast<std::size_t>(i)] =
@@ -54,15 +103,18 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
                     std::memcpy(tiles[i], targets[i] + 3 * static_cast<std::ptrdiff_t>(shown.start),
                                 3 * static_cast<std::size_t>(shown.size()));
                 }
+                progress.stepDone();
             }
         });
-        return;
+        return progress.finish();
     }
     const bool direct = isTileSize && !hasMargins;
     // the views at +-p in pairs
-    cv::parallel_for_(cv::Range(0, (layout_.viewCount + 1) / 2), [&](const cv::Range& pairs) {
+    const int pairCount = (layout_.viewCount + 1) / 2;
+    Progress progress(goOn, pairCount);
+    cv::parallel_for_(cv::Range(0, pairCount), [&](const cv::Range& pairs) {
         cv::Mat whole[2];
-        for (int pair = pairs.start; pair < pairs.end; ++pair) {
+        for (int pair = pairs.start; pair < pairs.end && !progress.isStopped(); ++pair) {
             const int views[] = {layout_.viewCount - 1 - pair, pair};
             cv::Mat tiles[] = {quilt(layout_.tile(views[0])), quilt(layout_.tile(views[1]))};
             for (cv::Mat& view : whole)
@@ -80,8 +132,10 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
                 if (i == 0 || views[0] != views[1])
                     cv::resize(whole[i].colRange(shown), tiles[i], tiles[i].size(), 0, 0,
                                cv::INTER_AREA);
+            progress.stepDone();
         }
     });
+    return progress.finish();
 }
 
 void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view) const {

@@ -19,6 +19,12 @@ std::set<const uchar*> bytesOf(const cv::Mat& picture) {
     return bytes;
 }
 
+TEST(Error, NamesItsSubject) {
+    const Error error(ErrorCode::NotFound, "a: b\n\xc2\x85.png", "does not exist: no such file");
+    EXPECT_EQ(error.subject(), "a: b  .png");
+    EXPECT_STREQ(error.what(), "a: b  .png: does not exist: no such file");
+}
+
 TEST(Error, EachCodeHasItsName) {
     EXPECT_STREQ(errorCodeName(ErrorCode::InvalidArgument), "InvalidArgument");
     EXPECT_STREQ(errorCodeName(ErrorCode::BadFormat), "BadFormat");

@@ -160,6 +160,13 @@ TEST_F(ImageIo, AnEncodedPictureIsTheFileThatWouldBeWritten) {
         EXPECT_EQ(std::string(bytes.begin(), bytes.end()), slurp(directory / "a.png"));
     }
     EXPECT_ANY_THROW(static_cast<void>(encodePicture(cv::Mat())));
+    const cv::Mat picture = randomPhoto({31, 17});
+    for (const char* name : {"b.png", "b.tif", "b.jpg", "b.ppm"}) {
+        writeImage(directory / name, picture);
+        const std::vector<unsigned char> bytes = encodePicture(picture, name);
+        EXPECT_EQ(std::string(bytes.begin(), bytes.end()), slurp(directory / name)) << name;
+    }
+    EXPECT_EQ(errorOf([&] { encodePicture(picture, "b.gif"); }).find("b.gif: "), 0U);
 }
 
 TEST_F(ImageIo, APipeIsLeftAloneUntilItIsRead) {

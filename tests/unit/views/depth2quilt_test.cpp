@@ -119,6 +119,32 @@ TEST(Depth2Quilt, RefinementReadsDepthWhereThePixelComesFrom) {
                          "refinement: is 17, expected 0..16"));
 }
 
+// Views of the tiles' size are made row by row, others whole.
+TEST(Depth2Quilt, TellsItsProgressAndStops) {
+    for (const cv::Size size : {cv::Size(64, 48), cv::Size(70, 40)}) {
+        const altiro3D::Scene scene{randomPhoto(size), randomDepth(size)};
+        cv::Mat whole;
+        maker(20, 0.4).render(scene, whole);
+        cv::Mat quilt;
+        std::vector<double> shares;
+        EXPECT_TRUE(maker(20, 0.4).render(scene, quilt, [&](double share) {
+            shares.push_back(share);
+            return true;
+        }));
+        EXPECT_TRUE(samePicture(quilt, whole));
+        EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+        EXPECT_GE(shares.size(), 3U);
+        EXPECT_EQ(shares.back(), 1);
+
+        int calls = 0;
+        const auto stop = [&](double) { return ++calls < 2; };
+        EXPECT_FALSE(maker(20, 0.4).render(scene, quilt, stop));
+        EXPECT_EQ(calls, 2);
+        const auto fail = [](double) -> bool { throw std::logic_error("mine"); };
+        EXPECT_THROW(maker(20, 0.4).render(scene, quilt, fail), std::logic_error);
+    }
+}
+
 TEST(Depth2Quilt, WrongInputsAreRefusedByName) {
     cv::Mat out;
     const cv::Mat photo(48, 64, CV_8UC3);

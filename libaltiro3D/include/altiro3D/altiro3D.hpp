@@ -39,8 +39,8 @@
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
 ///   null; remarks are appended to it.
 /// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading
-///   or running a network, and allocating a quilt or a look-up table. Elsewhere std::bad_alloc, or
-///   cv::Exception with the code StsNoMem, passes through.
+///   or running a network, and allocating a quilt or a look-up table. Elsewhere std::bad_alloc
+///   passes through. cv::Exception does not leave the library.
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
 ///
 /// Numbers in parentheses refer to the formulas in docs/mathematics.md.

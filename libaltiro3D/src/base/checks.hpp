@@ -129,6 +129,16 @@ auto orOutOfMemory(const std::string& subject, const std::string& problem, const
     }
 }
 
+/// At the end of a public function: an error of OpenCV leaves the library as the language's or
+/// ours.
+/// @throws std::bad_alloc; Error InvalidArgument for what our own checks have missed
+[[noreturn]] inline void leaveAsOurs(const cv::Exception& exception) {
+    if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
+    throw Error(ErrorCode::InvalidArgument, "OpenCV",
+                exception.func + ": " + exception.err +
+                    ", expected pictures that it can work with");
+}
+
 /// orOutOfMemory() for a file of a picture.
 template <class Work>
 auto withinMemory(const std::filesystem::path& file, const Work& work) {

@@ -275,7 +275,7 @@ cv::Mat smallGrey(const cv::Mat& picture) {
     return small;
 }
 
-bool looksLikeDepthImage(const cv::Mat& picture) {
+bool looksLikeDepthImage(const cv::Mat& picture) try {
     constexpr int kMinSide = 16;      // px
     constexpr double kMaxBend = 0.03; // measured: docs/depth.md
     constexpr double kSmoothShare = 0.7;
@@ -286,9 +286,11 @@ bool looksLikeDepthImage(const cv::Mat& picture) {
     const cv::Mat grey = smallGrey(picture);
     if (std::min(grey.cols, grey.rows) < kMinSide) return false;
     return wideLevels(grey) >= kMinLevels && bendOf(grey, kSmoothShare) <= kMaxBend;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-std::string reasonAgainstDepth(const cv::Mat& samples, cv::Size photo) {
+std::string reasonAgainstDepth(const cv::Mat& samples, cv::Size photo) try {
     checkType(samples, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "samples",
               "one channel of 8 or 16 bits or of floats");
     if (!haveOneShape(samples.size(), photo))
@@ -309,9 +311,11 @@ std::string reasonAgainstDepth(const cv::Mat& samples, cv::Size photo) {
     const double high = percentile(0.995);
     const bool isFlat = (high - low) * 255 < std::max(std::abs(low), std::abs(high)) || high == low;
     return isFlat ? "it is flat" : "";
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-bool hasColours(const cv::Mat& picture) {
+bool hasColours(const cv::Mat& picture) try {
     checkType(picture, {CV_8UC3, CV_16UC3, CV_32FC3, CV_64FC3}, "picture",
               "three channels of 8 or 16 bits or of floats");
     constexpr int kMaxRows = 512; // large pictures are sampled
@@ -332,6 +336,8 @@ bool hasColours(const cv::Mat& picture) {
         }
     }
     return coloured * 50 > static_cast<std::int64_t>(rows.total());
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 cv::Mat undoColourMap(const cv::Mat& picture, const std::string& subject, Notes* notes) {

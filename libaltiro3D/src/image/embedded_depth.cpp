@@ -197,7 +197,7 @@ std::string EmbeddedDepth::text() const {
     return std::string(nameOf(form)) + ", " + sizeText(depth.size()) + " px";
 }
 
-std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* notes) {
+std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* notes) try {
     return withinMemory(photo.path(), [&]() -> std::optional<EmbeddedDepth> {
         const string_view bytes = photo.look();
         const ImageFormat format = imageFormat(bytes);
@@ -233,6 +233,8 @@ std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* no
         }
         return found;
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 cv::Mat readUnblurredPhoto(const PhotoFile& photo, Notes* notes) {
@@ -258,7 +260,7 @@ cv::Mat readUnblurredPhoto(const PhotoFile& photo, Notes* notes) {
 }
 
 void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo,
-                         const cv::Mat& depth) {
+                         const cv::Mat& depth) try {
     const std::string extension = lowerExtension(path);
     if (extension != ".jpg" && extension != ".jpeg") {
         throw Error(ErrorCode::Unsupported, path.string(),
@@ -301,6 +303,8 @@ void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo
                          {coded.data() + start, coded.size() - start},
                          {codedDepth.data(), codedDepth.size()}});
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -374,8 +374,10 @@ std::string readableFormats() {
            "TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000";
 }
 
-cv::Mat readImage(const PhotoFile& file, Notes* notes) {
+cv::Mat readImage(const PhotoFile& file, Notes* notes) try {
     return readImageParts(file, {}, notes);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 cv::Mat readImageParts(const PhotoFile& file, const PhotoPart& photoPart, Notes* notes) {
@@ -393,7 +395,7 @@ cv::Mat readImageParts(const PhotoFile& file, const PhotoPart& photoPart, Notes*
     });
 }
 
-cv::Mat readPhoto(const PhotoFile& file, Notes* notes) {
+cv::Mat readPhoto(const PhotoFile& file, Notes* notes) try {
     return reading(file.path(), [&]() -> cv::Mat {
         cv::Mat picture = readImage(file, notes);
         if (picture.depth() == CV_8U) return picture;
@@ -401,6 +403,8 @@ cv::Mat readPhoto(const PhotoFile& file, Notes* notes) {
         return mapped<float, std::uint8_t>(
             picture, [](float value) { return toWhole<std::uint8_t>(value, 255.0f); });
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 double readFocalLength35mm(const PhotoFile& file) {
@@ -414,7 +418,7 @@ bool isMarkedNative(const PhotoFile& file) {
     return readImageHeader(bytes, lowerExtension(file.path())).isNative;
 }
 
-cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) {
+cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) try {
     return reading(file.path(), [&]() -> cv::Mat {
         cv::Mat picture = load(file, Colours::AsStored, notes).picture;
         if (picture.channels() == 3) {
@@ -432,14 +436,18 @@ cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) {
         picture.convertTo(depth, CV_32F);
         return depth;
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) {
+cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) try {
     return reading(file.path(), [&]() -> cv::Mat {
         cv::Mat depth = readDepthSamples(file, notes);
         if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
         return depth;
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

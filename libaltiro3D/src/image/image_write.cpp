@@ -98,13 +98,15 @@ std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
 
 } // namespace
 
-void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
+void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) try {
     const std::vector<unsigned char> file = encodePicture(picture, path, mark);
     writeFile(path, {Bytes{file.data(), file.size()}});
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 std::vector<unsigned char> encodePicture(const cv::Mat& picture, const fs::path& name,
-                                         ImageMark mark) {
+                                         ImageMark mark) try {
     const Writer* const writer = writerFor(name);
     if (writer == nullptr) {
         throw Error(ErrorCode::Unsupported, name.string(),
@@ -112,10 +114,14 @@ std::vector<unsigned char> encodePicture(const cv::Mat& picture, const fs::path&
                     ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
     }
     return fileOf(name, *writer, picture, mark);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) {
+std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) try {
     return fileOf("picture", kWriters.front(), picture, mark);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 bool canWriteImage(const fs::path& path) {

@@ -250,7 +250,7 @@ EyesMark markOfPng(string_view bytes) {
 
 } // namespace
 
-std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) {
+std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) try {
     return withinMemory(photo.path(), [&]() -> std::optional<StereoPair> {
         const string_view bytes = photo.look();
         const MarkedEyes marked = findMarkedEyes(photo.path(), bytes, notes);
@@ -260,6 +260,8 @@ std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) {
         if (isHeif(format)) return pairOfHeif(bytes, format, notes);
         return std::nullopt;
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo) {
@@ -268,7 +270,7 @@ std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo) {
     return marked.eyes->layout;
 }
 
-StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHalves halves) {
+StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHalves halves) try {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
     constexpr const char* kNames[] = {"left and right half", "right and left half",
                                       "upper and lower half", "lower and upper half"};
@@ -278,6 +280,8 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     pair.origin = kNames[static_cast<int>(layout)];
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 EyesMark readEyesMark(string_view bytes) {

@@ -326,14 +326,18 @@ const VideoReadCounts& VideoReader::counts() const {
     return impl_->counts;
 }
 
-std::optional<VideoFrame> VideoReader::next() {
+std::optional<VideoFrame> VideoReader::next() try {
     VideoFrame frame;
     if (!read(frame)) return std::nullopt;
     return frame;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-bool VideoReader::read(VideoFrame& frame) {
+bool VideoReader::read(VideoFrame& frame) try {
     return impl_->read(frame);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 std::int64_t VideoReader::framesBefore() {

@@ -401,8 +401,10 @@ VideoWriter::~VideoWriter() = default;
 VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
 VideoWriter& VideoWriter::operator=(VideoWriter&&) noexcept = default;
 
-void VideoWriter::write(const VideoFrame& frame) {
+void VideoWriter::write(const VideoFrame& frame) try {
     impl_->write(frame);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 void VideoWriter::finish() {

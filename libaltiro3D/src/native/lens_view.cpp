@@ -366,7 +366,7 @@ double eyeBlur(const Calibration& calibration, double distanceCentimetres) {
 }
 
 void simulateView(const cv::Mat& native, const Calibration& calibration, const LensEye& eye,
-                  cv::Mat& seen, InvertViews invert) {
+                  cv::Mat& seen, InvertViews invert) try {
     const LensPhases phases(lensGeometry(calibration, invert));
     const LensGeometry& g = phases.geometry();
     checkType(native, {CV_8UC3}, "native", "8-bit BGR");
@@ -385,6 +385,8 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
             lightChannel(source, phases, lit, channel, seen);
     }
     if (g.mirrorX || g.mirrorY) cv::flip(seen, seen, g.mirrorX ? (g.mirrorY ? -1 : 1) : 0);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

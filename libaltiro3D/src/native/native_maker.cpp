@@ -175,30 +175,38 @@ void NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt) const {
 }
 
 bool NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt,
-                            const QuiltProgressFunction& goOn) const {
+                            const QuiltProgressFunction& goOn) const try {
     checkFitted(fitted, quiltSize());
     return impl_->quilter.render(impl_->filtered(fitted), quilt, goOn);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const {
+void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const try {
     if (impl_->direct) {
         checkFitted(fitted, workSize());
         impl_->direct->render(impl_->filtered(fitted), native);
     } else {
         impl_->overQuilt->render(quilt, native);
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const {
+void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const try {
     const double aspect = static_cast<double>(panelSize().width) / panelSize().height;
     const cv::Size size = impl_->direct ? workSize() : quiltSize();
     makeNative(placeScene(scene, aspect, size, options()), native);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Placement& placed, cv::Mat& native) const {
+void NativeMaker::makeNative(const Placement& placed, cv::Mat& native) const try {
     cv::Mat quilt;
     if (!impl_->direct) makeQuilt(placed.scene, quilt);
     makeNative(placed.scene, quilt, native);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

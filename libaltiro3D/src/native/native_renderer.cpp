@@ -208,7 +208,7 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
     });
 }
 
-void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
+void NativeRenderer::render(const Scene& scene, cv::Mat& native) const try {
     constexpr double kOutermost = 1; // position
     const Impl& self = *impl_;
     const cv::Mat& photo = scene.photo;
@@ -235,6 +235,8 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native) const {
     } else {
         self.renderSubpixels(*renderer, photo, samples, native);
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -87,7 +87,7 @@ struct Quilt2Native::Impl {
 };
 
 // Reads and writes each px of the quilt once; memory limits the speed.
-cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout) {
+cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout) try {
     requireLayout(quilt, layout);
     const cv::Size wanted = layout.size();
     if (quilt.size() == wanted) return quilt;
@@ -107,9 +107,11 @@ cv::Mat fitQuilt(const cv::Mat& quilt, const QuiltLayout& layout) {
         }
     });
     return whole;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes) {
+cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes) try {
     requireLayout(quilt, layout);
     const cv::Size wanted = layout.size();
     if (quilt.size() == wanted) return quilt;
@@ -118,6 +120,8 @@ cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes)
                 std::to_string(quilt.cols - wanted.width) + " columns at the right and " +
                 std::to_string(quilt.rows - wanted.height) + " rows at the top are left out");
     return quilt(cv::Rect(0, quilt.rows - wanted.height, wanted.width, wanted.height));
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 Quilt2Native::Quilt2Native(NativeLut lut) {
@@ -154,7 +158,7 @@ Quilt2Native::Quilt2Native(const Calibration& calibration, const QuiltLayout& qu
     impl_ = std::move(impl);
 }
 
-void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
+void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const try {
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     const cv::Mat source = fitQuilt(quilt, impl_->quilt);
     checkApart(native, source, "native", "quilt");
@@ -166,6 +170,8 @@ void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const {
     } else {
         impl_->renderBlended(source, native);
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 // For tables that cannot be stored as a ViewTable. Reads 4 bytes of table and 1 byte of quilt per
@@ -261,11 +267,13 @@ QuiltShape::QuiltShape(const std::filesystem::path& file, const QuiltLayout& lay
     fit_ = fit.value_or(isFittedUnasked_ ? FitMode::Contain : FitMode::Stretch);
 }
 
-cv::Mat QuiltShape::apply(const cv::Mat& picture) const {
+cv::Mat QuiltShape::apply(const cv::Mat& picture) const try {
     cv::Mat quilt = fitQuilt(picture, layout_);
     if (fit_ != FitMode::Stretch)
         applyFitToViews(quilt, layout_, aspect_, panelAspect_, fit_, quilt);
     return quilt;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -278,7 +278,7 @@ bool mayBeQuilt(const cv::Mat& picture) {
 
 } // namespace
 
-FoundQuilt findQuiltLayout(const cv::Mat& picture) {
+FoundQuilt findQuiltLayout(const cv::Mat& picture) try {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
     FoundQuilt found;
     if (std::min(picture.cols, picture.rows) < kMinSide) {
@@ -319,9 +319,11 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) {
         found.isFromTop = rowOrder(quilt) == RowOrder::Downward;
     }
     return found;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-double likenessOfViews(const std::vector<cv::Mat>& pictures) {
+double likenessOfViews(const std::vector<cv::Mat>& pictures) try {
     const auto count = static_cast<int>(pictures.size());
     Grey strip(kTile, count * kTile);
     std::vector<std::pair<int, int>> pairs;
@@ -337,6 +339,8 @@ double likenessOfViews(const std::vector<cv::Mat>& pictures) {
     if (pairs.empty()) return 1;
     const double likeness = Tiles(strip, {kTile, kTile}, kRadius).likeness(pairs, kMaxRowShift);
     return likeness == -1 ? 1 : std::max(0.0, likeness);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

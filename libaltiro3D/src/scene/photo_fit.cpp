@@ -272,7 +272,7 @@ PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, int pixels) {
     return result;
 }
 
-void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
+void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) try {
     checkType(picture, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkFit(fit, picture.size());
     cv::Mat result(fit.fittedSize(), CV_8UC3); // not `fitted`: it may be the picture itself
@@ -293,14 +293,18 @@ void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted) {
         part({end, end + columns}, result.cols - fit.rightMargin, fit.rightMargin);
     }
     fitted = result;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
-                     const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted) {
+                     const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted) try {
     resampleDepth(depth, photoSize, fit, fittedPhoto, focus, fitDepth, fitted);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-DepthFlaws measureDepthFlaws(const Scene& scene) {
+DepthFlaws measureDepthFlaws(const Scene& scene) try {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
     if (scene.edges == DepthEdges::Decided) { // by the photo, in estimatePhoto()
         DepthFlaws mixed;
@@ -313,9 +317,11 @@ DepthFlaws measureDepthFlaws(const Scene& scene) {
         flaws.shiftPixels = {};
     }
     return flaws;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv::Rect& part) {
+DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv::Rect& part) try {
     checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1");
     const cv::Rect all({}, scene.photo.size());
     check(part.empty() || (part & all) == part, "part",
@@ -335,10 +341,12 @@ DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv
     scene.depth = whole;
     scene.mixedPixels = flaws.mixedPixels;
     return flaws;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
-                    const DepthRefineOptions& refine) {
+                    const DepthRefineOptions& refine) try {
     const cv::Size photoSize = scene.photo.size();
     Scene result;
     if (!scene.hidden.photo.empty()) fitHidden(scene.hidden, photoSize, fit, result.hidden);
@@ -355,6 +363,8 @@ DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene
     result.edges = scene.edges;
     fitted = result;
     return flaws;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

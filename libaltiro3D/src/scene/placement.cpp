@@ -113,12 +113,14 @@ void chooseSubject(const Scene& scene, double aspect, const AutoChoices& choices
 
 } // namespace
 
-Scene withDepthCurve(const Scene& scene, double exponent) {
+Scene withDepthCurve(const Scene& scene, double exponent) try {
     Scene bent = scene;
     if (exponent == 1) return bent;
     bent.depth = bendDepth(scene.depth, exponent);
     if (!scene.hidden.depth.empty()) bent.hidden.depth = bendDepth(scene.hidden.depth, exponent);
     return bent;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, const ViewOptions& options) {
@@ -141,7 +143,7 @@ PhotoFit fitWithMargins(cv::Size photo, double aspect, cv::Size size,
 }
 
 Placement placeScene(const Scene& given, double aspect, cv::Size size,
-                     const PlacementOptions& options) {
+                     const PlacementOptions& options) try {
     const Scene scene = withDepthCurve(given, options.depthCurve);
     Placement placed;
     placed.fit = fitWithMargins(scene.photo.size(), aspect, size, options);
@@ -157,10 +159,12 @@ Placement placeScene(const Scene& given, double aspect, cv::Size size,
         placed.flaws = fitScene(scene, placed.fit, focus, placed.scene, options.refine);
     }
     return placed;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 ChosenOptions chooseFromScene(const Scene& given, double aspect, const QuiltLayout& quilt,
-                              const PlacementOptions& options, const AutoChoices& choices) {
+                              const PlacementOptions& options, const AutoChoices& choices) try {
     const Scene scene = withDepthCurve(given, options.depthCurve);
     ChosenOptions chosen{options, {{}, scene.photo.size()}};
     PlacementOptions& now = chosen.options;
@@ -183,6 +187,8 @@ ChosenOptions chooseFromScene(const Scene& given, double aspect, const QuiltLayo
         }
     }
     return chosen;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
@@ -193,13 +199,15 @@ Network2Quilt::Network2Quilt(DepthNetwork network, const QuiltLayout& layout,
     static_cast<void>(fitPhoto(layout.tileSize, panelAspect, layout.tileSize, fit));
 }
 
-void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) {
+void Network2Quilt::render(const cv::Mat& photo, cv::Mat& quilt) try {
     const ViewOptions& views = depth2quilt_.options();
     Scene scene;
     source_->readScene(photo, views.focus, scene);
     depth_ = scene.depth;
     const cv::Size tile = depth2quilt_.layout().tileSize;
     depth2quilt_.render(placeScene(scene, panelAspect_, tile, {views, fit_, {}, {}}).scene, quilt);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

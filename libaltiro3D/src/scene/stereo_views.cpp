@@ -144,7 +144,7 @@ cv::Size eyesSize(cv::Size eye, EyesPicture picture) {
     }
 }
 
-void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture, cv::Mat& joined) {
+void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture, cv::Mat& joined) try {
     checkType(left, {CV_8UC3}, "left", "CV_8UC3 (8-bit BGR)");
     checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
     checkSize(right.size(), left.size(), "right", "the left picture's ");
@@ -180,9 +180,11 @@ void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture, cv
             cv::resize(eye, place, place.size(), 0, 0, cv::INTER_AREA);
         }
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-StereoPair renderEyes(const Scene& scene, const ViewOptions& views, EyesFrom from) {
+StereoPair renderEyes(const Scene& scene, const ViewOptions& views, EyesFrom from) try {
     const cv::Range shown = shownColumns(scene);
     const cv::Size size(shown.size(), scene.photo.rows);
     StereoPair eyes;
@@ -197,6 +199,8 @@ StereoPair renderEyes(const Scene& scene, const ViewOptions& views, EyesFrom fro
     eyes.left = quilt(beside.tile(0));
     eyes.right = quilt(beside.tile(1));
     return eyes;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

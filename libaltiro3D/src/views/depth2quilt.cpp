@@ -65,7 +65,7 @@ void Depth2Quilt::render(const Scene& scene, cv::Mat& quilt) const {
 }
 
 bool Depth2Quilt::render(const Scene& scene, cv::Mat& quilt,
-                         const QuiltProgressFunction& goOn) const {
+                         const QuiltProgressFunction& goOn) const try {
     const cv::Mat& photo = scene.photo;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, options_, 1);
     checkApart(quilt, photo, "quilt", "photo");
@@ -136,9 +136,11 @@ bool Depth2Quilt::render(const Scene& scene, cv::Mat& quilt,
         }
     });
     return progress.finish();
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view) const {
+void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view) const try {
     checkNumber(std::isfinite(position), "position", position, "a finite number");
     const std::unique_ptr<ViewRenderer> renderer =
         makeRenderer(scene, options_, std::max(1.0, std::abs(position)));
@@ -147,6 +149,8 @@ void Depth2Quilt::renderView(const Scene& scene, double position, cv::Mat& view)
     renderShown(*renderer, scene.photo.size(), shown, shiftOf(options_, shown.size(), position),
                 result);
     view = result;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

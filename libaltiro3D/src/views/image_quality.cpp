@@ -50,15 +50,17 @@ std::vector<double> ranksOf(const std::vector<float>& values) {
 
 } // namespace
 
-double psnr(const cv::Mat& picture, const cv::Mat& truth) {
+double psnr(const cv::Mat& picture, const cv::Mat& truth) try {
     checkPair(picture, truth);
     const double distance = cv::norm(picture, truth, cv::NORM_L2SQR);
     if (distance == 0) return std::numeric_limits<double>::infinity();
     const double samples = static_cast<double>(picture.total()) * picture.channels();
     return 10 * std::log10(255.0 * 255.0 * samples / distance);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-double ssim(const cv::Mat& picture, const cv::Mat& truth) {
+double ssim(const cv::Mat& picture, const cv::Mat& truth) try {
     checkPair(picture, truth);
     check(picture.channels() <= 4, "picture", // size of OpenCV's Scalar
           "has " + std::to_string(picture.channels()) + " channels, expected at most 4");
@@ -82,9 +84,11 @@ double ssim(const cv::Mat& picture, const cv::Mat& truth) {
     const cv::Mat map = luminance.mul(structure) / luminanceScale.mul(structureScale);
     const cv::Scalar sum = cv::sum(map.reshape(1));
     return sum[0] / (static_cast<double>(map.total()) * map.channels());
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) {
+double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) try {
     checkType(a, {CV_32FC1}, "a", "CV_32FC1");
     checkType(b, {CV_32FC1}, "b", "CV_32FC1");
     checkSize(b.size(), a.size(), "b");
@@ -117,9 +121,11 @@ double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) 
         bb += (ranksB[i] - mean) * (ranksB[i] - mean);
     }
     return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned) {
+void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned) try {
     checkType(estimate, {CV_32FC1}, "estimate", "CV_32FC1");
     checkType(truth, {CV_32FC1}, "truth", "CV_32FC1");
     cv::Mat sized;
@@ -138,6 +144,8 @@ void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned)
     const double scale = square > 0 ? std::max(product / square, 0.0) : 0;
     sized.convertTo(sized, CV_32F, scale, meanTruth - scale * meanEstimate);
     cv::min(cv::max(sized, 0), 1, aligned);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

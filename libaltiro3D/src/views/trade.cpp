@@ -71,7 +71,8 @@ std::vector<NamedViewOptions> tradeSettings(const ViewOptions& base) {
     return settings;
 }
 
-ViewCost measureViews(const Scene& scene, const ViewOptions& options, int views, int repetitions) {
+ViewCost measureViews(const Scene& scene, const ViewOptions& options, int views,
+                      int repetitions) try {
     checkRange("views", views, 1, 1024);
     checkRange("repetitions", repetitions, 1, 1000);
     checkType(scene.photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
@@ -94,9 +95,11 @@ ViewCost measureViews(const Scene& scene, const ViewOptions& options, int views,
     const double preparation =
         milliseconds([&] { static_cast<void>(makeRenderer(scene, options, 1)); });
     return {all / views, std::min(preparation, all)};
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band) {
+ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band) try {
     check(band >= 0, "band", "is " + std::to_string(band) + ", expected at least 0 px");
     ViewAccuracy accuracy;
     accuracy.psnrWhole = psnr(view, truth);
@@ -106,6 +109,8 @@ ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth, int band) {
     accuracy.psnrInside = psnr(view.colRange(columns), truth.colRange(columns));
     accuracy.ssimInside = ssim(view.colRange(columns), truth.colRange(columns));
     return accuracy;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 ViewOptions StereoScene::options(const ViewOptions& knobs) const {
@@ -120,7 +125,7 @@ int StereoScene::band() const {
 }
 
 StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
-                            const cv::Mat& rawDisparity, double scale, const cv::Mat& truth) {
+                            const cv::Mat& rawDisparity, double scale, const cv::Mat& truth) try {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     checkType(rawDisparity, {CV_32FC1}, "disparity", "CV_32FC1");
     checkType(truth, {CV_8UC3}, "truth", "CV_8UC3 (8-bit BGR)");
@@ -147,6 +152,8 @@ StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
     scene.largestDisparity = static_cast<double>(largest);
     if (largest > 0) scene.depth.convertTo(scene.depth, CV_32F, 1.0 / scene.largestDisparity);
     return scene;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -201,7 +201,7 @@ struct DepthStroke::Impl {
 };
 
 DepthStroke::DepthStroke(const cv::Mat& photo, const cv::Mat& depth,
-                         const DepthBrushOptions& options)
+                         const DepthBrushOptions& options) try
     : impl_(std::make_unique<Impl>()) {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     checkRange("radius", options.radius, 0.5, kMaxRadius);
@@ -212,13 +212,15 @@ DepthStroke::DepthStroke(const cv::Mat& photo, const cv::Mat& depth,
     impl_->before = withinRange(depth);
     impl_->depth = impl_->before.clone();
     impl_->coverage = cv::Mat::zeros(depth.size(), CV_32FC1);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 DepthStroke::~DepthStroke() = default;
 DepthStroke::DepthStroke(DepthStroke&& other) noexcept = default;
 DepthStroke& DepthStroke::operator=(DepthStroke&& other) noexcept = default;
 
-cv::Rect DepthStroke::moveTo(cv::Point2d place) {
+cv::Rect DepthStroke::moveTo(cv::Point2d place) try {
     check(isFinite(place), "place", "is not finite, expected px of the photo");
     // No place farther out has an effect.
     const double margin = impl_->options.radius + 1;
@@ -237,6 +239,8 @@ cv::Rect DepthStroke::moveTo(cv::Point2d place) {
         changed |= impl_->cover(*impl_->last + way * (i * spacing / length));
     if (count > 0) *impl_->last += way * (count * spacing / length);
     return changed;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 const cv::Mat& DepthStroke::depth() const {
@@ -244,7 +248,7 @@ const cv::Mat& DepthStroke::depth() const {
 }
 
 cv::Rect liftDepth(const cv::Mat& photo, const cv::Mat& depth,
-                   const std::vector<cv::Point2d>& outline, double amount, cv::Mat& lifted) {
+                   const std::vector<cv::Point2d>& outline, double amount, cv::Mat& lifted) try {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     checkRange("amount", amount, -1, 1);
     check(std::all_of(outline.begin(), outline.end(), isFinite), "outline",
@@ -280,6 +284,8 @@ cv::Rect liftDepth(const cv::Mat& photo, const cv::Mat& depth,
         }
     }
     return part;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 cv::Mat withoutGrain(const cv::Mat& photo) {

@@ -380,7 +380,7 @@ bool isBorderNearer(const Samples& depth) {
 
 } // namespace
 
-DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
+DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) try {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     DepthFlaws flaws;
     const Steps steps = findSteps(photo, withinRange(depth), kMinHeight);
@@ -389,9 +389,11 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) {
     findDisplacement(steps, flaws);
     measureMixedPixels(steps, flaws);
     return flaws;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-bool looksInverted(const cv::Mat& depth, const std::function<cv::Mat()>& estimate) {
+bool looksInverted(const cv::Mat& depth, const std::function<cv::Mat()>& estimate) try {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     const Samples samples = samplesOf(depth);
     if (std::sqrt(covariance(samples, samples)) < kMinSpread) return false;
@@ -399,6 +401,8 @@ bool looksInverted(const cv::Mat& depth, const std::function<cv::Mat()>& estimat
         return false;
     const cv::Mat estimated = estimate();
     return !estimated.empty() && correlation(samples, samplesOf(estimated)) <= kMaxContradiction;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -241,7 +241,7 @@ void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& opt
 
 } // namespace
 
-void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) {
+void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) try {
     checkType(raw, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "depth",
               "one channel of 8-bit, 16-bit, float or double numbers");
     checkRange("lowPercentile", options.lowPercentile, 0, 50, " %");
@@ -253,15 +253,19 @@ void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization
     if (source.depth() == CV_16U) return normalize<std::uint16_t>(source, depth, options);
     if (source.depth() == CV_32F) return normalize<float>(source, depth, options);
     normalize<double>(source, depth, options);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-cv::Mat depthTo16Bit(const cv::Mat& depth) {
+cv::Mat depthTo16Bit(const cv::Mat& depth) try {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     return mapped<float, std::uint16_t>(
         depth, [](float value) { return toWhole<std::uint16_t>(value, 65535.0f); });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-cv::Mat bendDepth(const cv::Mat& depth, double exponent) {
+cv::Mat bendDepth(const cv::Mat& depth, double exponent) try {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkRange("exponent", exponent, 0.5, 2);
     if (exponent == 1) return depth;
@@ -279,6 +283,8 @@ cv::Mat bendDepth(const cv::Mat& depth, double exponent) {
         const auto i = static_cast<std::size_t>(place);
         return curve[i] + (place - static_cast<float>(i)) * (curve[i + 1] - curve[i]);
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -102,7 +102,7 @@ cv::Size RgbdLayout::photoSize(cv::Size whole) const {
 }
 
 void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo, cv::Mat& rawDepth,
-               Notes* notes) {
+               Notes* notes) try {
     checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D image", "three channels of 8 or 16 bits");
     const cv::Mat source = picture;
     const bool beside = isBeside(layout.side);
@@ -133,14 +133,18 @@ void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo,
     const Squeeze squeeze = squeezeOf(source.size(), beside, layout.halves);
     stretch(photo, squeeze, cv::INTER_LINEAR);
     stretch(rawDepth, squeeze, cv::INTER_NEAREST); // numbers of depth are not mixed
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-cv::Mat readRgbdImage(const PhotoFile& file, DepthSide side, Notes* notes) {
+cv::Mat readRgbdImage(const PhotoFile& file, DepthSide side, Notes* notes) try {
     return readImageParts(
         file, [side](cv::Size whole) { return halvesOf(side, whole).photo; }, notes);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) {
+std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) try {
     checkType(picture, {CV_8UC3, CV_16UC3}, "RGB-D image", "three channels of 8 or 16 bits");
     std::array<DepthSide, 4> sides = {DepthSide::Right, DepthSide::Left, DepthSide::Bottom,
                                       DepthSide::Top};
@@ -170,10 +174,12 @@ std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) {
     return sideWhere([](const cv::Mat& photo, const cv::Mat& depth) {
         return looksLikeDepthImage(depth) && !looksLikeDepthImage(photo) && edgesMeet(photo, depth);
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layout,
-              cv::Mat& picture) {
+              cv::Mat& picture) try {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     check(photo.size() == depth.size(), "depth",
@@ -203,6 +209,8 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layo
             std::fill_n(to, 3, toWhole<std::uint8_t>(value, 255.0f));
         }
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

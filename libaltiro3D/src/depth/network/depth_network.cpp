@@ -325,13 +325,15 @@ InferenceEngine DepthNetwork::engine() const {
     return impl_->engine;
 }
 
-void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) {
+void DepthNetwork::infer(const cv::Mat& photo, cv::Mat& raw) try {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     orOutOfMemory(impl_->file.string(), kNoMemory,
                   [&] { impl_->infer(photo, impl_->longerSide(), raw); });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide) {
+void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide) try {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
     const int side = longerSide == 0 ? impl_->longerSide() : longerSide;
     check(fits(side, impl_->profile), "longerSide",
@@ -343,6 +345,8 @@ void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide
     const bool isMetric = impl_->profile.output == NetworkOutput::MetricDepth;
     options.kind = isMetric ? DepthKind::Metric : DepthKind::NearWhite;
     normalizeDepth(raw, depth, options);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 InferenceTarget bestInferenceTarget() {

@@ -503,8 +503,11 @@ void fit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, boo
 
 } // namespace
 
-void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide, cv::Mat& fitted) {
+void fitDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
+              cv::Mat& fitted) try {
     fit(depth, part, guide, false, fitted);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 void fitRefinedDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,

@@ -279,7 +279,7 @@ void smoothContours(const cv::Mat& given, cv::Mat& depth) {
 } // namespace
 
 DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refined,
-                       const DepthRefineOptions& options) {
+                       const DepthRefineOptions& options) try {
     checkPhotoAndDepth(photo, depth, "depth", "CV_32FC1");
     if (options.keepsDepth()) {
         depth.copyTo(refined);
@@ -303,6 +303,8 @@ DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refi
     if (growth != 0) shrink(result, growth);
     result.copyTo(refined);
     return flaws;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth) {

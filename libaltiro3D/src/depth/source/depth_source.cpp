@@ -55,15 +55,19 @@ class NetworkSource : public DepthSource {
     void load() override {
         if (!network_) network_ = load_();
     }
-    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override try {
         load();
         raw = estimatePhoto(*network_, image);
         photo = image;
+    } catch (const cv::Exception& exception) {
+        leaveAsOurs(exception);
     }
-    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override try {
         load();
         raw = estimateFrame(*network_, image);
         photo = image;
+    } catch (const cv::Exception& exception) {
+        leaveAsOurs(exception);
     }
 
   private:
@@ -154,18 +158,20 @@ const DepthNetwork* DepthSource::network() const {
 
 void DepthSource::load() {}
 
-PhotoDepth DepthSource::readPhoto(const PhotoFile& file, Notes* notes) {
+PhotoDepth DepthSource::readPhoto(const PhotoFile& file, Notes* notes) try {
     PhotoDepth found;
     found.photo = withNotes(altiro3D::readPhoto, file, notes);
     found.text = description();
     return found;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 void DepthSource::readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) {
     read(image, photo, raw);
 }
 
-void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& scene) {
+void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& scene) try {
     if (found.rawDepth.empty()) return readScene(found.photo, flatDepth, scene);
     DepthNormalization normalization;
     normalization.kind = found.kind;
@@ -176,9 +182,11 @@ void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& sc
     if (found.origin == DepthOrigin::Matched) scene.edges = DepthEdges::Matched;
     normalizeDepth(found.rawDepth, scene.depth, normalization);
     if (!scene.hidden.photo.empty()) scaleHiddenDepth(found.rawDepth, scene.depth, scene.hidden);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) {
+void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) try {
     DepthNormalization normalization;
     normalization.kind = kind();
     normalization.flatDepth = flatDepth;
@@ -187,6 +195,8 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     scene.hidden = {};
     scene.edges = edges();
     normalizeDepth(raw, scene.depth, normalization);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network) {

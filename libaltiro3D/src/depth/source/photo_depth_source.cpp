@@ -279,7 +279,7 @@ void refuseVrName(const fs::path& file) {
 }
 
 std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& picture,
-                                          Notes* notes) {
+                                          Notes* notes) try {
     const std::optional<SceneName> name = parseSceneName(file.path());
     if (!name || std::min(picture.cols, picture.rows) < 2) return std::nullopt;
     refuseVrName(file.path());
@@ -290,6 +290,8 @@ std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& 
         if (std::string(error.what()).find(file.path().string()) == 0) throw;
         throw Error(error.code(), file.path().string(), error.what());
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -350,7 +350,7 @@ Notes StereoMatch::remarks(const std::string& pair) const {
 }
 
 StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disparity,
-                        HiddenLayer* hidden) {
+                        HiddenLayer* hidden) try {
     if (hidden != nullptr) *hidden = {};
     checkType(left, {CV_8UC3}, "left", "CV_8UC3 (8-bit BGR)");
     checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
@@ -417,6 +417,8 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
         *hidden = hiddenByRight(smallRight, disparity, rightDisparity);
     }
     return match;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

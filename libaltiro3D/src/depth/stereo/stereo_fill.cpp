@@ -144,7 +144,7 @@ void fillFromBehind(cv::Mat& disparity, const cv::Mat& photo) {
     }
 }
 
-void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth, HiddenLayer& hidden) {
+void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth, HiddenLayer& hidden) try {
     if (hidden.photo.empty()) return;
     checkType(disparity, {CV_32FC1}, "disparity", "CV_32FC1");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
@@ -165,6 +165,8 @@ void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth, HiddenLaye
     const double highDepth = static_cast<double>(depth.at<float>(last));
     const double factor = (highDepth - lowDepth) / (high - low);
     hidden.depth = cv::Mat(hidden.depth * factor + (lowDepth - low * factor));
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 HiddenLayer hiddenByRight(const cv::Mat& right, const cv::Mat& leftDisparity,

@@ -1,6 +1,7 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_conversion.hpp"
+#include "base/checks.hpp"
 #include "base/state_bytes.hpp"
 #include "media/resumable_video.hpp"
 #include "media/video_segments.hpp"
@@ -111,7 +112,7 @@ bool isVideoChunkMade(const fs::path& directory, int number) {
 }
 
 VideoConversionResult makeVideoChunk(VideoConversion conversion, const fs::path& directory,
-                                     int number, const VideoProgressFunction& goOn) {
+                                     int number, const VideoProgressFunction& goOn) try {
     const ChunkPlan plan = readChunkPlan(directory);
     const VideoChunk& chunk = plan.chunk(number);
     const std::uint64_t processor = processorOf(conversion);
@@ -152,10 +153,12 @@ VideoConversionResult makeVideoChunk(VideoConversion conversion, const fs::path&
         }
     }
     return result;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 VideoConversionResult joinVideoChunks(VideoConversion conversion, const fs::path& directory,
-                                      const VideoProgressFunction& goOn) {
+                                      const VideoProgressFunction& goOn) try {
     const ChunkPlan plan = readChunkPlan(directory);
     const auto start = std::chrono::steady_clock::now();
     const fs::path output = conversion.output;
@@ -234,6 +237,8 @@ VideoConversionResult joinVideoChunks(VideoConversion conversion, const fs::path
     result.finishSeconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return result;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -256,7 +256,7 @@ void removePlan(const fs::path& directory) {
 
 VideoChunkPlan planVideoChunks(VideoConversion conversion, const fs::path& directory,
                                const VideoChunkOptions& options,
-                               const VideoProgressFunction& goOn) {
+                               const VideoProgressFunction& goOn) try {
     checkNumber(options.seconds >= 1 && options.seconds <= 86400, "seconds", options.seconds,
                 "1..86400");
     const auto start = std::chrono::steady_clock::now();
@@ -309,6 +309,8 @@ VideoChunkPlan planVideoChunks(VideoConversion conversion, const fs::path& direc
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     writeChunkPlan(plan, timeBase, directory);
     return plan.shown;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 VideoChunkPlan readVideoChunks(const fs::path& directory) {

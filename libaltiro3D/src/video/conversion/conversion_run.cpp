@@ -449,8 +449,10 @@ bool VideoConverter::keepsWork() const {
     return impl_->keepsWork();
 }
 
-VideoConversionResult VideoConverter::run(const VideoProgressFunction& goOn) {
+VideoConversionResult VideoConverter::run(const VideoProgressFunction& goOn) try {
     return impl_->run(goOn);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 std::string clockText(double seconds) {

@@ -140,16 +140,22 @@ PhotoFit photoSwayFit(cv::Rect part, FitMode mode, cv::Size size) {
     return fit;
 }
 
-SwayView photoViews(const Scene& scene, const ViewOptions& options) {
+SwayView photoViews(const Scene& scene, const ViewOptions& options) try {
     validate(options);
     const auto shared = std::make_shared<const PhotoScene>(scene, options);
     return [shared](double position, cv::Mat& picture) {
-        const cv::Mat& photo = shared->scene.photo;
-        const cv::Range shown = shownColumns(shared->scene);
-        picture.create(photo.rows, shown.size(), CV_8UC3);
-        renderShown(*shared->renderer, photo.size(), shown,
-                    shiftOf(shared->options, shown.size(), checkedPosition(position)), picture);
+        try {
+            const cv::Mat& photo = shared->scene.photo;
+            const cv::Range shown = shownColumns(shared->scene);
+            picture.create(photo.rows, shown.size(), CV_8UC3);
+            renderShown(*shared->renderer, photo.size(), shown,
+                        shiftOf(shared->options, shown.size(), checkedPosition(position)), picture);
+        } catch (const cv::Exception& exception) {
+            leaveAsOurs(exception);
+        }
     };
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const PhotoFit& fit,
@@ -180,7 +186,7 @@ SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const Photo
 }
 
 bool writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptions& options,
-               const SwayView& view, const VideoProgressFunction& goOn) {
+               const SwayView& view, const VideoProgressFunction& goOn) try {
     const int turn = framesPerTurn(options);
     VideoWriterOptions video;
     video.size = size;
@@ -206,6 +212,8 @@ bool writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptio
     }
     writer.finish();
     return true;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -263,7 +263,7 @@ VideoDepth::~VideoDepth() = default;
 VideoDepth::VideoDepth(VideoDepth&&) noexcept = default;
 VideoDepth& VideoDepth::operator=(VideoDepth&&) noexcept = default;
 
-VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
+VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) try {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3");
     VideoDepthStep step;
     Impl::Memory now = impl_->memory;
@@ -307,6 +307,8 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) {
     depth = now.depth.clone();
     impl_->memory = std::move(now);
     return step;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 SavedState VideoDepth::state() const {

@@ -4,5 +4,5 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=(--dry-run -Werror)
 [[ ${1:-} != -i ]] || mode=(-i)
-find libaltiro3D tools tests docs training -name '*.cpp' -print0 -o -name '*.hpp' -print0 |
+find bindings libaltiro3D tools tests docs training -name '*.cpp' -print0 -o -name '*.hpp' -print0 |
     xargs -0 clang-format "${mode[@]}"

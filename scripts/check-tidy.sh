@@ -11,23 +11,23 @@ if [[ ! -f build/fuzz/compile_commands.json ]] && command -v clang++ >/dev/null;
     cmake --preset fuzz >/dev/null
 fi
 if [[ ${1:-} == --all ]]; then
-    mapfile -t files < <(git ls-files 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
+    mapfile -t files < <(git ls-files 'bindings/*.cpp' 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
 else
     base=${1:-HEAD~1}
     git rev-parse --verify -q "$base^{commit}" >/dev/null || base=HEAD
     mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
-        'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
+        'bindings/*.cpp' 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
     # A header is seen through a source, its own if it has one, even if that did not change.
     while read -r header; do
         name=$(basename "$header" .hpp)
-        mapfile -t sources < <(git ls-files "libaltiro3D/*/$name.cpp" "tools/*/$name.cpp" "tests/*/$name.cpp")
+        mapfile -t sources < <(git ls-files "bindings/*/$name.cpp" "libaltiro3D/*/$name.cpp" "tools/*/$name.cpp" "tests/*/$name.cpp")
         if [[ ${#sources[@]} -eq 0 ]]; then # else the first that includes it
             mapfile -t sources < <(git grep -l "[\"/]$name\.hpp\"" -- '*.cpp' | head -n 1)
         fi
         for source in "${sources[@]}"; do
             [[ " ${files[*]} " == *" $source "* ]] || files+=("$source")
         done
-    done < <(git diff --name-only --diff-filter=d "$base" -- 'libaltiro3D/*.hpp' 'tools/*.hpp' 'tests/*.hpp')
+    done < <(git diff --name-only --diff-filter=d "$base" -- 'bindings/*.hpp' 'libaltiro3D/*.hpp' 'tools/*.hpp' 'tests/*.hpp')
 fi
 checked=() # build and file, in turn
 for file in "${files[@]}"; do

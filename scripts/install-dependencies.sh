@@ -14,11 +14,12 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-d
        liblcms2-dev libtiff-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavfilter-dev libavutil-dev libswscale-dev
        libswresample-dev
-       libavdevice-dev libsdl2-dev
+       libavdevice-dev libsdl2-dev pybind11-dev python3-dev python3-numpy
        python3 curl ca-certificates)
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz
-       python3-numpy python3-jsonschema git ffmpeg groff-base man-db zsh xvfb xdotool
-       desktop-file-utils shared-mime-info libclang-rt-dev llvm locales mpv mesa-vulkan-drivers xauth)
+       mypy python3-venv python3-setuptools python3-wheel python3-jsonschema git ffmpeg groff-base man-db zsh
+       xvfb xdotool desktop-file-utils shared-mime-info libclang-rt-dev llvm locales mpv mesa-vulkan-drivers
+       xauth)
 cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 packages=(lintian debootstrap dpkg-dev file git)

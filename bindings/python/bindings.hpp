@@ -1,0 +1,348 @@
+#pragma once
+
+/// @file
+/// What all bindings share: conversions of small values, values as classes, functions of Python.
+
+#include <altiro3D/error.hpp>
+#include <altiro3D/video_io.hpp>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace altiro3D::python {
+
+namespace py = pybind11;
+
+// One per stage, in the order in which they are called.
+void bindErrors(py::module_& m);
+void bindImageIo(py::module_& m);
+void bindDisplay(py::module_& m);
+void bindDepthMap(py::module_& m);
+void bindDepthSource(py::module_& m);
+void bindViewOptions(py::module_& m);
+void bindPlacement(py::module_& m);
+void bindViews(py::module_& m);
+void bindNative(py::module_& m);
+void bindQuilt2Native(py::module_& m);
+void bindLensView(py::module_& m);
+void bindVideoIo(py::module_& m);
+void bindVideoDepth(py::module_& m);
+void bindVideoConversion(py::module_& m);
+
+/// Runs the library's part of a function, while other threads of Python run.
+template <class Work>
+auto unlocked(const Work& work) {
+    const py::gil_scoped_release released;
+    return work();
+}
+
+/// An object that threads without the GIL may keep and release.
+inline std::shared_ptr<py::object> keptOf(py::object object) {
+    return {new py::object(std::move(object)), [](const py::object* kept) {
+                const py::gil_scoped_acquire locked;
+                delete kept;
+            }};
+}
+
+/// A path as a result.
+struct PathResult {
+    PathResult(std::filesystem::path given = {}) : path(std::move(given)) {} ///< @param given it
+    std::filesystem::path path;                                              ///< The path.
+};
+
+/// The argument `notes`: a list that receives remarks, or None.
+class Remarks {
+  public:
+    /// @param list as given
+    explicit Remarks(std::optional<py::list> list) : list_(std::move(list)) {}
+    /// For the library. @return null without a list
+    [[nodiscard]] Notes* notes() { return list_ ? &notes_ : nullptr; }
+    /// Appends the remarks to the list; needs the GIL.
+    void give() {
+        for (const Note& note : notes_)
+            list_->append(note);
+    }
+
+  private:
+    std::optional<py::list> list_;
+    Notes notes_;
+};
+
+/// Receives the progress of a run from threads of the library. @param goOn a function that returns
+/// False to stop, or None, which means the same as True @return for the library
+VideoProgressFunction progressOf(const std::optional<py::function>& goOn);
+
+/// The same for the share of a quilt that is made.
+std::function<bool(double)> quiltProgressOf(const std::optional<py::function>& goOn);
+
+/// Runs long work in a second thread, so that Ctrl-C stops it. @param goOn called by `work`
+/// @param work called with a function to call instead of `goOn` @throws what `work` throws
+void runStoppable(const VideoProgressFunction& goOn,
+                  const std::function<void(const VideoProgressFunction&)>& work);
+
+/// A structure of the library as a class: properties, keyword arguments, repr(), ==, copies.
+template <class T>
+class Value {
+  public:
+    /// @param m the module @param name of the class @param doc its docstring
+    Value(py::module_& m, const char* name, const char* doc) : class_(m, name, doc), name_(name) {}
+
+    /// A number, text, list or other value that is copied.
+    template <class Owner, class Member>
+    Value& field(const char* name, Member Owner::*member, const char* doc) {
+        return add(name, member, doc, py::return_value_policy::copy);
+    }
+    /// A structure inside of the structure: `value.part.field = 1` changes `value`.
+    template <class Owner, class Member>
+    Value& part(const char* name, Member Owner::*member, const char* doc) {
+        return add(name, member, doc, py::return_value_policy::reference_internal);
+    }
+
+    /// A value that is not a member.
+    /// @param get, set functions of the structure; objects of Python
+    Value& property(const char* name, py::object (*get)(const T&),
+                    void (*set)(T&, const py::object&), const char* doc) {
+        class_.def_property(name, get, set, doc);
+        fields_->push_back({name, set, [get, set](T& to, const T& from) { set(to, get(from)); }});
+        return *this;
+    }
+
+    /// Makes the constructor, which takes all fields by name, and copies.
+    Value& constructible() {
+        const py::object defaults = py::cast(std::make_unique<T>());
+        std::string signature = "__init__(self: altiro3d." + name_ + ", *";
+        for (const Field& field : *fields_)
+            signature += ", " + field.name + ": " + typeOf(field.name.c_str()) + " = " +
+                         defaultOf(defaults.attr(field.name.c_str()));
+        signature += ") -> None\n\nAll fields are keyword arguments.";
+        py::options options;
+        options.disable_function_signatures();
+        class_.def(py::init([fields = fields_, name = name_](const py::kwargs& given) {
+                       auto value = std::make_unique<T>();
+                       for (const auto& [key, entry] : given)
+                           setField(*fields, name, *value, key.template cast<std::string>(), entry);
+                       return value;
+                   }),
+                   signature.c_str());
+        class_.def("__copy__",
+                   [fields = fields_](const T& value) { return copied(*fields, value); });
+        class_.def(
+            "__deepcopy__",
+            [fields = fields_](const T& value, const py::dict& /*memo*/) {
+                return copied(*fields, value);
+            },
+            py::arg("memo"));
+        return *this;
+    }
+
+    /// The class, after all its fields: with repr() and ==. @return to add more to it
+    py::class_<T> done() {
+        class_.def("__repr__", [fields = fields_, name = name_](const py::object& self) {
+            std::string text = name + "(";
+            for (const Field& field : *fields)
+                text += (text.back() == '(' ? "" : ", ") + field.name + "=" +
+                        textOf(self.attr(field.name.c_str()));
+            return text + ")";
+        });
+        class_.def(
+            "__eq__",
+            [fields = fields_](const py::object& self, const py::object& other) {
+                if (!py::type::of(self).is(py::type::of(other))) return false;
+                for (const Field& field : *fields)
+                    if (!self.attr(field.name.c_str()).equal(other.attr(field.name.c_str())))
+                        return false;
+                return true;
+            },
+            py::arg("other"));
+        return class_;
+    }
+
+    /// A copy without what fields do not hold. @param value to copy @return the copy
+    [[nodiscard]] std::function<std::unique_ptr<T>(const T&)> copier() const {
+        return [fields = fields_](const T& value) { return copied(*fields, value); };
+    }
+
+  private:
+    struct Field {
+        std::string name;
+        std::function<void(T& to, const py::object& given)> set;
+        std::function<void(T& to, const T& from)> copy;
+    };
+    using Fields = std::vector<Field>;
+
+    static std::unique_ptr<T> copied(const Fields& fields, const T& value) {
+        auto copy = std::make_unique<T>();
+        for (const Field& field : fields)
+            field.copy(*copy, value);
+        return copy;
+    }
+
+    static void setField(const Fields& fields, const std::string& name, T& value,
+                         const std::string& key, const py::handle& given) {
+        for (const Field& field : fields)
+            if (field.name == key)
+                return field.set(value, py::reinterpret_borrow<py::object>(given));
+        throw py::type_error(key + ": is not a field of " + name);
+    }
+
+    // repr(), but enumerators by their names
+    static std::string textOf(const py::object& value) {
+        const bool isEnumerator = py::hasattr(value, "__members__");
+        return isEnumerator ? py::str(value) : py::repr(value);
+    }
+
+    // As in a signature: a structure by its name.
+    static std::string defaultOf(const py::object& value) {
+        const py::object type = py::type::of(value);
+        const bool isStructure = type.attr("__module__").cast<std::string>() == "altiro3d" &&
+                                 !py::hasattr(type, "__members__");
+        return isStructure ? type.attr("__name__").cast<std::string>() + "()" : textOf(value);
+    }
+
+    // As the property's docstring states it.
+    static std::string typeOf(const char* field) {
+        const auto doc =
+            py::type::of<T>().attr(field).attr("fget").attr("__doc__").template cast<std::string>();
+        const std::size_t begin = doc.find("-> ") + 3;
+        return doc.substr(begin, doc.find('\n') - begin);
+    }
+
+    template <class Owner, class Member>
+    Value& add(const char* name, Member Owner::*member, const char* doc,
+               py::return_value_policy policy) {
+        const auto get = [member](const T& value) -> const Member& { return value.*member; };
+        const auto set = [member, name](T& value, const py::object& given) {
+            try {
+                value.*member = given.cast<Member>();
+            } catch (const py::cast_error&) {
+                throw py::type_error(std::string(name) + ": is " +
+                                     py::repr(given).cast<std::string>() + ", expected " +
+                                     typeOf(name));
+            }
+        };
+        class_.def_property(name, py::cpp_function(get, policy, py::is_method(class_)),
+                            py::cpp_function(set, py::is_method(class_)), doc);
+        fields_->push_back(
+            {name, set, [member](T& to, const T& from) { to.*member = from.*member; }});
+        return *this;
+    }
+
+    py::class_<T> class_;
+    std::string name_;
+    std::shared_ptr<Fields> fields_ = std::make_shared<Fields>();
+};
+
+} // namespace altiro3D::python
+
+namespace pybind11::detail {
+
+/// A type of the library that is a tuple of numbers.
+template <class T, class Number, std::size_t count>
+struct TupleCaster {
+    using Numbers = std::array<Number, count>;
+    bool load(handle source, bool convert) {
+        if (!isinstance<sequence>(source) || isinstance<str>(source) || len(source) != count)
+            return false;
+        Numbers numbers{};
+        for (std::size_t i = 0; i < count; ++i) {
+            make_caster<Number> number;
+            if (!number.load(source[int_(i)], convert)) return false;
+            numbers[i] = cast_op<Number>(number);
+        }
+        value = made(numbers, std::make_index_sequence<count>());
+        return true;
+    }
+    template <std::size_t... i>
+    static T made(const Numbers& numbers, std::index_sequence<i...> /*indices*/) {
+        return T(numbers[i]...);
+    }
+    T value{};
+};
+
+} // namespace pybind11::detail
+
+/// Defines how a tuple of numbers becomes a type and back, `fields` being the type's numbers in
+/// `v`.
+#define ALTIRO3D_TUPLE(Type, Number, count, text, ...)                                             \
+    template <>                                                                                    \
+    struct pybind11::detail::type_caster<Type> : TupleCaster<Type, Number, count> {                \
+        static constexpr auto name = const_name(text);                                             \
+        template <class>                                                                           \
+        using cast_op_type = Type;                                                                 \
+        operator Type() { return value; }                                                          \
+        static handle cast(const Type& v, return_value_policy /*policy*/, handle /*parent*/) {     \
+            return make_tuple(__VA_ARGS__).release();                                              \
+        }                                                                                          \
+    };
+
+ALTIRO3D_TUPLE(cv::Size, int, 2, "Tuple[int, int]", v.width, v.height)
+ALTIRO3D_TUPLE(cv::Point, int, 2, "Tuple[int, int]", v.x, v.y)
+ALTIRO3D_TUPLE(cv::Range, int, 2, "Tuple[int, int]", v.start, v.end)
+ALTIRO3D_TUPLE(cv::Point2d, double, 2, "Tuple[float, float]", v.x, v.y)
+ALTIRO3D_TUPLE(cv::Rect, int, 4, "Tuple[int, int, int, int]", v.x, v.y, v.width, v.height)
+#undef ALTIRO3D_TUPLE
+
+namespace pybind11::detail {
+
+template <>
+struct type_caster<std::filesystem::path> {
+    PYBIND11_TYPE_CASTER(std::filesystem::path, const_name("Union[str, os.PathLike]"));
+    bool load(handle source, bool /*convert*/) {
+        PyObject* bytes = nullptr;
+        if (PyUnicode_FSConverter(source.ptr(), &bytes) == 0) {
+            PyErr_Clear();
+            return false;
+        }
+        value = std::string(reinterpret_steal<pybind11::bytes>(bytes));
+        return true;
+    }
+    static handle cast(const std::filesystem::path& path, return_value_policy /*policy*/,
+                       handle /*parent*/) {
+        const std::string& name = path.native();
+        const auto text = reinterpret_steal<object>(
+            PyUnicode_DecodeFSDefaultAndSize(name.data(), static_cast<Py_ssize_t>(name.size())));
+        return module_::import("pathlib").attr("Path")(text).release();
+    }
+};
+
+template <>
+struct type_caster<altiro3D::python::PathResult> {
+    PYBIND11_TYPE_CASTER(altiro3D::python::PathResult, const_name("pathlib.Path"));
+    static handle cast(const altiro3D::python::PathResult& result, return_value_policy policy,
+                       handle parent) {
+        return type_caster<std::filesystem::path>::cast(result.path, policy, parent);
+    }
+};
+
+/// A ratio: fractions.Fraction, or a whole number.
+template <>
+struct type_caster<altiro3D::Fraction> {
+    PYBIND11_TYPE_CASTER(altiro3D::Fraction, const_name("fractions.Fraction"));
+    bool load(handle source, bool convert) {
+        make_caster<int> numerator;
+        make_caster<int> denominator;
+        if (!hasattr(source, "denominator") || !numerator.load(source.attr("numerator"), convert) ||
+            !denominator.load(source.attr("denominator"), convert))
+            return false;
+        value = {cast_op<int>(numerator), cast_op<int>(denominator)};
+        return true;
+    }
+    static handle cast(const altiro3D::Fraction& ratio, return_value_policy /*policy*/,
+                       handle /*parent*/) {
+        return module_::import("fractions")
+            .attr("Fraction")(ratio.numerator, ratio.denominator)
+            .release();
+    }
+};
+
+} // namespace pybind11::detail

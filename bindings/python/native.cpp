@@ -1,0 +1,160 @@
+#include "arrays.hpp"
+
+#include <altiro3D/native_lut.hpp>
+#include <altiro3D/native_maker.hpp>
+
+namespace altiro3D::python {
+
+namespace {
+
+void bindLut(py::module_& m) {
+    py::class_<NativeLut>(
+        m, "NativeLut",
+        "The look-up table of a display and a quilt layout: for every sub-pixel of "
+        "the panel, the quilt pixel that it shows. Immutable; threads may share it.")
+        .def(py::init<const Calibration&, const QuiltLayout&, InvertViews>(),
+             py::arg("calibration"), py::arg("quilt"), py::kw_only(),
+             py::arg("invert") = InvertViews::Auto, py::call_guard<py::gil_scoped_release>())
+        .def_static("load", &NativeLut::load, py::arg("file"),
+                    py::call_guard<py::gil_scoped_release>(), "Reads and checks a .map file.")
+        .def("save", &NativeLut::save, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
+             "Writes a .map file; it appears complete or not at all.")
+        .def("panel_size", &NativeLut::panelSize, "Width and height of the panel, px.")
+        .def_property_readonly("quilt", &NativeLut::quilt, "The layout of the quilts.")
+        .def("calibration_fingerprint", &NativeLut::calibrationFingerprint,
+             "The fingerprint() of the calibration that it was built from.")
+        .def("serial", &NativeLut::serial, "Serial number of the display; may be empty.")
+        .def("inverted", &NativeLut::inverted, "Whether the order of views is reversed.")
+        .def(
+            "channel",
+            [](const NativeLut& self, int channel) {
+                return Array{arrayOf(self.channel(channel))};
+            },
+            py::arg("channel"), py::keep_alive<0, 1>(),
+            "The table of red (0), green (1) or blue (2): uint16 [panel rows x panel columns x "
+            "2],\n"
+            "x and y in px of the quilt, y from the top. Do not change it.");
+    m.def("require_same_display", &requireSameDisplay, py::arg("lut"), py::arg("lut_name"),
+          py::arg("calibration"), py::arg("calibration_name"),
+          "Raises Error Mismatch unless the table was built from this calibration.");
+}
+
+void bindOptions(py::module_& m) {
+    py::enum_<ViewPositions>(m, "ViewPositions", "Camera position of a sub-pixel.")
+        .value("Discrete", ViewPositions::Discrete, "that of one of the views, as in a quilt")
+        .value("Continuous", ViewPositions::Continuous, "exactly in its own direction");
+    py::enum_<Detail>(m, "Detail", "The size to which a photo is fitted.")
+        .value("View", Detail::View, "px of a view of the quilt")
+        .value("Lens", Detail::Lens, "all that the lenses show in one direction")
+        .value("Panel", Detail::Panel, "px of the panel");
+    py::enum_<ViewFilter>(m, "ViewFilter", "How a sub-pixel samples the views.")
+        .value("Nearest", ViewFilter::Nearest, "one view")
+        .value("Linear", ViewFilter::Linear, "two views, blended");
+    py::enum_<TileSampling>(m, "TileSampling", "How a sub-pixel samples the px of a view.")
+        .value("Nearest", TileSampling::Nearest, "one px")
+        .value("Linear", TileSampling::Linear, "four px, blended");
+    Value<QuiltSampling>(m, "QuiltSampling", "How a quilt is sampled.")
+        .field("views", &QuiltSampling::views, "Between views.")
+        .field("in_tile", &QuiltSampling::inTile, "Inside a view.")
+        .constructible()
+        .done();
+    py::enum_<NativePath>(m, "NativePath", "The path from a photo to its Native.")
+        .value("Direct", NativePath::Direct, "reads each sub-pixel from the photo")
+        .value("OverQuilt", NativePath::OverQuilt, "makes all views first");
+    Value<NativeOptions>(m, "NativeOptions",
+                         "How a photo with depth becomes a Native. The defaults make the published "
+                         "picture; show_as(Detail.Lens) is recommended for photos, show_live() for "
+                         "cameras.")
+        .part("views", &NativeOptions::views, "Method, strength, focus.")
+        .field("fit", &NativeOptions::fit, "Fit to the panel if the shapes differ.")
+        .part("framing", &NativeOptions::framing, "The part of a photo that is shown.")
+        .part("refine", &NativeOptions::refine, "How the depth is refined.")
+        .field("depth_curve", &NativeOptions::depthCurve, "Exponent of depth, 0.5..2.")
+        .field("detail", &NativeOptions::detail, "Size to which photos are fitted.")
+        .field("lens_filter", &NativeOptions::lensFilter, "Remove what lenses cannot show.")
+        .field("positions", &NativeOptions::positions, "Camera position of a sub-pixel.")
+        .part("sampling", &NativeOptions::sampling, "How a quilt is sampled.")
+        .constructible()
+        .done()
+        .def("show_as", &NativeOptions::showAs, py::arg("most"),
+             "Sets detail, filter and positions for the most accurate picture through the lenses.\n"
+             "Detail.Panel takes some 4 times the time of Detail.Lens and is a little better.")
+        .def(
+            "show_live", &NativeOptions::showLive,
+            "Sets what is quick enough for every frame of a camera: method Fast at the size of\n"
+            "the views. Off are the hidden background (columns at edges are doubled), the lens\n"
+            "filter (fine detail becomes coloured noise), continuous positions and the refinement\n"
+            "of depth. An eye sees photos with 2 dB less PSNR than with show_as(Detail.Lens).")
+        .def(
+            "placement",
+            [](const NativeOptions& options) { return static_cast<PlacementOptions>(options); },
+            "The part that place_scene() and choose_from_scene() take.");
+}
+
+} // namespace
+
+void bindNative(py::module_& m) {
+    bindLut(m);
+    bindOptions(m);
+    py::class_<NativeMaker>(
+        m, "NativeMaker",
+        "Makes Natives of photos with depth for one display. Immutable; threads "
+        "may share it.")
+        .def(py::init<const Display&, const NativeOptions&>(), py::arg("display"), py::kw_only(),
+             py::arg_v("options", NativeOptions(), "NativeOptions()"),
+             py::call_guard<py::gil_scoped_release>())
+        .def(py::init<const Display&, const QuiltLayout&, const NativeOptions&>(),
+             py::arg("display"), py::arg("layout"), py::kw_only(),
+             py::arg_v("options", NativeOptions(), "NativeOptions()"),
+             py::call_guard<py::gil_scoped_release>(),
+             "With another number and size of views than the display's own.")
+        .def(py::init<NativeLut, const NativeOptions&>(), py::arg("map"), py::kw_only(),
+             py::arg_v("options", NativeOptions(), "NativeOptions()"),
+             py::call_guard<py::gil_scoped_release>(),
+             "With an existing look-up table: over a quilt, which takes longer.")
+        .def("with_views", &NativeMaker::withViews, py::arg("views"),
+             "A maker with other view options, which shares what this one has computed.")
+        .def_static("obstacle", &NativeMaker::obstacle, py::arg("layout"), py::arg("options"),
+                    "Why the direct path is not possible; empty if it is.")
+        .def("path", &NativeMaker::path, "The path in use.")
+        .def_property_readonly("options", &NativeMaker::options, "The options in use.")
+        .def_property_readonly("layout", &NativeMaker::layout, "Layout of the quilts.")
+        .def("panel_size", &NativeMaker::panelSize, "Width and height of the Native, px.")
+        .def("work_size", &NativeMaker::workSize, "Size to which photos are fitted for a Native.")
+        .def("quilt_size", &NativeMaker::quiltSize, "Size to which photos are fitted for a quilt.")
+        .def(
+            "make_quilt",
+            [](const NativeMaker& self, const Scene& fitted,
+               const std::optional<py::function>& goOn, const Out& out, Order order) -> Out {
+                Result quilt(out, order);
+                const QuiltProgressFunction progress = quiltProgressOf(goOn);
+                const bool isWhole =
+                    unlocked([&] { return self.makeQuilt(fitted, quilt.mat, progress); });
+                return {isWhole ? quilt.array() : py::none()};
+            },
+            py::arg("fitted"), py::kw_only(), py::arg("go_on") = py::none(),
+            py::arg("out") = py::none(), py::arg("order") = "rgb",
+            "The quilt of a fitted scene: uint8 [quilt rows x quilt columns x 3].\n\n"
+            "fitted: from place_scene() for quilt_size(). go_on: as for Depth2Quilt.render().")
+        .def(
+            "make_native",
+            [](const NativeMaker& self, const Scene& scene, const Out& out, Order order) {
+                Result native(out, order);
+                unlocked([&] { self.makeNative(scene, native.mat); });
+                return Array{native.array()};
+            },
+            py::arg("scene"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",
+            "Fits a scene of any size and makes its Native: uint8 [panel rows x panel columns x "
+            "3].")
+        .def(
+            "make_native",
+            [](const NativeMaker& self, const Placement& placed, const Out& out, Order order) {
+                Result native(out, order);
+                unlocked([&] { self.makeNative(placed, native.mat); });
+                return Array{native.array()};
+            },
+            py::arg("placed"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",
+            "The Native of a placed scene, from place_scene().");
+}
+
+} // namespace altiro3D::python

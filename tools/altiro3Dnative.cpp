@@ -3,6 +3,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/bridge.hpp"
+#include "cli/lens_options.hpp"
 #include "cli/outputs.hpp"
 #include "cli/quilt_options.hpp"
 
@@ -41,11 +42,14 @@ std::string lensText(const LensGeometry& g, int views) {
 void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
                const Messages& messages) {
     const double lensColumns = g.lensPeriodSubpixels / 3;
+    if (c.sheet) tellSheet(c, messages);
     messages.say("panel         " + std::to_string(g.panelWidth) + " x " +
                  std::to_string(g.panelHeight) + " px, " + number(c.DPI, 6) + " dpi, " +
-                 (g.cells.empty() ? (g.blueFirst ? "BGR stripes" : "RGB stripes")
-                                  : std::to_string(g.cells.size()) + " sub-pixel cells, pattern " +
-                                        std::to_string(g.cellPattern)));
+                 (c.sheet && c.sheet->isPrint ? "no sub-pixels"
+                  : g.cells.empty()
+                      ? (g.blueFirst ? "BGR stripes" : "RGB stripes")
+                      : std::to_string(g.cells.size()) + " sub-pixel cells, pattern " +
+                            std::to_string(g.cellPattern)));
     messages.say("lenses (P)    " + number(g.periodsPerWidth) + " across the panel's width");
     messages.say("tilt (T)      " + number(g.tilt) + " panel widths over the panel's height");
     messages.say("sub-pixel     " + number(g.subpixelStep) + " panel widths");
@@ -67,6 +71,22 @@ nlohmann::ordered_json layoutJson(const QuiltLayout& layout) {
             {"viewWidth", layout.tileSize.width}, {"viewHeight", layout.tileSize.height},
             {"width", layout.size().width},       {"height", layout.size().height},
             {"views", layout.viewCount}};
+}
+
+// Null for displays; 0: unknown.
+nlohmann::ordered_json sheetJson(const Calibration& c) {
+    if (!c.sheet) return nullptr;
+    const LensFacts facts = lensFacts(c);
+    return {{"print", c.sheet->isPrint},
+            {"widthMm", facts.width},
+            {"heightMm", facts.height},
+            {"dpiDown", c.sheet->dpiDown},
+            {"lpi", facts.lpi},
+            {"usefulViews", facts.usefulViews},
+            {"viewConeDegrees", facts.viewCone},
+            {"visualLpi", facts.visualLpi},
+            {"sharpDepthMm", facts.sharpDepth},
+            {"sharpStrengthPercent", facts.sharpStrength}};
 }
 
 void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
@@ -91,8 +111,25 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
         {"viewsPerPixel", 3.0 * layout.viewCount / g.lensPeriodSubpixels},
         {"quilt", layoutJson(layout)},
         {"defaultQuilt", layoutJson(defaultQuilt(c))},
+        {"lens", sheetJson(c)},
         {"fingerprint", fingerprintText(fingerprint(c))}};
     messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+// A calibration by the numbers of --lens.
+int makeLensFile(const CommandLine& commandLine, Messages& messages) {
+    if (commandLine.files().size() != 1) commandLine.failNames("the calibration to write", 1);
+    commandLine.refuse({"info", "json", "map", "layout", "resolution", "serial", "invert"},
+                       " is about a calibration that exists, expected --lens without it");
+    const std::filesystem::path& file = commandLine.files().front();
+    const Calibration calibration = calibrationOf(lensOption(commandLine));
+    Outputs outputs(commandLine.has("y"));
+    outputs.addOutputs({file});
+    outputs.check();
+    writeFile(file, calibrationText(calibration));
+    tellSheet(calibration, messages);
+    messages.say(file.string() + ": calibration of a " + sheetText(calibration));
+    return kExitDone;
 }
 
 // The command line.
@@ -235,6 +272,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("--read-bridge OUT.json");
     commandLine.addUsage("--info [--json] [visual.json]");
     commandLine.addUsage("--read-usb OUT.json");
+    commandLine.addUsage("--lens KEY=VALUE,... LENS.json");
     commandLine.addSection("Output");
     commandLine.add({"m", "map"}, "Table to write (default: SERIAL-RxC.map).", "OUT.map");
     commandLine.addAdvanced({"mpv-shader"},
@@ -249,6 +287,7 @@ int main(int argc, char** argv) {
                             "generation (8.9\", 15.6\", 8K) holds in its memory (Linux).");
     commandLine.addAdvanced({"read-bridge"},
                             "Save the calibration of the display of Looking Glass Bridge.");
+    addLensOption(commandLine);
     commandLine.addSection("Display and quilt");
     addQuiltOptions(commandLine);
     commandLine.add({"serial"},
@@ -263,12 +302,15 @@ int main(int argc, char** argv) {
                            "Write it for 6 rows of 8 views of 420 x 560 px.");
     commandLine.addExample("--mpv-shader portrait.glsl visual.json",
                            "Write the shader with which mpv shows quilts on the display.");
+    commandLine.addExample("--lens lpi=60,dpi=720,size=100x150mm lens.json",
+                           "Write the calibration of a print under a lens sheet of 60 LPI.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "
                         "where none is named. The word bridge stands for that of "
                         "Looking Glass Bridge.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        if (given.has("lens")) return makeLensFile(given, messages);
         const TableJob job = tableJob(given);
         if (job.saved.empty()) return makeTable(job, messages);
         Outputs outputs(job.replace);

@@ -191,4 +191,53 @@ TEST_F(Altiro3DNative, WarnsOfTheSwappedReading) {
     EXPECT_TRUE(warns(run("--info small.json -q 6x8 -r 30x40"), "swapped reading"));
 }
 
+TEST_F(Altiro3DNative, MakesTheCalibrationOfAPrintFromNumbers) {
+    const Outcome made = run("--lens lpi=60,dpi=720x360,size=10x15mm,angle=2,views=7,thickness=0.6,"
+                             "index=1.56,distance=400 print.json");
+    EXPECT_TRUE(isDone(made));
+    EXPECT_TRUE(says(made, "sharp depth"));
+    const Calibration c = readCalibration(studio_ / "print.json");
+    EXPECT_EQ(cv::Size(c.screenW, c.screenH), cv::Size(283, 213));
+    ASSERT_TRUE(c.sheet);
+    EXPECT_EQ(c.sheet->views, 7);
+    EXPECT_EQ(c.sheet->distance, 400);
+    EXPECT_TRUE(isDone(run("-m print.map print.json")));
+    EXPECT_EQ(NativeLut::load(studio_ / "print.map").quilt().viewCount, 7);
+    EXPECT_TRUE(
+        says(run("--info print.json"), "print         10.0 x 15.0 mm, 720 x 360 dpi, 60 LPI"));
+    const auto json = nlohmann::json::parse(run("--json print.json").out);
+    EXPECT_NEAR(json["lens"]["lpi"], 60, 1e-9);
+    EXPECT_TRUE(json["lens"]["print"]);
+
+    EXPECT_TRUE(isDone(run("--lens lpi=60,dpi=720,size=10x15mm plain.json")));
+    const Outcome plain = run("--info plain.json");
+    EXPECT_TRUE(says(plain, "useful views  12 (dpi / LPI)"));
+    for (const char* unknown : {"viewing cone", "visual pitch", "sharp depth"})
+        EXPECT_FALSE(says(plain, unknown)) << unknown;
+    EXPECT_TRUE(isDone(run("--lens lpi=40,dpi=326,size=20x20mm,subpixels=vrgb screen.json")));
+    EXPECT_TRUE(says(run("--info screen.json"), "screen        20.0 x 20.0 mm, 326 dpi, 40 LPI"));
+}
+
+TEST_F(Altiro3DNative, BadNumbersOfALensAreNamed) {
+    const auto message = [&](const std::string& lens, int status) {
+        const Outcome outcome = run({"--lens", lens, "print.json"});
+        EXPECT_EQ(outcome.status, status) << lens;
+        EXPECT_FALSE(fs::exists(studio_ / "print.json"));
+        return outcome.err;
+    };
+    EXPECT_EQ(
+        message("lpi=361,dpi=720,size=10x15mm", 1),
+        "altiro3Dnative: error: lpi: is 361, expected at most 360, with two px under a lens\n");
+    EXPECT_EQ(message("lpi=60,dpi=720,size=10x15mm,angle=90", 1),
+              "altiro3Dnative: error: angle: is 90, expected -45..45 degrees from the vertical; "
+              "lying lenses are horizontal=yes\n");
+    EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=10x0mm", 1), "height: is 0, expected "));
+    EXPECT_TRUE(holds(message("lpi=60,size=10x15mm", 2), "--lens: dpi is missing"));
+    EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=10x15in", 2),
+                      "size=10x15in is none of its numbers, expected size=100x150mm"));
+    EXPECT_TRUE(holds(message("lpi=60,colour=3", 2), "expected lpi, dpi, size"));
+    EXPECT_TRUE(
+        holds(message("lpi=60,dpi=720,size=10x15mm,views=1e9", 2), "views=auto or 2..1024"));
+}
+
 } // namespace altiro3D::test

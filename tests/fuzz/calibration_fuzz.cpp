@@ -1,6 +1,6 @@
 // visual.json, and what is derived from it.
 
-#include "altiro3D/display.hpp"
+#include "altiro3D/lens_sheet.hpp"
 #include "fuzz.hpp"
 
 #include <cmath>
@@ -15,7 +15,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
             fingerprint(calibration);
             const LensGeometry lens = lensGeometry(calibration);
             const double phase = lens.phase(calibration.screenW - 1, calibration.screenH - 1, 2);
-            fuzz::require(phase >= 0 && phase < 1, "a lens phase is 0..1");
+            fuzz::require(phase >= 0 && phase <= 1, "a lens phase is 0..1");
+            const std::string written = calibrationText(calibration);
+            const Calibration again = parseCalibrations(written, "again").front();
+            fuzz::require(fingerprint(again) == fingerprint(calibration), "it is written as read");
+            const LensFacts facts = lensFacts(calibration);
+            fuzz::require(facts.usefulViews > 0 && facts.sharpStrength <= 100, "facts are numbers");
         }
     });
     return 0;

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "cli/bridge.hpp"
+#include "cli/lens_options.hpp"
 #include "cli/quilt_options.hpp"
 
 #include <fstream>
@@ -223,9 +224,11 @@ void tellDisplay(const ChosenDisplay& display, DisplayUse use, bool isWindow, Me
     const Calibration& known = display.calibration;
     if (!display.isMapOnly) messages.warn(calibrationWarnings(known));
     const DisplayModel* const model = findDisplayModel(known);
-    messages.say("display: " + (model != nullptr ? model->name : std::string("unknown model")) +
-                 (known.serial.empty() ? "" : ", serial " + known.serial) + ", panel " +
-                 sizeText(display.panelSize()) + ", " +
+    const std::string name = known.sheet        ? sheetText(known)
+                             : model != nullptr ? model->name
+                                                : "unknown model";
+    messages.say("display: " + name + (known.serial.empty() ? "" : ", serial " + known.serial) +
+                 ", panel " + sizeText(display.panelSize()) + ", " +
                  (use == DisplayUse::Simulate ? "simulated from " : "from ") + display.source);
 }
 

@@ -57,6 +57,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/lens_sheet.hpp"
 #include "altiro3D/lens_view.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"

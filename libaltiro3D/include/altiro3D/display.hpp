@@ -5,6 +5,7 @@
 #include "altiro3D/quilt.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -19,6 +20,19 @@ struct SubpixelCell {
     std::array<double, 3> y{}; ///< Offsets upward of red, green, blue, -1..1 px.
 };
 
+/// What a print, or a sheet of lenses on a screen, adds to a calibration: lens_sheet.hpp.
+struct LensSheet {
+    bool isPrint = false; ///< On paper, whose px hold all colours, and not on a screen.
+    double dpiDown = 0;   ///< Px per inch down, > 0; across they are Calibration::DPI.
+    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 = by the lens.
+    double thickness = 0; ///< Of the sheet, mm, 0.01..100; 0 = unknown.
+    double index = 0;     ///< Refractive index of the sheet, 1..3; 0 = unknown.
+    double distance = 0;  ///< Of the eye, mm, 1..1e6; 0 = unknown.
+};
+
+/// Largest LensSheet::views.
+constexpr int kMaxSheetViews = 1024;
+
 /// A display's calibration with the names and values of its `visual.json`.
 struct Calibration {
     std::string configVersion; ///< Format tag of the file; informative.
@@ -31,18 +45,21 @@ struct Calibration {
     double invView = 1;        ///< View order under the lens is reversed if >= 0.5.
     double verticalAngle = 0;  ///< Tilt of the viewing axis in degrees; not used by the mapping.
     double DPI = 0;            ///< Panel px per inch, > 0.
-    int screenW = 0;           ///< Panel width in px, 16..16384.
-    int screenH = 0;           ///< Panel height in px, 16..16384.
+    int screenW = 0;           ///< Panel width in px, 16..16384; of a print up to 40000.
+    int screenH = 0;           ///< Panel height in px, as the width.
     double flipImageX = 0;     ///< The picture is mirrored left-right if >= 0.5.
     double flipImageY = 0;     ///< The picture is mirrored upside down if >= 0.5.
     double flipSubp = 0;       ///< The panel is BGR instead of RGB if >= 0.5.
     int CellPatternMode = 0;   ///< How the cells repeat over the panel, 0..4.
     std::vector<SubpixelCell> subpixelCells; ///< Empty on classic RGB stripe panels; at most 16.
     std::vector<std::string> missing;        ///< Of viewCone and invView, what the file lacks.
+    std::optional<LensSheet> sheet;          ///< Set for prints and for screens without a maker.
 };
 
 /// Largest panel side in px.
 constexpr int kMaxPanelSide = 16384;
+/// Largest side of a print in px. Beyond kMaxPanelSide there are no look-up tables.
+constexpr int kMaxPrintSide = 40000;
 
 /// Checks a calibration: the range of each field, and that pitch, DPI and slope describe a possible
 /// lens array of at least 0.001 lens periods across the panel and at most one per sub-pixel.
@@ -119,6 +136,10 @@ struct ALTIRO3D_EXPORT LensGeometry {
     int cellPattern = 0;             ///< CellPatternMode; 0 if there are no cells.
     std::vector<SubpixelCell> cells; ///< Empty on stripe panels.
 
+    /// Whether the lenses lie more than they stand, as in prints that change with a tilt.
+    /// @return true for a slope below 1
+    [[nodiscard]] bool isLying() const { return std::abs(tilt) * panelWidth > panelHeight; }
+
     /// Index of the cell of a pixel (docs/mathematics.md, 1).
     /// @param x column, 0..panelWidth-1
     /// @param y row from the top, 0..panelHeight-1
@@ -194,7 +215,8 @@ struct Display {
     [[nodiscard]] cv::Size panelSize() const { return {calibration.screenW, calibration.screenH}; }
     /// Shape of the panel. @return width : height
     [[nodiscard]] double aspect() const {
-        return static_cast<double>(calibration.screenW) / calibration.screenH;
+        const double pixel = calibration.sheet ? calibration.sheet->dpiDown / calibration.DPI : 1;
+        return pixel * calibration.screenW / calibration.screenH;
     }
 };
 

@@ -122,6 +122,7 @@ constexpr const char* kExpectedNumber = "a finite number";
 constexpr const char* kExpectedCenter = "lens periods, -1e6..1e6";
 constexpr const char* kExpectedDpi = "px per inch, a number > 0";
 constexpr const char* kExpectedSide = "whole px, 16..16384";
+constexpr const char* kExpectedPrintSide = "whole px, 16..40000";
 constexpr const char* kExpectedCone = "degrees, 0..180";
 constexpr const char* kExpectedPattern = "a whole number, 0..4";
 constexpr const char* kExpectedOffset = "px, -1..1";
@@ -161,6 +162,50 @@ void require(bool good, const std::string& source, const char* field, double val
     if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
 }
 
+// The range of each number of a sheet; 0 stands for one that is not known.
+struct SheetNumber {
+    const char* field;
+    double LensSheet::*number;
+    double low;
+    double high;
+    const char* expected;
+};
+constexpr SheetNumber kSheetNumbers[] = {
+    {"thickness", &LensSheet::thickness, 0.01, 100, "mm, 0.01..100, or 0"},
+    {"index", &LensSheet::index, 1, 3, "a number, 1..3, or 0"},
+    {"distance", &LensSheet::distance, 1, 1e6, "mm, 1..1e6, or 0"}};
+constexpr const char* kExpectedViews = "a whole number, 2..1024, or 0";
+
+std::optional<LensSheet> readSheet(const FieldReader& reader, double dpi,
+                                   const std::string& source) {
+    const Json* const object = reader.find("lensSheet");
+    if (object == nullptr) return std::nullopt;
+    if (!object->is_object())
+        fail(source, "lensSheet is " + shownJson(*object) + ", expected an object");
+    const FieldReader fields(*object, source + ": lensSheet");
+    LensSheet sheet;
+    sheet.isPrint = fields.read("print", "true or false", 0) >= 0.5;
+    sheet.dpiDown = fields.read("dpiDown", kExpectedDpi, dpi);
+    sheet.views = fields.readInteger("views", kExpectedViews, 0);
+    for (const SheetNumber& of : kSheetNumbers)
+        sheet.*of.number = fields.read(of.field, of.expected, 0);
+    return sheet;
+}
+
+void validateSheet(const LensSheet& sheet, const std::string& source) {
+    require(std::isfinite(sheet.dpiDown) && sheet.dpiDown > 0, source, "dpiDown", sheet.dpiDown,
+            kExpectedDpi);
+    require(sheet.views == 0 || (sheet.views >= 2 && sheet.views <= kMaxSheetViews), source,
+            "views", sheet.views, kExpectedViews);
+    for (const SheetNumber& of : kSheetNumbers) {
+        const double value = sheet.*of.number;
+        require(value == 0 || (value >= of.low && value <= of.high), source, of.field, value,
+                of.expected);
+    }
+    require((sheet.thickness == 0) == (sheet.index == 0), source, "index", sheet.index,
+            "thickness and index together");
+}
+
 Calibration readFields(const Json& object, const std::string& source) {
     const FieldReader reader(object, source);
     Calibration c;
@@ -185,6 +230,7 @@ Calibration readFields(const Json& object, const std::string& source) {
     c.subpixelCells = readCells(reader, source);
     for (const char* field : {"viewCone", "invView"})
         if (reader.find(field) == nullptr) c.missing.emplace_back(field);
+    c.sheet = readSheet(reader, c.DPI, source);
     validate(c, source);
     return c;
 }
@@ -196,10 +242,12 @@ void validate(const Calibration& c, const std::string& source) {
     require(std::isfinite(c.slope) && c.slope != 0, source, "slope", c.slope, kExpectedSlope);
     require(std::abs(c.center) <= kMaxCenter, source, "center", c.center, kExpectedCenter);
     require(std::isfinite(c.DPI) && c.DPI > 0, source, "DPI", c.DPI, kExpectedDpi);
-    require(c.screenW >= 16 && c.screenW <= kMaxPanelSide, source, "screenW", c.screenW,
-            kExpectedSide);
-    require(c.screenH >= 16 && c.screenH <= kMaxPanelSide, source, "screenH", c.screenH,
-            kExpectedSide);
+    const bool isPrint = c.sheet && c.sheet->isPrint;
+    for (const auto& [field, side] : {std::pair("screenW", c.screenW), {"screenH", c.screenH}}) {
+        require(side >= 16 && side <= (isPrint ? kMaxPrintSide : kMaxPanelSide), source, field,
+                side, isPrint ? kExpectedPrintSide : kExpectedSide);
+    }
+    if (c.sheet) validateSheet(*c.sheet, source + ": lensSheet");
     require(c.viewCone >= 0 && c.viewCone <= 180, source, "viewCone", c.viewCone, kExpectedCone);
     const std::pair<const char*, double> plainNumbers[] = {{"fringe", c.fringe},
                                                            {"invView", c.invView},
@@ -227,7 +275,8 @@ void validate(const Calibration& c, const std::string& source) {
     // Fields in range can still have a product that the mapping cannot resolve.
     const double periods = c.pitch * c.screenW / c.DPI;
     const double tilt = c.screenH / (c.screenW * std::abs(c.slope));
-    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(tilt * periods <= 1e6)) {
+    const double down = tilt * periods * std::min(1.0, std::abs(c.slope)); // of a lying lens
+    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(down <= 1e6) || !(tilt <= 1e12)) {
         fail(source, "pitch " + show(c.pitch) + ", DPI " + show(c.DPI) + " and slope " +
                          show(c.slope) +
                          " describe no lens array, expected 0.001 periods to one per sub-pixel"

@@ -115,9 +115,19 @@ const DisplayModel* byPanel(const Calibration& c) {
     return nullptr;
 }
 
+int viewsOf(const Calibration& c) {
+    if (!c.sheet || (!c.sheet->isPrint && c.sheet->views == 0)) return 48;
+    if (c.sheet->views > 0) return c.sheet->views;
+    const LensGeometry g = lensGeometry(c);
+    const double pixels = 1 / std::hypot(g.periodsPerWidth / g.panelWidth, // of a lens
+                                         g.tilt * g.periodsPerWidth / g.panelHeight);
+    return std::clamp(static_cast<int>(std::lround(pixels)), 2, kMaxSheetViews);
+}
+
 } // namespace
 
 const DisplayModel* findDisplayModel(const Calibration& calibration) {
+    if (calibration.sheet) return nullptr; // of no maker, whatever its size
     const std::string serial = upper(calibration.serial);
     for (const DisplayModel& m : displayModels()) {
         if (!m.serialPrefix.empty() && startsWith(serial, m.serialPrefix)) return &m;
@@ -127,16 +137,18 @@ const DisplayModel* findDisplayModel(const Calibration& calibration) {
 
 QuiltLayout defaultQuilt(const Calibration& calibration) {
     if (const DisplayModel* m = findDisplayModel(calibration)) return m->quilt;
-    // 48 views of the panel's shape on about 4096 x 4096 px.
-    const double aspect = static_cast<double>(calibration.screenW) / calibration.screenH;
-    constexpr int kViews = 48;
-    const double area = 4096.0 * 4096.0 / kViews;
+    // Views of the panel's shape on about 4096 x 4096 px: of prints as many as are useful, else 48.
+    const double aspect = Display{calibration, {}, {}, {}}.aspect();
+    const int views = viewsOf(calibration);
+    const double area = 4096.0 * 4096.0 / views;
     const double limit = static_cast<double>(kMaxQuiltSide) / 8;
     const auto side = [limit](double px) {
         return static_cast<int>(std::lround(std::min(std::max(px, 1.0), limit)));
     };
     const cv::Size tile(side(std::sqrt(area * aspect)), side(std::sqrt(area / aspect)));
-    return aspect < 1 ? QuiltLayout{8, 6, tile, kViews} : QuiltLayout{6, 8, tile, kViews};
+    if (views == 48) return aspect < 1 ? QuiltLayout{8, 6, tile, 48} : QuiltLayout{6, 8, tile, 48};
+    const int columns = static_cast<int>(std::ceil(std::sqrt(views)));
+    return {columns, (views + columns - 1) / columns, tile, views};
 }
 
 QuiltLayout usualQuilt(const Display& display, const QuiltRequest& request) {

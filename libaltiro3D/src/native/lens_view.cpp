@@ -5,6 +5,7 @@
 #include "base/pixel_rows.hpp"
 #include "base/srgb_light.hpp"
 #include "display/lens_phase.hpp"
+#include "native/panel_table.hpp"
 
 #include <algorithm>
 #include <array>
@@ -340,6 +341,35 @@ void seeBlurred(const cv::Mat& native, const LensPhases& phases, double phase, d
     });
 }
 
+// The same display turned by a quarter: what is up comes to the right.
+Calibration turned(const Calibration& calibration) {
+    Calibration c = calibration;
+    std::swap(c.screenW, c.screenH);
+    c.slope = 1 / c.slope;
+    if (c.slope < 0) c.center = -c.center; // the phase is negated
+    if (c.subpixelCells.empty()) c.subpixelCells.push_back({{0, 1.0 / 3, 2.0 / 3}, {0, 0, 0}});
+    for (SubpixelCell& cell : c.subpixelCells)
+        std::swap(cell.x, cell.y);
+    return c;
+}
+
+cv::Mat turned(const cv::Mat& picture) {
+    cv::Mat result;
+    cv::transpose(picture, result);
+    cv::flip(result, result, -1);
+    return result;
+}
+
+// Lenses that lie are those of the display when it is turned.
+void simulateLying(const cv::Mat& native, const Calibration& calibration, const LensEye& eye,
+                   cv::Mat& seen, bool inverted) {
+    const bool isNegated = calibration.slope < 0;
+    cv::Mat standing;
+    simulateView(turned(native), turned(calibration), eye, standing,
+                 inverted != isNegated ? InvertViews::On : InvertViews::Off);
+    seen = turned(standing);
+}
+
 } // namespace
 
 double viewConeDegrees(const Calibration& calibration) {
@@ -369,12 +399,15 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
                   cv::Mat& seen, InvertViews invert) try {
     const LensPhases phases(lensGeometry(calibration, invert));
     const LensGeometry& g = phases.geometry();
+    requirePanelSize(g, "simulated view");
     checkType(native, {CV_8UC3}, "native", "8-bit BGR");
     checkNumber(std::isfinite(eye.phase), "phase", eye.phase, "a finite number");
     checkNumber(eye.spot == 0 || (eye.spot >= kMinSpot && eye.spot <= 1), "spot", eye.spot,
                 "0 or 1/4096..1");
     checkRange("blur", eye.blur, 0, kMaxBlur);
     checkSize(native.size(), {g.panelWidth, g.panelHeight}, "native", "the panel's ");
+    if (g.isLying() && g.cells.size() < 2 && !g.mirrorX && !g.mirrorY)
+        return simulateLying(native, calibration, eye, seen, g.inverted);
     const cv::Mat source = shareMemory(native, seen) ? native.clone() : native;
     seen.create(source.size(), source.type());
     if (eye.blur > 0) {

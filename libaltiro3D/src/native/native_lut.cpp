@@ -182,6 +182,7 @@ void NativeLutTables::allocate() {
 NativeLut::NativeLut(const Calibration& calibration, const QuiltLayout& quilt, InvertViews invert) {
     validate(quilt);
     const LensGeometry g = lensGeometry(calibration, invert);
+    requirePanelSize(g, "look-up table");
     auto tables = std::make_shared<NativeLutTables>();
     tables->panelSize = {g.panelWidth, g.panelHeight};
     tables->quilt = quilt;

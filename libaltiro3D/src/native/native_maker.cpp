@@ -21,8 +21,10 @@ constexpr double kPixelsPerLens = 3;
 constexpr int kMostLensPixels = 3840 * 2160;
 
 cv::Size lensDetail(const LensGeometry& lens) {
-    const int times =
-        std::max(1, static_cast<int>(std::lround(lens.lensPeriodSubpixels / 3 / kPixelsPerLens)));
+    const double across = lens.lensPeriodSubpixels / 3; // px
+    const double down = lens.panelHeight / (std::abs(lens.tilt) * lens.periodsPerWidth);
+    const double period = lens.isLying() ? down : across;
+    const int times = std::max(1, static_cast<int>(std::lround(period / kPixelsPerLens)));
     const cv::Size panel(lens.panelWidth, lens.panelHeight);
     const cv::Size size((panel.width + times - 1) / times, (panel.height + times - 1) / times);
     if (times > 1 || size.area() <= kMostLensPixels) return size;
@@ -120,7 +122,8 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
     } else {
         impl->overQuilt.emplace(NativeLut(display.calibration, layout, display.invert));
     }
-    if (options.lensFilter)
+    if (impl->lens().isLying()) impl->options.lensFilter = false; // it is across lenses that stand
+    if (impl->options.lensFilter)
         impl->filter = std::make_shared<const LensFilter>(impl->lens(), impl->workSize);
     impl_ = impl;
 }
@@ -194,7 +197,9 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat&
 }
 
 void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const try {
-    const double aspect = static_cast<double>(panelSize().width) / panelSize().height;
+    const double aspect = impl_->display
+                              ? impl_->display->aspect()
+                              : static_cast<double>(panelSize().width) / panelSize().height;
     const cv::Size size = impl_->direct ? workSize() : quiltSize();
     makeNative(placeScene(scene, aspect, size, options()), native);
 } catch (const cv::Exception& exception) {

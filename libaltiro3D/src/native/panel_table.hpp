@@ -1,11 +1,13 @@
 #pragma once
 
+#include "altiro3D/display.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <string>
 #include <vector>
 
 namespace altiro3D {
@@ -17,6 +19,15 @@ inline cv::Mat panelTable(cv::Size panel, int type) {
                          "no memory for a panel of " + sizeText(panel) + " px, expected " +
                              std::to_string(bytes / 1000000) + " MB to be free",
                          [&] { return cv::Mat(3 * panel.height, panel.width, type); });
+}
+
+/// Refuses prints that are larger than panels. @throws Error TooLarge
+/// @param what "look-up table", for the message
+inline void requirePanelSize(const LensGeometry& g, const char* what) {
+    if (g.panelWidth <= kMaxPanelSide && g.panelHeight <= kMaxPanelSide) return;
+    throw Error(ErrorCode::TooLarge, what,
+                "is none of prints of " + sizeText(cv::Size(g.panelWidth, g.panelHeight)) +
+                    " px, expected at most " + std::to_string(kMaxPanelSide) + " px a side");
 }
 
 /// For each px of a side of the panel, the px of a side of a view under its centre.

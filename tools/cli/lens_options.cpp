@@ -1,0 +1,142 @@
+#include "cli/lens_options.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <sstream>
+
+namespace altiro3D::tools {
+
+namespace {
+
+// "720" or "720x360", and perhaps a unit behind it; false if it is neither.
+bool readPair(const std::string& text, const std::string& unit, double& first, double* second) {
+    const char* at = text.data();
+    const char* const end = at + text.size();
+    const auto number = [&](double& value) {
+        const auto read = std::from_chars(at, end, value);
+        at = read.ptr;
+        return read.ec == std::errc();
+    };
+    if (!number(first)) return false;
+    if (second != nullptr && at != end && *at == 'x' && (++at, !number(*second))) return false;
+    return at == end || std::string(at, end) == unit;
+}
+
+std::string number(double value) {
+    std::ostringstream text;
+    text.precision(6);
+    text << value;
+    return text.str();
+}
+
+std::string sizeInMm(const LensFacts& facts) {
+    return fixed(facts.width, 1) + " x " + fixed(facts.height, 1) + " mm";
+}
+
+} // namespace
+
+void addLensOption(CommandLine& commandLine) {
+    commandLine.add(
+        {"lens"},
+        "Make the calibration of a print or of a screen with a lens film from numbers: lpi=, dpi= "
+        "(or ACROSSxDOWN), size=WxHmm (of the picture), and if wanted angle= (-45..45 degrees to "
+        "the right going up), horizontal=yes (lying lenses), views= (auto), subpixels= (none: a "
+        "print; rgb, bgr, vrgb: a screen), thickness= and index= (of the sheet: mm, 1.56 of "
+        "PETG), distance= (of the eye, mm).",
+        "KEY=VALUE,...");
+}
+
+LensNumbers lensOption(const CommandLine& commandLine) {
+    LensNumbers numbers;
+    std::istringstream parts(*commandLine.value("lens"));
+    const auto fail = [](const std::string& part, const std::string& expected) {
+        throw UsageError("--lens: " + part + " is none of its numbers, expected " + expected);
+    };
+    bool hasLpi = false;
+    bool hasDpi = false;
+    bool hasSize = false;
+    for (std::string part; std::getline(parts, part, ',');) {
+        const std::size_t equals = std::min(part.find('='), part.size());
+        const std::string key = part.substr(0, equals);
+        const std::string value = part.substr(std::min(equals + 1, part.size()));
+        const auto word = [&](const std::vector<std::string>& words) {
+            const auto found = std::find(words.begin(), words.end(), value);
+            if (found == words.end()) fail(part, key + "=" + joined(words, "|"));
+            return found - words.begin();
+        };
+        const auto pair = [&](double& first, double* second, const std::string& unit,
+                              const std::string& expected) {
+            if (!readPair(value, unit, first, second)) fail(part, key + "=" + expected);
+        };
+        double views = 0;
+        if (key == "lpi") {
+            pair(numbers.lpi, nullptr, "", "60");
+            hasLpi = true;
+        } else if (key == "dpi") {
+            pair(numbers.dpi, &numbers.dpiDown, "", "720 or 720x360");
+            hasDpi = true;
+        } else if (key == "size") {
+            pair(numbers.width, &numbers.height, "mm", "100x150mm");
+            hasSize = true;
+        } else if (key == "angle") {
+            pair(numbers.angle, nullptr, "", "DEGREES");
+        } else if (key == "horizontal") {
+            numbers.isHorizontal = word({"no", "yes"}) == 1;
+        } else if (key == "views" && value != "auto") {
+            pair(views, nullptr, "", "auto or a number");
+            if (views != static_cast<int>(std::clamp(views, 2.0, 1.0 * kMaxSheetViews)))
+                fail(part, "views=auto or 2.." + std::to_string(kMaxSheetViews));
+            numbers.views = static_cast<int>(views);
+        } else if (key == "subpixels") {
+            numbers.subpixels = static_cast<SubpixelOrder>(word({"none", "rgb", "bgr", "vrgb"}));
+        } else if (key == "thickness") {
+            pair(numbers.thickness, nullptr, "mm", "MM");
+        } else if (key == "index") {
+            pair(numbers.index, nullptr, "", "1.56");
+        } else if (key == "distance") {
+            pair(numbers.distance, nullptr, "mm", "MM");
+        } else if (key != "views") {
+            fail(part, "lpi, dpi, size, angle, horizontal, views, subpixels, thickness, index or "
+                       "distance, such as lpi=60,dpi=720,size=100x150mm");
+        }
+    }
+    if (!hasLpi || !hasDpi || !hasSize) {
+        throw UsageError(std::string("--lens: ") +
+                         (!hasLpi   ? "lpi"
+                          : !hasDpi ? "dpi"
+                                    : "size") +
+                         " is missing, expected lpi, dpi and size, such as "
+                         "lpi=60,dpi=720,size=100x150mm");
+    }
+    return numbers;
+}
+
+std::string sheetText(const Calibration& calibration) {
+    const LensFacts facts = lensFacts(calibration);
+    return std::string(calibration.sheet->isPrint ? "print" : "screen with a lens film") + " of " +
+           sizeInMm(facts) + ", " + number(facts.lpi) + " LPI";
+}
+
+void tellSheet(const Calibration& calibration, const Messages& messages) {
+    const LensFacts facts = lensFacts(calibration);
+    const LensSheet& sheet = *calibration.sheet;
+    const double down = sheet.dpiDown;
+    messages.say((sheet.isPrint ? "print         " : "screen        ") + sizeInMm(facts) + ", " +
+                 number(calibration.DPI) + (down == calibration.DPI ? "" : " x " + number(down)) +
+                 " dpi, " + number(facts.lpi) + " LPI");
+    messages.say("useful views  " + number(facts.usefulViews) +
+                 (sheet.isPrint ? " (dpi / LPI)" : " (sub-pixels under a lens)") +
+                 "; more of them blend");
+    if (sheet.thickness == 0) return;
+    messages.say("viewing cone  " + fixed(facts.viewCone, 1) + " degrees");
+    if (facts.visualLpi > 0) {
+        messages.say("visual pitch  " + fixed(facts.visualLpi, 3) + " LPI at " +
+                     number(sheet.distance) + " mm, if " + number(facts.lpi) +
+                     " LPI are the sheet's own; a pitch sheet measures it");
+    }
+    messages.say("sharp depth   " + fixed(facts.sharpDepth, 1) +
+                 " mm from the nearest plane to the farthest, at most --strength " +
+                 fixed(facts.sharpStrength, 1));
+}
+
+} // namespace altiro3D::tools

@@ -1,0 +1,20 @@
+#pragma once
+
+#include "altiro3D/lens_sheet.hpp"
+#include "cli/run_tool.hpp"
+
+#include <string>
+
+namespace altiro3D::tools {
+
+/// --lens
+void addLensOption(CommandLine& commandLine);
+/// @throws UsageError
+LensNumbers lensOption(const CommandLine& commandLine);
+
+/// "print of 100 x 150 mm, 60 LPI". @param calibration with a sheet
+std::string sheetText(const Calibration& calibration);
+/// What --info says of a print or a screen without a maker.
+void tellSheet(const Calibration& calibration, const Messages& messages);
+
+} // namespace altiro3D::tools

@@ -91,6 +91,7 @@ struct ArrayCaster {
     operator T() { return value; }
     T value;
 };
+// NOLINTBEGIN(readability-identifier-naming): the name is pybind11's
 template <>
 struct type_caster<altiro3D::python::Array> : ArrayCaster<altiro3D::python::Array> {
     static constexpr auto name = const_name("numpy.ndarray");
@@ -99,6 +100,7 @@ template <>
 struct type_caster<altiro3D::python::Out> : ArrayCaster<altiro3D::python::Out> {
     static constexpr auto name = const_name("Optional[numpy.ndarray]");
 };
+// NOLINTEND(readability-identifier-naming)
 
 template <>
 struct type_caster<altiro3D::python::Order> {

@@ -285,11 +285,13 @@ struct TupleCaster {
         }                                                                                          \
     };
 
+// NOLINTBEGIN(readability-identifier-naming): the name is pybind11's
 ALTIRO3D_TUPLE(cv::Size, int, 2, "Tuple[int, int]", v.width, v.height)
 ALTIRO3D_TUPLE(cv::Point, int, 2, "Tuple[int, int]", v.x, v.y)
 ALTIRO3D_TUPLE(cv::Range, int, 2, "Tuple[int, int]", v.start, v.end)
 ALTIRO3D_TUPLE(cv::Point2d, double, 2, "Tuple[float, float]", v.x, v.y)
 ALTIRO3D_TUPLE(cv::Rect, int, 4, "Tuple[int, int, int, int]", v.x, v.y, v.width, v.height)
+// NOLINTEND(readability-identifier-naming)
 #undef ALTIRO3D_TUPLE
 
 namespace pybind11::detail {

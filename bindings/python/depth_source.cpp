@@ -49,7 +49,8 @@ class PythonSource : public DepthSource {
             throw Error(ErrorCode::InvalidArgument, description(),
                         "has no method read(self, photo), expected one that returns depth");
         }
-        const cv::Mat found = image; // `photo` may be `image`
+        // `photo` may be `image`
+        const cv::Mat found = image; // NOLINT(performance-unnecessary-copy-initialization)
         const py::object depth = method(arrayOf(found, Order::Rgb));
         raw = rawDepthOf({depth}, "depth of read()").clone();
         photo = found;

@@ -75,7 +75,6 @@ void bindQuilt(py::module_& m) {
             "(x, y, width, height) of a view's tile in px of the quilt, y from the top:\n\n"
             "    x, y, width, height = layout.tile(view)\n"
             "    quilt[y:y + height, x:x + width] = picture")
-        .def("text", &QuiltLayout::text, "The layout for people.")
         .def(
             "validate", [](const QuiltLayout& self) { validate(self); },
             "Raises Error InvalidArgument or TooLarge that names the field and its limits.");

@@ -9,9 +9,9 @@ namespace {
 
 py::handle errorType; // altiro3d.Error, as long as the module lives
 
-void translate(std::exception_ptr thrown) { // NOLINT(performance-unnecessary-value-param)
+void translate(std::exception_ptr thrown) {
     try {
-        std::rethrow_exception(thrown);
+        std::rethrow_exception(std::move(thrown));
     } catch (const Error& error) {
         const py::object exception = errorType(error.what());
         py::setattr(exception, "code", py::cast(error.code()));

@@ -48,5 +48,4 @@ PYBIND11_MODULE(altiro3d, m) {
     m.def("set_num_threads", &cv::setNumThreads, pybind11::arg("threads"),
           "Threads of the library, for each call; -1: one per processor. Results do not depend on "
           "it.");
-    m.def("num_threads", &cv::getNumThreads, "Threads of the library.");
 }

@@ -23,8 +23,6 @@ void bindLut(py::module_& m) {
         .def_property_readonly("quilt", &NativeLut::quilt, "The layout of the quilts.")
         .def("calibration_fingerprint", &NativeLut::calibrationFingerprint,
              "The fingerprint() of the calibration that it was built from.")
-        .def("serial", &NativeLut::serial, "Serial number of the display; may be empty.")
-        .def("inverted", &NativeLut::inverted, "Whether the order of views is reversed.")
         .def(
             "channel",
             [](const NativeLut& self, int channel) {
@@ -87,7 +85,9 @@ void bindOptions(py::module_& m) {
             "of depth. An eye sees photos with 2 dB less PSNR than with show_as(Detail.Lens).")
         .def(
             "placement",
-            [](const NativeOptions& options) { return static_cast<PlacementOptions>(options); },
+            [](const NativeOptions& options) {
+                return static_cast<PlacementOptions>(options); // NOLINT(cppcoreguidelines-slicing)
+            },
             "The part that place_scene() and choose_from_scene() take.");
 }
 

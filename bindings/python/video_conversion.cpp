@@ -154,10 +154,8 @@ void bindVideoConversion(py::module_& m) {
                  return unlocked([&] { return std::make_unique<VideoConverter>(std::move(*own)); });
              }),
              py::arg("conversion"), "Checks the options and opens input and output.")
-        .def("facts", &VideoConverter::facts, "Properties of the input.")
         .def("size", &VideoConverter::size, "Width and height of the pictures that are made, px.")
         .def("notes", &VideoConverter::notes, "Remarks about the output.")
-        .def("keeps_work", &VideoConverter::keepsWork, "Whether a later run can resume.")
         .def(
             "run",
             [](VideoConverter& self, const std::optional<py::function>& goOn) {

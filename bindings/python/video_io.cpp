@@ -38,7 +38,6 @@ void bindFacts(py::module_& m) {
         .field("format", &VideoFacts::format, "FFmpeg's name of the container.")
         .field("codec", &VideoFacts::codec, "FFmpeg's name of the codec.")
         .field("pixel_format", &VideoFacts::pixelFormat, "FFmpeg's name of the pixel format.")
-        .field("is_live", &VideoFacts::isLive, "Frames are delivered as they arrive.")
         .field("size", &VideoFacts::size, "Width and height of the first frame, upright, px.")
         .field("sample_aspect", &VideoFacts::sampleAspect, "Width : height of a px.")
         .field("average_rate", &VideoFacts::averageRate, "Frames per second; 0: unknown.")
@@ -128,9 +127,7 @@ void bindReader(py::module_& m) {
         "Reads the frames of a video file or a camera: for frame in VideoReader(...).")
         .def(py::init([](const std::filesystem::path& path, const VideoReaderOptions& options,
                          Order order) {
-                 return unlocked([&] {
-                     return std::unique_ptr<Reader>(new Reader{VideoReader(path, options), order});
-                 });
+                 return unlocked([&] { return Reader{VideoReader(path, options), order}; });
              }),
              py::arg("path"), py::kw_only(),
              py::arg_v("options", VideoReaderOptions(), "VideoReaderOptions()"),

@@ -46,6 +46,27 @@ grep -qF "altiro3D $version" "$work/said" || { cat "$work/said"; exit 1; }
 [[ ! -e $libraries/libaltiro3D.so ]] || # asked at run time
     nm -C --undefined-only "$work/cmake/consumer" | grep -qF 'altiro3D::version()'
 
+echo "== the camera loop"
+cmake -G Ninja -S "$source/docs/examples/camera" -B "$work/camera" -DCMAKE_PREFIX_PATH="$prefix" \
+    -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
+cmake --build "$work/camera" >/dev/null
+"$prefix/bin/photo2native" --lg "$work/clip.mp4" --turns 1 --seconds 1 --fps 8 \
+    "$source/docs/examples/sample.jpg" "$work/native.png" >/dev/null
+LD_LIBRARY_PATH=$libraries "$work/camera/film_natives" "$calibration" "$work/clip.mp4" "$work/natives.mkv"
+[[ $(ffprobe -v error -count_frames -show_entries stream=width,height,nb_read_frames -of csv=p=0 \
+    "$work/natives.mkv") == 1536,2048,8 ]] || { echo "no 8 Natives in natives.mkv"; exit 1; }
+
+module=$(find "$prefix" -path '*/altiro3d/__init__.*.so')
+if [[ -n $module ]]; then
+    echo "== in Python"
+    interpreter=python3
+    "$interpreter" -c 'import numpy' 2>/dev/null || interpreter=/usr/bin/python3
+    PYTHONPATH=$(dirname "$(dirname "$module")") "$interpreter" -c "
+import altiro3d
+assert altiro3d.__file__ == '$module' and altiro3d.__version__ == '$version'
+altiro3d.read_display('$calibration')"
+fi
+
 if [[ -f $libraries/cmake/altiro3D/altiro3DQtTargets.cmake ]]; then
     echo "== with Qt"
     for file in bin/altiro3Dview share/applications/altiro3Dview.desktop \

@@ -1,10 +1,11 @@
-# What `cpack` makes of an install: five Debian packages, one for each component of install().
+# What `cpack` makes of an install: six Debian packages, one for each component of install().
 #
 #   altiro3d            runtime   the tools, their data, manual pages, completions, documents
 #   altiro3d-viewer     viewer    altiro3Dview
 #   libaltiro3d0.1      library   libaltiro3D
 #   libaltiro3d-qt0.1   qt        the library altiro3D::qt
 #   libaltiro3d-dev     dev       headers, find_package, pkg-config
+#   python3-altiro3d    python    the module altiro3d
 #
 # The packages of the libraries carry the SONAME's number: incompatible versions are installed side by
 # side. They hold nothing that two versions share, such as data.
@@ -24,6 +25,9 @@ set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_COMPONENTS_ALL runtime dev)
 if(ALTIRO3D_BUILD_QT AND ALTIRO3D_BUILD_TOOLS)
   list(APPEND CPACK_COMPONENTS_ALL viewer)
+endif()
+if(TARGET altiro3D_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
 if(BUILD_SHARED_LIBS)
   list(APPEND CPACK_COMPONENTS_ALL library)
@@ -117,6 +121,20 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION
 Headers of libaltiro3D, which turns photos, depth, quilts and video into
 pictures for lenticular light-field displays, with files for CMake and
 pkg-config.")
+
+if(TARGET altiro3D_python)
+  math(EXPR next_minor "${ALTIRO3D_PYTHON_MINOR} + 1")
+endif()
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-altiro3d)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${ALTIRO3D_PYTHON_MINOR}~), \
+python3 (<< 3.${next_minor}), python3-numpy${on_library}")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "altiro3d") # sample calibration, depth network
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+    "3D pictures for light-field displays (Python module)
+The module altiro3d turns photos, depth, quilts and video into pictures for
+lenticular light-field displays. Pictures are NumPy arrays, and classes of
+Python can be sources of depth.")
 
 # Changelog, copyright and compressed manuals go into the packages only, not into each install.
 string(TIMESTAMP ALTIRO3D_PACKAGE_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC)

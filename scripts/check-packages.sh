@@ -9,8 +9,8 @@ cd "$(dirname "$0")/.."
 [[ ${1:-} == --made ]] || scripts/make-packages.sh
 shopt -s nullglob
 packages=(build/package/*.deb)
-if [[ ${#packages[@]} -ne 5 ]]; then
-    echo "$0: build/package: holds ${#packages[@]} packages, expected 5" >&2
+if [[ ${#packages[@]} -ne 6 ]]; then
+    echo "$0: build/package: holds ${#packages[@]} packages, expected 6" >&2
     exit 1
 fi
 
@@ -65,6 +65,18 @@ echo "== altiro3d-viewer: install, start"
 install './altiro3d-viewer_*.deb ./libaltiro3d-qt[0-9]*.deb'
 inside 'altiro3Dview --version; QT_QPA_PLATFORM=offscreen altiro3Dview --list-displays'
 
+echo "== python3-altiro3d: install, make a Native"
+install './python3-altiro3d_*.deb'
+cat >"$root/made/use.py" <<'PYTHON'
+import altiro3d
+display = altiro3d.read_display("/usr/share/altiro3D/calibration/portrait-sample.json")
+depth = altiro3d.stored_depth_or(altiro3d.estimated_depth())
+native = altiro3d.NativeMaker(display).make_native(depth.read_scene(depth.read_photo("sample.jpg")))
+altiro3d.write_image("python.png", native, mark=altiro3d.ImageMark.Native)
+PYTHON
+inside 'python3 use.py'
+expect python.png "1536 x 2048"
+
 echo "== libaltiro3d-dev: install, build a program of one's own"
 install './libaltiro3d-dev_*.deb g++ cmake make pkg-config'
 inside 'cmake -S consumer -B cmake >/dev/null && cmake --build cmake >/dev/null &&
@@ -81,7 +93,7 @@ inside 'cmake -S qt -B with-qt >/dev/null && cmake --build with-qt >/dev/null
 echo "== all: remove"
 inside 'dpkg -L $(dpkg-query -W -f "\${Package} " "*altiro3d*") | sort -u >own'
 inside 'cp /usr/share/altiro3D/calibration/portrait-sample.json . &&
-    dpkg -P libaltiro3d-dev altiro3d-viewer altiro3d >/dev/null && ./plain portrait-sample.json'
+    dpkg -P python3-altiro3d libaltiro3d-dev altiro3d-viewer altiro3d >/dev/null && ./plain portrait-sample.json'
 inside 'dpkg -P $(dpkg-query -W -f "\${Package} " "libaltiro3d*[0-9]") >/dev/null'
 while read -r file; do
     [[ -d $root$file && ! -L $root$file ]] && continue # the folder also holds others' files

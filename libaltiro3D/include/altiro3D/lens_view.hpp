@@ -13,10 +13,10 @@ struct LensEye {
     /// Any finite number; lenses repeat, so only its fractional part matters.
     double phase = 0.5;
     /// The width that it sees under each lens in lens periods, 1/4096..1; 0 = the width of one
-    /// sub-pixel, the smallest width that a lens shows.
+    /// sub-pixel, the smallest width that a lens shows; of a print, 1.5 px.
     double spot = 0;
     /// How far it blurs luminance: the standard deviation in px, 0..64; see eyeBlur(). Colour is
-    /// blurred twice as far. 0 = as sharp as the picture.
+    /// blurred twice as far. 0 = as sharp as the picture, as for prints.
     double blur = 0;
 };
 

@@ -21,6 +21,7 @@ namespace altiro3D {
 namespace {
 
 constexpr double kUsualConeDegrees = 40;
+constexpr double kPrintSpot = 1.5; // px, which have no sub-pixels
 constexpr double kMinSpot = 1.0 / 4096;
 constexpr double kMaxBlur = 64;
 constexpr std::uint16_t kNone = 0x7fff; // no column: panels have at most 16384
@@ -406,14 +407,20 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
                 "0 or 1/4096..1");
     checkRange("blur", eye.blur, 0, kMaxBlur);
     checkSize(native.size(), {g.panelWidth, g.panelHeight}, "native", "the panel's ");
-    if (g.isLying() && g.cells.size() < 2 && !g.mirrorX && !g.mirrorY)
+    const bool isPrint = calibration.sheet && calibration.sheet->isPrint;
+    check(eye.blur == 0 || !isPrint, "eye",
+          "blurs the light of sub-pixels, which a print has not, expected one without blur");
+    if (calibration.sheet && g.isLying() && g.cells.size() < 2 && !g.mirrorX && !g.mirrorY)
         return simulateLying(native, calibration, eye, seen, g.inverted);
     const cv::Mat source = shareMemory(native, seen) ? native.clone() : native;
     seen.create(source.size(), source.type());
     if (eye.blur > 0) {
         seeBlurred(source, phases, eye.phase, eye.blur, seen);
     } else {
-        const LitPhases lit = litPhases(eye, phases);
+        LensEye sharp = eye;
+        if (isPrint && eye.spot == 0) // between two px, both
+            sharp.spot = std::min(1.0, kPrintSpot * 3 / g.lensPeriodSubpixels);
+        const LitPhases lit = litPhases(sharp, phases);
         for (int channel = 0; channel < 3; ++channel)
             lightChannel(source, phases, lit, channel, seen);
     }

@@ -51,7 +51,7 @@ cmake -G Ninja -S "$source/docs/examples/camera" -B "$work/camera" -DCMAKE_PREFI
     -DCMAKE_CXX_COMPILER="$compiler" >/dev/null
 cmake --build "$work/camera" >/dev/null
 "$prefix/bin/photo2native" --lg "$work/clip.mp4" --turns 1 --seconds 1 --fps 8 \
-    "$source/docs/examples/sample.jpg" "$work/native.png" >/dev/null
+    "$source/docs/examples/sample.jpg" "$work/filmed.png" >/dev/null
 LD_LIBRARY_PATH=$libraries "$work/camera/film_natives" "$calibration" "$work/clip.mp4" "$work/natives.mkv"
 [[ $(ffprobe -v error -count_frames -show_entries stream=width,height,nb_read_frames -of csv=p=0 \
     "$work/natives.mkv") == 1536,2048,8 ]] || { echo "no 8 Natives in natives.mkv"; exit 1; }

@@ -116,16 +116,22 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
+void checkOutput(const std::filesystem::path& file, bool replace) {
+    Outputs outputs(replace);
+    outputs.addOutputs({file});
+    outputs.check();
+}
+
 // A calibration by the numbers of --lens.
 int makeLensFile(const CommandLine& commandLine, Messages& messages) {
     if (commandLine.files().size() != 1) commandLine.failNames("the calibration to write", 1);
-    commandLine.refuse({"info", "json", "map", "layout", "resolution", "serial", "invert"},
+    commandLine.refuse({"info", "json", "map", "layout", "resolution", "serial", "invert",
+                        "mpv-shader", "read-usb", "read-bridge", "bridge", "view-filter",
+                        "sampling"},
                        " is about a calibration that exists, expected --lens without it");
     const std::filesystem::path& file = commandLine.files().front();
     const Calibration calibration = calibrationOf(lensOption(commandLine));
-    Outputs outputs(commandLine.has("y"));
-    outputs.addOutputs({file});
-    outputs.check();
+    checkOutput(file, commandLine.has("y"));
     writeFile(file, calibrationText(calibration));
     tellSheet(calibration, messages);
     messages.say(file.string() + ": calibration of a " + sheetText(calibration));
@@ -313,9 +319,7 @@ int main(int argc, char** argv) {
         if (given.has("lens")) return makeLensFile(given, messages);
         const TableJob job = tableJob(given);
         if (job.saved.empty()) return makeTable(job, messages);
-        Outputs outputs(job.replace);
-        outputs.addOutputs({job.saved});
-        outputs.check();
+        checkOutput(job.saved, job.replace);
         return job.readsUsb ? saveUsbCalibration(job, messages)
                             : saveBridgeCalibration(job, messages);
     });

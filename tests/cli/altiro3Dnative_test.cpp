@@ -233,6 +233,12 @@ TEST_F(Altiro3DNative, BadNumbersOfALensAreNamed) {
               "lying lenses are horizontal=yes\n");
     EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=10x0mm", 1), "height: is 0, expected "));
     EXPECT_TRUE(holds(message("lpi=60,size=10x15mm", 2), "--lens: dpi is missing"));
+    for (const char* other : {"--mpv-shader s.glsl", "--read-usb", "--read-bridge", "--info",
+                              "--sampling nearest", "-q 2x3"}) {
+        EXPECT_TRUE(fails(run(Arguments("--lens lpi=60,dpi=720,size=10x15mm") + Arguments(other) +
+                              Arguments{"print.json"}),
+                          2, "is about a calibration that exists"));
+    }
     EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=10x15in", 2),
                       "size=10x15in is none of its numbers, expected size=100x150mm"));
     EXPECT_TRUE(holds(message("lpi=60,colour=3", 2), "expected lpi, dpi, size"));

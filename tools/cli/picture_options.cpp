@@ -220,7 +220,9 @@ void addNativeOptions(CommandLine& commandLine) {
         {"continuous"},
         "Compute each sub-pixel for the exact direction in which its lens sends it, not for the "
         "nearest view. Not with -g, -m, --view-filter and --sampling.");
-    commandLine.add({"best"}, "Make the best picture; takes several times as long.");
+    commandLine.add({"best"},
+                    "Work on each px of the panel; takes several times as long, and photos gain "
+                    "little.");
 }
 
 void addQuickOption(CommandLine& commandLine) {

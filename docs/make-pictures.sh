@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes pictures of the README and of docs/depth.md with the tools (needs ImageMagick).
+# Makes pictures of the README, the guide and docs/depth.md with the tools (needs ImageMagick).
 #
 #   docs/make-pictures.sh [DIRECTORY OF THE TOOLS]
 #
@@ -25,6 +25,16 @@ for method in fast real layered; do
         --save-views "$work/$method" "$sample.jpg" "$sample-depth.png" "$work/$method.png"
     convert "$work/$method/view_47.png" -crop 100x110+25+175 +repage -filter point -resize 300% \
         "docs/images/$method.png"
+done
+
+# a pitch sheet under lenses of 60.075 LPI: the band of that pitch, and one four steps from it
+"$tools/altiro3Dnative" --lens lpi=60,dpi=720,size=100x100mm --pitch-sheet "$work/pitch.png" >"$work/said"
+"$tools/altiro3Dnative" --lens lpi=60.075,dpi=720,size=100x100mm "$work/lens.json" >>"$work/said"
+"$tools/native2view" -c "$work/lens.json" --angle 5 "$work/pitch.png" "$work/seen.png" >>"$work/said"
+for band in right:11 wrong:15; do # of 21, above a line of text
+    y=$(identify -format "%[fx:(h-170)/21*${band#*:}]" "$work/seen.png")
+    convert "$work/seen.png" -crop "2835x126+0+${y%.*}" +repage -resize 720x \
+        "docs/images/pitch-${band%:*}.png"
 done
 
 # photo | altiro3d | FastDepth, all colour photos of two public collections

@@ -5,6 +5,7 @@
 #include "cli/bridge.hpp"
 #include "cli/lens_options.hpp"
 #include "cli/outputs.hpp"
+#include "cli/print_options.hpp"
 #include "cli/quilt_options.hpp"
 
 #include <algorithm>
@@ -124,16 +125,32 @@ void checkOutput(const std::filesystem::path& file, bool replace) {
 
 // A calibration by the numbers of --lens.
 int makeLensFile(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 1) commandLine.failNames("the calibration to write", 1);
+    const std::filesystem::path pitchSheet = commandLine.value("pitch-sheet").value_or("");
+    const std::size_t least = pitchSheet.empty() ? 1 : 0;
+    if (commandLine.files().size() < least || commandLine.files().size() > 1)
+        commandLine.failNames("the calibration to write", 1);
     commandLine.refuse({"info", "json", "map", "layout", "resolution", "serial", "invert",
                         "mpv-shader", "read-usb", "read-bridge", "bridge", "view-filter",
                         "sampling"},
                        " is about a calibration that exists, expected --lens without it");
-    const std::filesystem::path& file = commandLine.files().front();
+    const std::filesystem::path file =
+        commandLine.files().empty() ? "" : commandLine.files().front();
+    if (!pitchSheet.empty()) requireNativeName(pitchSheet, true);
+    PitchSheetOptions pitches;
+    pitches.around = commandLine.number("around", 1, 5000).value_or(0);
+    pitches.step = commandLine.number("step", 1e-6, 100).value_or(0);
     const Calibration calibration = calibrationOf(lensOption(commandLine));
-    checkOutput(file, commandLine.has("y"));
-    writeFile(file, calibrationText(calibration));
+    Outputs outputs(commandLine.has("y"));
+    outputs.addOutputs({file, pitchSheet});
+    outputs.check();
     tellSheet(calibration, messages);
+    if (!pitchSheet.empty()) {
+        writePitchSheet(pitchSheet, calibration, pitches);
+        messages.say(pitchSheet.string() + ": pitch sheet of " + std::to_string(kPitchBands) +
+                     " bands; under the lenses the right one has one tone from end to end");
+    }
+    if (file.empty()) return kExitDone;
+    writeFile(file, calibrationText(calibration));
     messages.say(file.string() + ": calibration of a " + sheetText(calibration));
     return kExitDone;
 }
@@ -279,6 +296,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("--info [--json] [visual.json]");
     commandLine.addUsage("--read-usb OUT.json");
     commandLine.addUsage("--lens KEY=VALUE,... LENS.json");
+    commandLine.addUsage("--lens KEY=VALUE,... --pitch-sheet OUT.png");
     commandLine.addSection("Output");
     commandLine.add({"m", "map"}, "Table to write (default: SERIAL-RxC.map).", "OUT.map");
     commandLine.addAdvanced({"mpv-shader"},
@@ -294,6 +312,13 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"read-bridge"},
                             "Save the calibration of the display of Looking Glass Bridge.");
     addLensOption(commandLine);
+    commandLine.add({"pitch-sheet"},
+                    "With --lens: write a sheet to print, whose bands find the pitch.", "OUT.png");
+    commandLine.addAdvanced({"around"}, "LPI of its middle band (default: lpi= of --lens).", "LPI");
+    commandLine.addAdvanced({"step"},
+                            "LPI from band to band (default: 0.125 % of lpi=; with --around a "
+                            "tenth of it).",
+                            "LPI");
     commandLine.addSection("Display and quilt");
     addQuiltOptions(commandLine);
     commandLine.add({"serial"},
@@ -310,12 +335,17 @@ int main(int argc, char** argv) {
                            "Write the shader with which mpv shows quilts on the display.");
     commandLine.addExample("--lens lpi=60,dpi=720,size=100x150mm lens.json",
                            "Write the calibration of a print under a lens sheet of 60 LPI.");
+    commandLine.addExample("--lens lpi=60,dpi=720,size=100x150mm --pitch-sheet pitch.png",
+                           "Write the sheet that finds the exact pitch.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
                         "LKG_calibration/visual.json. --info finds it as the other tools do "
                         "where none is named. The word bridge stands for that of "
                         "Looking Glass Bridge.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        if (!given.has("lens"))
+            given.refuse({"pitch-sheet", "around", "step"},
+                         " is for the numbers of a lens, expected --lens with it");
         if (given.has("lens")) return makeLensFile(given, messages);
         const TableJob job = tableJob(given);
         if (job.saved.empty()) return makeTable(job, messages);

@@ -76,6 +76,18 @@ void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json
     made.mayRecover = folder.mayRecover();
 }
 
+// As much strength as the sheet shows without blur, unless it was given.
+PhotoJob withSharpDepth(const PhotoJob& job, const Calibration& print, const Messages& messages) {
+    PhotoJob limited = job;
+    double& strength = limited.scene.native.views.strengthPercent;
+    const LensFacts facts = lensFacts(print);
+    if (job.isStrengthGiven || facts.sharpDepth == 0 || facts.sharpStrength >= strength) return job;
+    strength = facts.sharpStrength;
+    messages.say("strength: " + fixed(strength, 1) + " %, the " + fixed(facts.sharpDepth, 1) +
+                 " mm of depth that the sheet shows without blur");
+    return limited;
+}
+
 // Makes the photos of a job, or a part of those of a plan.
 PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
@@ -84,8 +96,9 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     StageTimes setup;
     // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
-    const ChosenDisplay display =
+    ChosenDisplay display =
         job.go ? goDisplay() : findDisplay(job.display, messages, {}, displayUse(job));
+    const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
         part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->plan.photos, {}, true};
@@ -97,7 +110,9 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (displayUse(job) != DisplayUse::None)
         messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
-    PhotoRun photoRun = openPhotoRun(job, display, layout, setup, messages);
+    const PhotoJob limited = print ? withSharpDepth(job, display.calibration, messages) : job;
+    PhotoRun photoRun = openPhotoRun(limited, display, layout, setup, messages);
+    photoRun.print = print;
     if (part != nullptr) part->requireSame(photoRun);
     messages.detail("ready: " + setup.text());
     const std::string fixedWay = fixedWayText(job.scene.unasked);
@@ -212,6 +227,7 @@ void addOptions(CommandLine& commandLine) {
     addPhotoChunkOptions(commandLine);
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
+    addPrintOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("With several photos or a directory the last name is the directory for the "

@@ -6,6 +6,7 @@
 #include "cli/folders.hpp"
 #include "cli/go_folder.hpp"
 #include "cli/json_text.hpp"
+#include "cli/print_options.hpp"
 #include "photo/sway_options.hpp"
 #include "video/video_run.hpp"
 
@@ -33,6 +34,7 @@ struct QuiltJob {
     SwayOptions sway;
     std::optional<cv::Size> swaySize;
     EyesFiles eyes;
+    std::optional<PrintOptions> print;
     VideoJob video;
 };
 
@@ -93,7 +95,8 @@ cv::Mat shapedQuilt(const ReadQuilt& read, bool isCut, Messages& messages) {
 }
 
 void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::path& native,
-                    bool isFromFolder, const ChosenDisplay& display, Messages& messages) {
+                    bool isFromFolder, const ChosenDisplay& display, Messages& messages,
+                    const std::optional<PrintSheet>& print = std::nullopt) {
     StageTimes times;
     const ReadQuilt read = readQuilt(job, quiltFile, isFromFolder, display, messages);
     const auto& [picture, layout, shape] = read;
@@ -114,7 +117,7 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
         times.end("eyes");
     }
     // last, so that an existing Native means that all outputs exist
-    makeNativeFile(renderer, quilt, native, messages, times);
+    makeNativeFile(renderer, quilt, native, print, messages, times);
     if (!job.eyes.name().empty()) messages.say(job.eyes.names() + ": " + job.eyes.words());
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
@@ -303,6 +306,7 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine);
     job.eyes = EyesFiles(commandLine);
+    job.print = printOptions(commandLine);
     return job;
 }
 
@@ -313,7 +317,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (go || bridge) {
         for (const char* option :
              {"y", "skip-existing", "lg", "save-stereo", "m", "invert", "view-filter", "sampling",
-              "codec", "resume", "report", "progress"})
+              "codec", "resume", "report", "progress", "print"})
             commandLine.exclude(go ? "go" : "bridge", option);
         if (commandLine.files().empty()) commandLine.failNames("QUILT", 1);
         QuiltJob job;
@@ -342,7 +346,8 @@ int run(const CommandLine& commandLine, Messages& messages) {
     if (isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
     if (isFolder || canWriteVideo(job.native))
-        commandLine.refuse({"save-stereo"}, " is made of one quilt, expected a single picture");
+        commandLine.refuse({"save-stereo", "print"},
+                           " is made of one quilt, expected a single picture");
     if (!isFolder)
         commandLine.refuse({"skip-existing", "recursive"},
                            " applies to folders, expected a directory of quilts");
@@ -368,11 +373,12 @@ int run(const CommandLine& commandLine, Messages& messages) {
     job.video = videoJob(commandLine, plan);
     if (isFolder) return convertFolder(job, messages);
     if (makesVideo) return runVideo(job.video, messages);
-    if (!isStream) requirePictureName(job.native);
+    if (job.print || !isStream) requireNativeName(job.native, job.print.has_value());
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     if (!job.eyes.files().empty()) requirePictureName(job.eyes.name());
     if (!isStandardStream(job.quilt)) requireFile(job.quilt);
-    const ChosenDisplay display = findDisplay(job.display, messages);
+    ChosenDisplay display = findDisplay(job.display, messages);
+    const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     Outputs outputs(job.replace);
     outputs.addInputs({job.quilt});
     outputs.addInputs(display.files);
@@ -380,7 +386,7 @@ int run(const CommandLine& commandLine, Messages& messages) {
     outputs.addOutputs({job.swayFile});
     outputs.addOutputs(job.eyes.files());
     outputs.check();
-    convertPicture(job, job.quilt, job.native, false, display, messages);
+    convertPicture(job, job.quilt, job.native, false, display, messages, print);
     return kExitDone;
 }
 
@@ -412,6 +418,7 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced({"report"},
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
+    addPrintOptions(commandLine);
     addDisplayOptions(commandLine);
     addFitOption(commandLine, "contain if the file's name states another shape, else stretch");
     addSamplingOptions(commandLine, "linear");

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
+#include "cli/print_options.hpp"
 #include "cli/views_folder.hpp"
 
 #include <algorithm>
@@ -25,7 +26,8 @@ void requireViews(const fs::path& directory, const std::vector<fs::path>& files,
     throw Error(ErrorCode::BadFormat, directory.string(),
                 reason + ", expected at least " + std::to_string(fewest) +
                     " views of one scene from neighbouring cameras (to use other pictures as "
-                    "views, name the files; photo2native makes Natives of photos)");
+                    "views, name the files; photo2native makes Natives of photos; --flip shows "
+                    "unrelated ones)");
 }
 
 // The command line.
@@ -40,6 +42,8 @@ struct ViewsJob {
     DisplayOptions display;
     QuiltRequest layout;
     QuiltSampling sampling;
+    std::optional<PrintOptions> print;
+    std::optional<FlipKind> flip;
 };
 
 ViewsJob viewsJob(const CommandLine& commandLine) {
@@ -48,7 +52,8 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     ViewsJob job;
     job.native = names.back();
     job.fit = fitOption(commandLine);
-    requirePictureName(job.native);
+    job.print = printOptions(commandLine);
+    requireNativeName(job.native, job.print.has_value());
     if (names.size() == 2) {
         job.directory = names.front();
     } else if (isDirectory(names.front())) {
@@ -62,6 +67,8 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     job.display = displayOptions(commandLine);
     job.layout = quiltRequest(commandLine);
     job.sampling = pictureSampling(commandLine);
+    job.flip =
+        commandLine.oneOf<FlipKind>("flip", {{"hard", FlipKind::Hard}, {"soft", FlipKind::Soft}});
     return job;
 }
 
@@ -74,7 +81,8 @@ int makeNative(const ViewsJob& job, Messages& messages) {
     outputs.addInputs(files);
     outputs.addNative(job.native);
     StageTimes times;
-    const ChosenDisplay display = findDisplay(job.display, messages);
+    ChosenDisplay display = findDisplay(job.display, messages);
+    const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     outputs.addInputs(display.files);
     const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
     fs::path quiltOutput;
@@ -84,13 +92,13 @@ int makeNative(const ViewsJob& job, Messages& messages) {
         outputs.addOutputs({quiltOutput});
     }
     outputs.check();
-    if (!job.directory.empty()) requireViews(job.directory, sorted, layout.viewCount);
+    if (!job.directory.empty() && !job.flip) requireViews(job.directory, sorted, layout.viewCount);
 
     messages.say("quilt: " + quiltText(layout, display.aspect()));
     Progress progress(files.size());
     const ViewsQuilt views = quiltOfViews(
         files, layout, display.aspect(), job.fit.value_or(FitMode::Cover), messages,
-        [&progress](const fs::path& file) { progress.step(file.filename().string()); });
+        [&progress](const fs::path& file) { progress.step(file.filename().string()); }, job.flip);
     progress.clear();
     times.end("read views");
     const double aspect = static_cast<double>(views.viewSize.width) / views.viewSize.height;
@@ -100,7 +108,7 @@ int makeNative(const ViewsJob& job, Messages& messages) {
     }
     const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
     times.end("look-up table");
-    makeNativeFile(renderer, views.quilt, job.native, messages, times);
+    makeNativeFile(renderer, views.quilt, job.native, print, messages, times);
     if (!quiltOutput.empty()) {
         writeImage(quiltOutput, views.quilt);
         times.end("write quilt");
@@ -119,12 +127,17 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] DIR OUT.png");
     commandLine.addUsage("[options] VIEW... OUT.png");
     commandLine.addSection("Views");
+    commandLine.add({"flip"},
+                    "The pictures are unrelated and follow each other as the print is turned: one "
+                    "at a time (hard), or with a soft change from each to the next (soft).",
+                    "hard|soft");
     commandLine.add({"reverse"}, "The files run from the rightmost camera to the leftmost.");
     addFitOption(commandLine, "cover");
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");
     commandLine.add({"y"}, "Replace outputs that exist.");
+    addPrintOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine, "linear");
     commandLine.addNote(
@@ -141,6 +154,8 @@ int main(int argc, char** argv) {
     commandLine.addExample("views native.png", "Make a Native of the pictures in a directory.");
     commandLine.addExample("--reverse views reversed.png",
                            "The same for pictures that run from the right to the left.");
+    commandLine.addExample("--flip hard holiday.jpg painted.png flip.png",
+                           "Show one photo from one side and another from the other.");
     commandLine.addExample("--save-quilt scene.png views also.png",
                            "Also write the quilt, with its layout in the name.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {

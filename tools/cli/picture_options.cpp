@@ -288,7 +288,8 @@ NativeMaker makeNativeMaker(const SceneOptions& scene, const ChosenDisplay& disp
         return NativeMaker(display, layout, options);
     }
     messages.detail("path: over the quilt, as " + why);
-    if (options.sampling.blends()) return NativeMaker(display, layout, options);
+    if (options.sampling.blends() || display.calibration.sheet)
+        return NativeMaker(display, layout, options);
     return NativeMaker(lookUpTable(display, layout, messages), options);
 }
 

@@ -296,12 +296,20 @@ NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, M
 
 Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages) {
-    if (sampling.blends()) return {display.calibration, layout, sampling, display.invert};
+    if (sampling.blends() || display.calibration.sheet)
+        return {display.calibration, layout, sampling, display.invert};
     return Quilt2Native(lookUpTable(display, layout, messages));
 }
 
 void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
-                    const std::filesystem::path& output, Messages& messages, StageTimes& times) {
+                    const std::filesystem::path& output, const std::optional<PrintSheet>& print,
+                    Messages& messages, StageTimes& times) {
+    if (print) {
+        print->write(output, [&](const RowSink& rows) { renderer.render(quilt, rows); });
+        times.end("render and write");
+        messages.say(output.string() + ": print, " + sizeText(print->size()));
+        return;
+    }
     cv::Mat native;
     renderer.render(quilt, native);
     times.end("render");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/print_sheet.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "cli/display_options.hpp"
@@ -75,8 +76,9 @@ NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, M
 Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
                               const QuiltLayout& layout, Messages& messages);
 
-/// Renders a quilt and writes the Native; stages "render" and "write".
+/// Renders a quilt and writes the Native, or the print.
 void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,
-                    const std::filesystem::path& output, Messages& messages, StageTimes& times);
+                    const std::filesystem::path& output, const std::optional<PrintSheet>& print,
+                    Messages& messages, StageTimes& times);
 
 } // namespace altiro3D::tools

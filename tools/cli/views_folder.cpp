@@ -149,6 +149,19 @@ std::size_t pictureOfView(int view, int views, std::size_t pictures) {
     return static_cast<std::size_t>(std::lround(place));
 }
 
+// How much of a picture a view shows, 0..1.
+double shareOf(std::size_t picture, int view, int views, std::size_t pictures,
+               std::optional<FlipKind> flip) {
+    if (!flip) return pictureOfView(view, views, pictures) == picture ? 1 : 0;
+    constexpr double kSoft = 0.5; // of the views are between two pictures
+    const auto count = static_cast<double>(pictures);
+    // whole in the middle of a picture's part
+    const double place = std::clamp((view + 0.5) / views * count - 0.5, 0.0, count - 1);
+    const double off = place - static_cast<double>(picture);
+    if (*flip == FlipKind::Hard) return off > -0.5 && off <= 0.5 ? 1 : 0;
+    return std::clamp((0.5 - std::abs(off)) / kSoft + 0.5, 0.0, 1.0);
+}
+
 } // namespace
 
 std::vector<fs::path> listViews(const fs::path& directory) {
@@ -172,8 +185,14 @@ std::string reasonAgainstViews(const std::vector<fs::path>& files, std::size_t f
 
 ViewsQuilt quiltOfViews(const std::vector<fs::path>& files, const QuiltLayout& layout,
                         double aspect, FitMode mode, Messages& messages,
-                        const std::function<void(const fs::path&)>& atFile) {
-    if (files.size() != static_cast<std::size_t>(layout.viewCount)) {
+                        const std::function<void(const fs::path&)>& atFile,
+                        std::optional<FlipKind> flip) {
+    if (flip && files.size() > static_cast<std::size_t>(layout.viewCount)) {
+        throw Error(ErrorCode::Mismatch, "--flip",
+                    "has " + counted(files.size(), "picture") + " for " +
+                        counted(layout.viewCount, "view") + ", expected at most a view for each");
+    }
+    if (!flip && files.size() != static_cast<std::size_t>(layout.viewCount)) {
         messages.warn("there are " + counted(files.size(), "picture") + " for " +
                       counted(layout.viewCount, "view") +
                       ": each view takes the picture nearest to it");
@@ -188,10 +207,12 @@ ViewsQuilt quiltOfViews(const std::vector<fs::path>& files, const QuiltLayout& l
         cv::Mat fitted;
         atFile(files[picture]);
         for (int i = 0; i < layout.viewCount; ++i) {
-            if (pictureOfView(i, layout.viewCount, files.size()) != picture) continue;
+            const double share = shareOf(picture, i, layout.viewCount, files.size(), flip);
+            if (share == 0) continue;
             if (view.empty()) {
                 view = readPhotoFile(files[picture], messages);
                 if (viewSize.area() == 0) viewSize = view.size();
+                if (flip) viewSize = view.size();
                 if (view.size() != viewSize) {
                     throw Error(ErrorCode::Mismatch, files[picture].string(),
                                 "has " + sizeText(view.size()) + ", expected " +
@@ -199,7 +220,12 @@ ViewsQuilt quiltOfViews(const std::vector<fs::path>& files, const QuiltLayout& l
                 }
                 applyFit(view, fitPhoto(viewSize, aspect, layout.tileSize, mode), fitted);
             }
-            fitted.copyTo(result.quilt(layout.tile(i)));
+            cv::Mat tile = result.quilt(layout.tile(i));
+            if (share == 1) {
+                fitted.copyTo(tile);
+            } else {
+                cv::scaleAdd(fitted, share, tile, tile); // the other one adds the rest
+            }
         }
     }
     return result;

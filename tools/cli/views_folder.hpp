@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <functional>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,12 @@ std::vector<std::filesystem::path> listViews(const std::filesystem::path& direct
 std::string reasonAgainstViews(const std::vector<std::filesystem::path>& files,
                                std::size_t fewest = kFewestViews);
 
+/// How unrelated pictures follow each other from view to view.
+enum class FlipKind {
+    Hard, ///< Each view shows one of them, each of them has as many views.
+    Soft  ///< Views between two of them show both.
+};
+
 /// A quilt and the size of its views in their files.
 struct ViewsQuilt {
     cv::Mat quilt;     ///< [layout size, CV_8UC3, BGR]
@@ -43,9 +50,11 @@ struct ViewsQuilt {
 /// @param aspect width : height of the panel, to which `mode` fits each view
 /// @param atFile called once with each file, before it is read; its exceptions end the work. A file
 ///        that no tile shows is not read.
+/// @param flip the pictures are unrelated, of any size, and each has its part of the views
 /// @throws Error as readPhoto(), Mismatch (views of different sizes), BadFormat (Natives)
 ViewsQuilt quiltOfViews(const std::vector<std::filesystem::path>& files, const QuiltLayout& layout,
                         double aspect, FitMode mode, Messages& messages,
-                        const std::function<void(const std::filesystem::path&)>& atFile);
+                        const std::function<void(const std::filesystem::path&)>& atFile,
+                        std::optional<FlipKind> flip = std::nullopt);
 
 } // namespace altiro3D::tools

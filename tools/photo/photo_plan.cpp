@@ -163,6 +163,8 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     job.swaySize = swaySizeOption(commandLine).value_or(cv::Size());
     requireSwayFile(commandLine);
     job.display = displayOptions(commandLine);
+    job.print = printOptions(commandLine);
+    job.isStrengthGiven = commandLine.has("strength");
     job.quilt = quiltRequest(commandLine);
     job.depth = depthOptions(commandLine);
     commandLine.exclude("y", "skip-existing");
@@ -199,6 +201,8 @@ PhotoJob photoJob(const CommandLine& commandLine) {
         commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
                                          "for the Native");
     }
+    if (job.print && displayUse(job) != DisplayUse::Show)
+        throw UsageError("--print makes a print, expected OUT, the name of its file");
     job.savedDepthSide =
         commandLine.wholeNumber("save-depth-size", 16, 65500).value_or(kSavedDepthSide);
     if (!commandLine.has("save-depth") && !commandLine.has("save-photo-with-depth"))
@@ -318,8 +322,11 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
         requireNoTerminal(item.native);
         for (const fs::path& file :
              {item.native, item.quilt, item.savedDepth, item.rgbd, item.stereo}) {
-            if (!file.empty() && !isStandardStream(file))
+            if (!file.empty() && file == item.native && job.print) {
+                requireNativeName(file, true);
+            } else if (!file.empty() && !isStandardStream(file)) {
                 requirePictureName(file, file != item.savedDepth);
+            }
         }
         if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth)) {
             throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +

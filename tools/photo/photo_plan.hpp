@@ -9,10 +9,12 @@
 #include "cli/go_folder.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
+#include "cli/print_options.hpp"
 #include "photo/sway_options.hpp"
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,6 +60,8 @@ struct PhotoJob {
     EyesFiles eyes; ///< How pictures for two eyes are made; named as PhotoOutputs::stereo.
     /// Nothing asks for other pictures of eyes than those that were photographed.
     bool keepsEyes = true;
+    std::optional<PrintOptions> print;
+    bool isStrengthGiven = false;
     SwayOptions sway;
     cv::Size swaySize;                        ///< Of the swaying video; empty: the photo's.
     std::map<std::string, std::string> given; ///< The options as they were given, for the report.

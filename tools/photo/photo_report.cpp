@@ -80,8 +80,9 @@ void tellPicture(const PhotoRun& run, const MadePhoto& made, Messages& messages)
     const PhotoItem& item = made.item;
     std::vector<std::string> lines; // names and what they are
     if (!item.native.empty()) {
-        lines.push_back(nameOf(item.native, "standard output") + ": Native, " +
-                        sizeText(run.native.size()));
+        lines.push_back(nameOf(item.native, "standard output") +
+                        (run.print ? ": print, " + sizeText(run.print->size())
+                                   : ": Native, " + sizeText(run.native.size())));
     }
     const bool isOneLine = messages.hasSubject();
     for (const OtherOutput& other : othersOf(item))

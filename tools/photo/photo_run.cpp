@@ -322,6 +322,7 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
                  std::move(depth),
                  {},
                  {},
+                 {},
                  false,
                  nullptr};
     times.end("display");
@@ -366,7 +367,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     }
     if (!needsDepth(item) && item.video.empty() && item.stereo.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
-    if (makesNative) {
+    if (makesNative && !run.print) {
         maker.makeNative(placed.scene, run.quilt, run.native);
         times.end("native");
     }
@@ -397,7 +398,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     if (!isPlaced && item.video.empty() && !item.stereo.empty())
         made.views.strengthPercent = run.job.eyes.options().strengthPercent;
 
-    warnAboutNativeFormat(item.native, messages);
+    if (!run.print) warnAboutNativeFormat(item.native, messages);
     if (!item.video.empty()) {
         made.videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
         times.end("video");
@@ -410,8 +411,14 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
     if (makesNative) { // last, so that an existing Native means that all outputs exist
-        writePicture(item.native, run.native, ImageMark::Native);
-        times.end("write");
+        if (run.print) {
+            run.print->write(item.native, [&](const RowSink& rows) {
+                maker.makeNative(placed.scene, run.quilt, rows);
+            });
+        } else {
+            writePicture(item.native, run.native, ImageMark::Native);
+        }
+        times.end(run.print ? "native and write" : "write");
     }
 
     tellPicture(run, made, messages);

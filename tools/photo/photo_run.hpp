@@ -22,7 +22,8 @@ struct PhotoRun {
     Budget budget;
     ChosenDepth depth;
     cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
-    cv::Mat native; ///< reused
+    cv::Mat native; ///< reused; none of a print
+    std::optional<PrintSheet> print;
     /// No other photo follows: its depth releases the network's memory.
     bool isForOnePhoto = false;
     std::shared_ptr<const nlohmann::ordered_json>

@@ -63,6 +63,7 @@
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/placement.hpp"
+#include "altiro3D/print_sheet.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/scene.hpp"

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,38 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vec
 /// @param text the contents
 /// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
+
+/// As writeFile(), piece by piece: the name holds its old contents until finish(). One thread at a
+/// time.
+class ALTIRO3D_EXPORT FileWriter {
+  public:
+    /// Creates the file, which has no name yet.
+    /// @param path the file; its directory must exist
+    /// @throws Error WriteFailed
+    explicit FileWriter(const std::filesystem::path& path);
+    ~FileWriter();
+    FileWriter(const FileWriter&) = delete;
+    FileWriter& operator=(const FileWriter&) = delete;
+
+    /// Writes behind what was written.
+    /// @param parts the contents, written one after the other
+    /// @throws Error WriteFailed
+    void append(const std::vector<Bytes>& parts);
+    /// What was appended. @return number of bytes
+    [[nodiscard]] std::uint64_t size() const;
+    /// Replaces what was written.
+    /// @param at its first byte
+    /// @param bytes the new contents
+    /// @throws Error WriteFailed, also for a pipe
+    void replace(std::uint64_t at, Bytes bytes);
+    /// Completes the file and gives it its name; call it once.
+    /// @throws Error WriteFailed
+    void finish();
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
 
 /// Size and time of change of a file, as text, to notice that it has changed.
 /// @param path the file; it is not opened

@@ -4,6 +4,7 @@
 #include "altiro3D/export.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -14,6 +15,9 @@
 #include <vector>
 
 namespace altiro3D {
+
+/// Receives a picture in bands of rows, from top to bottom.
+using RowSink = std::function<void(const cv::Mat& rows)>;
 
 /// Pictures with more pixels than this are refused by their header, before allocation.
 constexpr double kMaxImagePixels = 4.0e8;

@@ -55,7 +55,7 @@ struct LensFacts {
     double viewCone = 0;   ///< Full angle, degrees.
     double visualLpi = 0;  ///< As `lpi` appears at the distance, if it is the sheet's own; or 0.
     double sharpDepth = 0; ///< Between the nearest and the farthest plane without blur, mm.
-    /// ViewOptions::strengthPercent that makes sharpDepth of the whole depth range.
+    /// The ViewOptions::strengthPercent of it: two lenses between neighbouring views.
     double sharpStrength = 0;
 };
 

@@ -3,6 +3,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/export.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/placement.hpp"
 #include "altiro3D/quilt2native.hpp"
@@ -61,6 +62,12 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
     ///         (sizes differ), OutOfMemory
     void render(const Scene& scene, cv::Mat& native) const;
+
+    /// As above, in bands, so that the Native need not fit into memory.
+    /// @param scene as above
+    /// @param sink receives the Native [rows x panel cols, CV_8UC3, BGR]; the same bytes as above
+    /// @throws Error as above, and what `sink` throws
+    void render(const Scene& scene, const RowSink& sink) const;
 
   private:
     struct Impl;
@@ -222,6 +229,12 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @throws Error Mismatch (another size), as NativeRenderer::render() and
     ///         Quilt2Native::render()
     void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const;
+
+    /// As above, in bands, so that the Native need not fit into memory: large prints.
+    /// @param fitted, quilt as above
+    /// @param sink receives the Native [rows x panel cols, CV_8UC3, BGR]; the same bytes as above
+    /// @throws Error as above, and what `sink` throws
+    void makeNative(const Scene& fitted, const cv::Mat& quilt, const RowSink& sink) const;
 
     /// Makes the Native of a placed photo, over a quilt if path() is OverQuilt.
     /// @param placed from placeScene() for workSize(), or for quiltSize() if path() is OverQuilt

@@ -96,6 +96,12 @@ class ALTIRO3D_EXPORT Quilt2Native {
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
     void render(const cv::Mat& quilt, cv::Mat& native) const;
 
+    /// As above, in bands, so that the Native need not fit into memory. Quick for prints only.
+    /// @param quilt as above
+    /// @param sink receives the Native [rows x panel cols, CV_8UC3, BGR]; the same bytes as above
+    /// @throws Error as above, and what `sink` throws
+    void render(const cv::Mat& quilt, const RowSink& sink) const;
+
   private:
     struct Impl;
     std::shared_ptr<const Impl> impl_;

@@ -87,12 +87,6 @@ bool isOwnDescriptor(const fs::path& path) {
     return ownDescriptor(path).has_value();
 }
 
-void writeInPlace(const fs::path& path, FileHandle file, const std::vector<Bytes>& parts) {
-    if (!file.isOpen()) failWrite(path, errno);
-    if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
-    if (const int error = file.close()) failWrite(path, error);
-}
-
 // A temporary file beside the target, which is then renamed to it. It has no name until name(), so
 // a killed process leaves nothing behind. It is a hidden file if the file system does not support
 // unnamed files, or without /proc. The destructor removes it unless it was renamed.
@@ -204,12 +198,27 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
     }
 }
 
-void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
+struct FileWriter::Impl {
+    fs::path path;                          // as the user wrote it
+    fs::path target;                        // behind its links
+    std::optional<TemporaryFile> temporary; // none: the target is written in place
+    FileHandle inPlace;
+    std::optional<struct stat> replaced;
+    std::uint64_t size = 0;
+
+    FileHandle& file() { return temporary ? temporary->file() : inPlace; }
+};
+
+FileWriter::FileWriter(const fs::path& path) : impl_(std::make_unique<Impl>()) {
+    Impl& self = *impl_;
     if (path.empty()) failWrite("(no name)", ENOENT);
-    const fs::path target = followLinks(path, isOwnDescriptor);
+    self.path = path;
+    self.target = followLinks(path, isOwnDescriptor);
+    const fs::path& target = self.target;
     if (const std::optional<int> own = ownDescriptor(target)) {
         // Reopening the name would lose the position in a file that is being appended to.
-        writeInPlace(path, FileHandle(::fcntl(*own, F_DUPFD_CLOEXEC, 0)), parts);
+        self.inPlace = FileHandle(::fcntl(*own, F_DUPFD_CLOEXEC, 0));
+        if (!self.inPlace.isOpen()) failWrite(path, errno);
         return;
     }
 
@@ -220,29 +229,62 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
         throw Error(ErrorCode::WriteFailed, path.string(), "is a directory, expected a file name");
     }
     if (exists && !S_ISREG(state.st_mode)) {
-        writeInPlace(path, openFile(target, O_WRONLY | O_NOCTTY), parts);
+        self.inPlace = openFile(target, O_WRONLY | O_NOCTTY);
+        if (!self.inPlace.isOpen()) failWrite(path, errno);
         return;
     }
     if (!target.has_filename()) failWrite(path, EISDIR);
     // A writable directory would let the rename replace a write-protected file.
     if (exists && ::access(target.c_str(), W_OK) != 0) failWrite(path, errno);
-
+    if (exists) self.replaced = state;
     const fs::path parent = target.parent_path();
-    const fs::path directory = parent.empty() ? fs::path(".") : parent;
-    TemporaryFile temporary(directory);
-    FileHandle& file = temporary.file();
-    if (!file.isOpen()) failWrite(path, errno);
-    if (const int error = writeAll(file.get(), parts)) failWrite(path, error);
-    if (exists) {
-        const int error = takeOwnerAndMode(file.get(), state);
-        if (error != 0 && error != EPERM) failWrite(path, error);
+    self.temporary.emplace(parent.empty() ? fs::path(".") : parent);
+    if (!self.file().isOpen()) failWrite(path, errno);
+}
+
+FileWriter::~FileWriter() = default;
+
+void FileWriter::append(const std::vector<Bytes>& parts) {
+    if (const int error = writeAll(impl_->file().get(), parts)) failWrite(impl_->path, error);
+    for (const Bytes& part : parts)
+        impl_->size += part.size;
+}
+
+std::uint64_t FileWriter::size() const {
+    return impl_->size;
+}
+
+void FileWriter::replace(std::uint64_t at, Bytes bytes) {
+    const int file = impl_->file().get();
+    const auto written = ::pwrite(file, bytes.data, bytes.size, static_cast<off_t>(at));
+    if (written != static_cast<ssize_t>(bytes.size))
+        failWrite(impl_->path, written < 0 ? errno : EIO);
+}
+
+void FileWriter::finish() {
+    Impl& self = *impl_;
+    FileHandle& file = self.file();
+    if (!self.temporary) {
+        if (const int error = file.close()) failWrite(self.path, error);
+        return;
     }
-    if (const int error = flushFile(file.get())) failWrite(path, error);
-    if (const int error = temporary.name()) failWrite(path, error);
-    if (const int error = file.close()) failWrite(path, error);
-    if (::rename(temporary.path().c_str(), target.c_str()) != 0) failWrite(path, errno);
-    temporary.renamed();
-    flushDirectoryOf(target);
+    if (self.replaced) {
+        const int error = takeOwnerAndMode(file.get(), *self.replaced);
+        if (error != 0 && error != EPERM) failWrite(self.path, error);
+    }
+    if (const int error = flushFile(file.get())) failWrite(self.path, error);
+    if (const int error = self.temporary->name()) failWrite(self.path, error);
+    if (const int error = file.close()) failWrite(self.path, error);
+    if (::rename(self.temporary->path().c_str(), self.target.c_str()) != 0)
+        failWrite(self.path, errno);
+    self.temporary->renamed();
+    flushDirectoryOf(self.target);
+}
+
+void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
+    FileWriter file(path);
+    file.append(parts);
+    file.finish();
 }
 
 void writeFile(const fs::path& path, const std::string& text) {

@@ -34,6 +34,12 @@ inline void forRows(int rows, const std::function<void(const cv::Range&)>& body)
     cv::parallel_for_(cv::Range(0, rows), body, kPartsPerThread * cv::getNumThreads());
 }
 
+/// Rows of a band of a picture that is too large for memory: some MB.
+inline int rowsInBand(int columns, int rows) {
+    constexpr int kBandBytes = 1 << 23;
+    return std::min(rows, std::max(64, kBandBytes / (3 * columns)));
+}
+
 /// The picture of function(sample) for all samples, on all threads.
 /// @tparam From type of the samples @tparam To type of the result's samples
 template <class From, class To, class Function>

@@ -115,13 +115,17 @@ const DisplayModel* byPanel(const Calibration& c) {
     return nullptr;
 }
 
+// Px from lens to lens.
+double pixelsOfLens(const Calibration& c) {
+    const LensGeometry g = lensGeometry(c);
+    return 1 /
+           std::hypot(g.periodsPerWidth / g.panelWidth, g.tilt * g.periodsPerWidth / g.panelHeight);
+}
+
 int viewsOf(const Calibration& c) {
     if (!c.sheet || (!c.sheet->isPrint && c.sheet->views == 0)) return 48;
     if (c.sheet->views > 0) return c.sheet->views;
-    const LensGeometry g = lensGeometry(c);
-    const double pixels = 1 / std::hypot(g.periodsPerWidth / g.panelWidth, // of a lens
-                                         g.tilt * g.periodsPerWidth / g.panelHeight);
-    return std::clamp(static_cast<int>(std::lround(pixels)), 2, kMaxSheetViews);
+    return std::clamp(static_cast<int>(std::lround(pixelsOfLens(c))), 2, kMaxSheetViews);
 }
 
 } // namespace
@@ -137,10 +141,15 @@ const DisplayModel* findDisplayModel(const Calibration& calibration) {
 
 QuiltLayout defaultQuilt(const Calibration& calibration) {
     if (const DisplayModel* m = findDisplayModel(calibration)) return m->quilt;
-    // Views of the panel's shape on about 4096 x 4096 px: of prints as many as are useful, else 48.
+    // Views of the panel's shape: of prints as many as are useful, with two px a lens, else 48 on
+    // about 4096 x 4096 px.
     const double aspect = Display{calibration, {}, {}, {}}.aspect();
     const int views = viewsOf(calibration);
-    const double area = 4096.0 * 4096.0 / views;
+    double area = 4096.0 * 4096.0 / views;
+    if (calibration.sheet && calibration.sheet->isPrint) {
+        const double width = 2 * calibration.screenW / pixelsOfLens(calibration);
+        area = std::min(4 * area, width * width / aspect);
+    }
     const double limit = static_cast<double>(kMaxQuiltSide) / 8;
     const auto side = [limit](double px) {
         return static_cast<int>(std::lround(std::min(std::max(px, 1.0), limit)));

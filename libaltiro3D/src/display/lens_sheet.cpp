@@ -149,9 +149,8 @@ LensFacts lensFacts(const Calibration& c) {
     const double views =
         sheet.views > 0 ? std::min<double>(sheet.views, facts.usefulViews) : facts.usefulViews;
     facts.sharpDepth = 2 * views * sheet.thickness / sheet.index;
-    // seen from the edges of the cone, what is that deep moves by this share of the picture
-    facts.sharpStrength = std::min(100.0, 200 * facts.sharpDepth *
-                                              std::tan(facts.viewCone * kPi / 360) / facts.width);
+    // two lenses between neighbouring views
+    facts.sharpStrength = std::min(100.0, 200 * views * pitch / facts.width);
     return facts;
 }
 

@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace altiro3D {
 
@@ -34,6 +35,9 @@ ColourFacts readColourFacts(std::string_view bytes, ImageFormat format);
 /// @param item its number; not given: the main picture
 /// @throws PictureFailure (no such picture)
 ColourFacts readColourFacts(const HeifFile& file, std::optional<std::uint32_t> item = std::nullopt);
+
+/// The ICC profile of sRGB; always the same bytes.
+std::vector<unsigned char> srgbProfile();
 
 /// Converts a picture to sRGB: relative colorimetric with black point compensation (lcms2). PQ and
 /// HLG are tone-mapped to the range of sRGB by the curve of ITU-R BT.2390 for a source of 1000

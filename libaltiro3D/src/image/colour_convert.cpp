@@ -71,6 +71,21 @@ Profile profileOf(const Chromaticities& c, double exponent) {
     return Profile(cmsCreateRGBProfile(&white, &primaries, curves));
 }
 
+} // namespace
+
+std::vector<unsigned char> srgbProfile() {
+    const Profile profile(cmsCreate_sRGBProfile());
+    cmsUInt32Number size = 0;
+    cmsSaveProfileToMem(profile.get(), nullptr, &size);
+    std::vector<unsigned char> bytes(size);
+    cmsSaveProfileToMem(profile.get(), bytes.data(), &size);
+    constexpr unsigned char kDate[] = {7, 208, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0}; // not of today
+    std::copy(std::begin(kDate), std::end(kDate), bytes.begin() + 24);
+    return bytes;
+}
+
+namespace {
+
 // The exponent of H.273's transfer characteristics; video's are shown as sRGB, as is usual.
 double exponentOf(int transfer) {
     return transfer == 4 ? 2.2 : transfer == 5 ? 2.8 : transfer == 8 ? 1 : 0;

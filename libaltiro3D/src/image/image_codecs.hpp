@@ -48,6 +48,32 @@ std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& 
 /// @param text contents of a text chunk: keyword, a zero byte, text; empty = no chunk
 std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view text = {});
 
+/// The rows of a PNG, from top to bottom: pngHead(), an IDAT for each part of deflated() and one
+/// for end(), IEND.
+class PngRows {
+  public:
+    /// @param size of the whole picture
+    explicit PngRows(cv::Size size);
+    /// The next rows, filtered and deflated on all threads.
+    std::vector<std::vector<unsigned char>> deflated(const cv::Mat& rows);
+    /// The end of the deflated stream, after all rows.
+    std::vector<unsigned char> end() const;
+
+  private:
+    cv::Size size_;
+    cv::Mat above_;         // the row before the next one
+    int done_ = 0;          // rows
+    unsigned long sum_ = 1; // Adler-32 of them
+};
+
+/// The beginning of a PNG: signature, header and a text, see encodePng().
+std::vector<unsigned char> pngHead(cv::Size size, int type, std::string_view text);
+/// Appends chunks with the size in print, and that the colours are sRGB.
+/// @param dpi px per inch across and down
+void appendPngSize(cv::Size2d dpi, std::vector<unsigned char>& to);
+void appendPngChunk(std::string_view name, const std::vector<unsigned char>& contents,
+                    std::vector<unsigned char>& to);
+
 /// Decodes a JPEG or PNG inside a file, as stored: neither turned nor in other colours.
 /// @param maxPixels larger ones are refused before allocation
 /// @return the picture; empty if it is damaged, cut off or too large

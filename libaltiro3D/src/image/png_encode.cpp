@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -31,15 +32,6 @@ constexpr std::size_t kBandBytes = std::size_t{1} << 19;
 void append32(std::uint32_t value, Bytes& to) {
     for (int shift = 24; shift >= 0; shift -= 8)
         to.push_back(static_cast<unsigned char>(value >> shift & 0xffU));
-}
-
-template <typename Contents>
-void appendChunk(std::string_view name, const Contents& contents, Bytes& to) {
-    append32(static_cast<std::uint32_t>(contents.size()), to);
-    const std::size_t begin = to.size();
-    to.insert(to.end(), name.begin(), name.end());
-    to.insert(to.end(), contents.begin(), contents.end());
-    append32(static_cast<std::uint32_t>(crc32_z(0, to.data() + begin, to.size() - begin)), to);
 }
 
 // A row in PNG's order: RGB, high byte first.
@@ -96,12 +88,17 @@ std::uint32_t filterRow(const unsigned char* row, const unsigned char* above, st
 
 // The rows of a band. Each row has the filter with the smallest sum, preceded by the filter's
 // number.
-Bytes filteredBand(const cv::Mat& picture, cv::Range rows) {
+// @param before the row above the picture; empty: none
+Bytes filteredBand(const cv::Mat& picture, cv::Range rows, const cv::Mat& before) {
     const std::size_t pixel = picture.elemSize();
     const std::size_t bytes = static_cast<std::size_t>(picture.cols) * pixel;
     Bytes above(pixel + bytes);
     Bytes row(pixel + bytes);
-    if (rows.start > 0) orderedRow(picture, rows.start - 1, above.data() + pixel);
+    if (rows.start > 0) {
+        orderedRow(picture, rows.start - 1, above.data() + pixel);
+    } else if (!before.empty()) {
+        orderedRow(before, 0, above.data() + pixel);
+    }
     std::array<Bytes, 5> tried;
     for (Bytes& one : tried)
         one.resize(bytes);
@@ -110,13 +107,13 @@ Bytes filteredBand(const cv::Mat& picture, cv::Range rows) {
     for (int y = rows.start; y < rows.end; ++y) {
         orderedRow(picture, y, row.data() + pixel);
         const unsigned char* const now = row.data() + pixel;
-        const unsigned char* const before = above.data() + pixel;
+        const unsigned char* const over = above.data() + pixel;
         const std::array<std::uint32_t, 5> sums = {
-            filterRow<0>(now, before, bytes, pixel, tried[0].data()),
-            filterRow<1>(now, before, bytes, pixel, tried[1].data()),
-            filterRow<2>(now, before, bytes, pixel, tried[2].data()),
-            filterRow<3>(now, before, bytes, pixel, tried[3].data()),
-            filterRow<4>(now, before, bytes, pixel, tried[4].data())};
+            filterRow<0>(now, over, bytes, pixel, tried[0].data()),
+            filterRow<1>(now, over, bytes, pixel, tried[1].data()),
+            filterRow<2>(now, over, bytes, pixel, tried[2].data()),
+            filterRow<3>(now, over, bytes, pixel, tried[3].data()),
+            filterRow<4>(now, over, bytes, pixel, tried[4].data())};
         const auto best = std::min_element(sums.begin(), sums.end()) - sums.begin();
         *to++ = static_cast<unsigned char>(best);
         to = std::copy_n(tried[static_cast<std::size_t>(best)].begin(), bytes, to);
@@ -146,46 +143,80 @@ void appendDeflated(Bytes& contents, bool isLast, Bytes& to) {
 
 } // namespace
 
-std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view text) {
-    Bytes header;
-    append32(static_cast<std::uint32_t>(picture.cols), header);
-    append32(static_cast<std::uint32_t>(picture.rows), header);
-    const unsigned char bits = picture.depth() == CV_8U ? 8 : 16;
-    const unsigned char colours = picture.channels() == 1 ? 0 : 2; // grey or RGB
-    header.insert(header.end(), {bits, colours, 0, 0, 0});         // deflate, not interlaced
-    Bytes file = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-    appendChunk("IHDR", header, file);
-    if (!text.empty()) appendChunk("tEXt", text, file);
+void appendPngChunk(std::string_view name, const Bytes& contents, Bytes& to) {
+    append32(static_cast<std::uint32_t>(contents.size()), to);
+    const std::size_t begin = to.size();
+    to.insert(to.end(), name.begin(), name.end());
+    to.insert(to.end(), contents.begin(), contents.end());
+    append32(static_cast<std::uint32_t>(crc32_z(0, to.data() + begin, to.size() - begin)), to);
+}
 
-    const std::size_t rowBytes = 1 + static_cast<std::size_t>(picture.cols) * picture.elemSize();
+std::vector<unsigned char> pngHead(cv::Size size, int type, std::string_view text) {
+    Bytes header;
+    append32(static_cast<std::uint32_t>(size.width), header);
+    append32(static_cast<std::uint32_t>(size.height), header);
+    const unsigned char bits = CV_MAT_DEPTH(type) == CV_8U ? 8 : 16;
+    const unsigned char colours = CV_MAT_CN(type) == 1 ? 0 : 2; // grey or RGB
+    header.insert(header.end(), {bits, colours, 0, 0, 0});      // deflate, not interlaced
+    Bytes file = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    appendPngChunk("IHDR", header, file);
+    if (!text.empty()) appendPngChunk("tEXt", Bytes(text.begin(), text.end()), file);
+    return file;
+}
+
+void appendPngSize(cv::Size2d dpi, Bytes& to) {
+    constexpr double kInchesPerMetre = 1 / 0.0254;
+    appendPngChunk("sRGB", {0}, to); // perceptual
+    Bytes size;
+    for (const double perInch : {dpi.width, dpi.height})
+        append32(static_cast<std::uint32_t>(std::lround(perInch * kInchesPerMetre)), size);
+    size.push_back(1); // per metre
+    appendPngChunk("pHYs", size, to);
+}
+
+PngRows::PngRows(cv::Size size) : size_(size) {}
+
+std::vector<Bytes> PngRows::deflated(const cv::Mat& rows) {
+    const std::size_t rowBytes = 1 + static_cast<std::size_t>(rows.cols) * rows.elemSize();
     const int bandRows = static_cast<int>(std::max<std::size_t>(1, kBandBytes / rowBytes));
-    const int bands = (picture.rows + bandRows - 1) / bandRows;
-    std::vector<Bytes> chunks(static_cast<std::size_t>(bands));
+    const int bands = (rows.rows + bandRows - 1) / bandRows;
+    std::vector<Bytes> parts(static_cast<std::size_t>(bands));
     std::vector<uLong> sums(static_cast<std::size_t>(bands));
     const auto rowsOf = [&](int band) {
-        return cv::Range(band * bandRows, std::min((band + 1) * bandRows, picture.rows));
+        return cv::Range(band * bandRows, std::min((band + 1) * bandRows, rows.rows));
     };
     overRows(bands, [&](int i) {
         const auto band = static_cast<std::size_t>(i);
-        Bytes contents = filteredBand(picture, rowsOf(i));
+        Bytes contents = filteredBand(rows, rowsOf(i), above_);
         sums[band] = adler32_z(1, contents.data(), contents.size());
-        Bytes deflated;
-        if (i == 0) deflated = {0x78, 0x01}; // zlib: a window of 32 kB, fast
-        appendDeflated(contents, i + 1 == bands, deflated);
-        appendChunk("IDAT", deflated, chunks[band]);
+        if (done_ == 0 && i == 0) parts[band] = {0x78, 0x01}; // zlib: a window of 32 kB, fast
+        appendDeflated(contents, done_ + rowsOf(i).end == size_.height, parts[band]);
     });
-    uLong sum = 1;
     for (int i = 0; i < bands; ++i) {
-        const auto band = static_cast<std::size_t>(i);
-        const auto rows = static_cast<std::size_t>(rowsOf(i).size());
-        sum = adler32_combine(sum, sums[band], static_cast<z_off_t>(rows * rowBytes));
-        file.insert(file.end(), chunks[band].begin(), chunks[band].end());
-        Bytes().swap(chunks[band]);
+        const auto count = static_cast<std::size_t>(rowsOf(i).size());
+        sum_ = adler32_combine(sum_, sums[static_cast<std::size_t>(i)],
+                               static_cast<z_off_t>(count * rowBytes));
     }
+    done_ += rows.rows;
+    if (done_ < size_.height) rows.row(rows.rows - 1).copyTo(above_);
+    return parts;
+}
+
+Bytes PngRows::end() const {
     Bytes adler;
-    append32(static_cast<std::uint32_t>(sum), adler);
-    appendChunk("IDAT", adler, file);
-    appendChunk("IEND", Bytes(), file);
+    append32(static_cast<std::uint32_t>(sum_), adler);
+    return adler;
+}
+
+std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view text) {
+    Bytes file = pngHead(picture.size(), picture.type(), text);
+    PngRows rows(picture.size());
+    for (Bytes& part : rows.deflated(picture)) {
+        appendPngChunk("IDAT", part, file);
+        Bytes().swap(part);
+    }
+    appendPngChunk("IDAT", rows.end(), file);
+    appendPngChunk("IEND", Bytes(), file);
     return file;
 }
 

@@ -20,15 +20,30 @@ constexpr double kPixelsPerLens = 3;
 // Half of an 8K panel. More, for the finest lenses of such panels, is worth .16 dB of 2.5.
 constexpr int kMostLensPixels = 3840 * 2160;
 
-cv::Size lensDetail(const LensGeometry& lens) {
+// Of prints, whose memory must not grow with them.
+constexpr double kMostPrintPixels = 1.2e7;
+
+// Rows per inch of prints whose lenses stand; those show all detail down.
+constexpr double kPrintDetail = 300;
+
+// @param dpiDown of a print; else 0
+cv::Size lensDetail(const LensGeometry& lens, double dpiDown) {
     const double across = lens.lensPeriodSubpixels / 3; // px
     const double down = lens.panelHeight / (std::abs(lens.tilt) * lens.periodsPerWidth);
     const double period = lens.isLying() ? down : across;
     const int times = std::max(1, static_cast<int>(std::lround(period / kPixelsPerLens)));
     const cv::Size panel(lens.panelWidth, lens.panelHeight);
-    const cv::Size size((panel.width + times - 1) / times, (panel.height + times - 1) / times);
-    if (times > 1 || size.area() <= kMostLensPixels) return size;
-    return {(panel.width + 1) / 2, (panel.height + 1) / 2};
+    cv::Size size((panel.width + times - 1) / times, (panel.height + times - 1) / times);
+    if (dpiDown > 0 && !lens.isLying()) {
+        const double rows = panel.height * std::min(1.0, kPrintDetail / dpiDown);
+        size.height =
+            std::max(size.height, static_cast<int>(std::min(rows, kMostPrintPixels / size.width)));
+    }
+    const double pixels = 1.0 * size.width * size.height;
+    if (times == 1 && pixels > kMostLensPixels)
+        return {(panel.width + 1) / 2, (panel.height + 1) / 2};
+    const double scale = std::sqrt(std::min(1.0, kMostPrintPixels / pixels));
+    return {static_cast<int>(size.width * scale), static_cast<int>(size.height * scale)};
 }
 
 } // namespace
@@ -115,9 +130,13 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
     const auto impl = std::make_shared<Impl>(options, layout, display.panelSize());
     impl->display = display;
     if (why.empty()) {
-        if (options.detail == Detail::Lens) impl->workSize = lensDetail(impl->lens());
+        if (options.detail == Detail::Lens) {
+            const bool isPrint = display.calibration.sheet && display.calibration.sheet->isPrint;
+            impl->workSize =
+                lensDetail(impl->lens(), isPrint ? display.calibration.sheet->dpiDown : 0);
+        }
         impl->startDirect();
-    } else if (options.sampling.blends()) {
+    } else if (options.sampling.blends() || display.calibration.sheet) {
         impl->overQuilt.emplace(display.calibration, layout, options.sampling, display.invert);
     } else {
         impl->overQuilt.emplace(NativeLut(display.calibration, layout, display.invert));
@@ -191,6 +210,18 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat&
         impl_->direct->render(impl_->filtered(fitted), native);
     } else {
         impl_->overQuilt->render(quilt, native);
+    }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
+void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, const RowSink& sink) const
+    try {
+    if (impl_->direct) {
+        checkFitted(fitted, workSize());
+        impl_->direct->render(impl_->filtered(fitted), sink);
+    } else {
+        impl_->overQuilt->render(quilt, sink);
     }
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);

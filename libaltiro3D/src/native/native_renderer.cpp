@@ -21,6 +21,8 @@ namespace {
 // pixel of all views (measured: docs/performance.md).
 constexpr double kSamplesPerSubpixel = 0.25;
 
+constexpr double kOutermost = 1; // position
+
 // For each px of a side of the panel, the px of the photo under it.
 // @param shown px of the photo that the panel shows
 std::vector<int> samplesOf(int panel, const cv::Range& shown, bool mirrored) {
@@ -82,10 +84,14 @@ struct NativeRenderer::Impl {
         Places columns;        // of the panel
         std::vector<int> rows; // row of the photo under each row of the panel
     };
+    Samples samplesOn(const Scene& scene, const ViewRenderer& renderer) const;
+    // Fills rows of the panel from `first` on.
+    void renderBand(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
+                    int first, cv::Mat& native) const;
     void renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
-                         cv::Mat& native) const;
+                         int first, cv::Mat& native) const;
     void renderRows(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
-                    cv::Mat& native) const;
+                    int first, cv::Mat& native) const;
 };
 
 NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
@@ -101,7 +107,8 @@ NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
 
 // Reads each sub-pixel separately.
 void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const cv::Mat& photo,
-                                           const Samples& samples, cv::Mat& native) const {
+                                           const Samples& samples, int first,
+                                           cv::Mat& native) const {
     const Places& places = samples.columns;
     const float halfParallax = halfParallaxOf(options, samples.shownWidth);
     const auto width = static_cast<std::size_t>(native.cols);
@@ -148,13 +155,14 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                 {planes[0].data(), planes[1].data(), planes[2].data()});
         };
         int open = -1;
-        for (int y = rows.start; y < rows.end; ++y) {
+        for (int at = rows.start; at < rows.end; ++at) {
+            const int y = first + at;
             const int row = samples.rows[static_cast<std::size_t>(y)];
-            auto* pixels = native.ptr<std::uint8_t>(y);
+            auto* pixels = native.ptr<std::uint8_t>(at);
             if (row != open) sampler->open(row);
             if (sampler->still()) {
-                if (row == open && y > rows.start) {
-                    std::memcpy(pixels, native.ptr<std::uint8_t>(y - 1), 3 * width);
+                if (row == open && at > rows.start) {
+                    std::memcpy(pixels, native.ptr<std::uint8_t>(at - 1), 3 * width);
                 } else {
                     copyPlaces(photo.ptr<std::uint8_t>(row), places, pixels);
                 }
@@ -175,7 +183,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
 // Renders one row of all views at a time and picks sub-pixels from it. For panels that show most
 // pixels of the views more than once.
 void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
-                                      const Samples& samples, cv::Mat& native) const {
+                                      const Samples& samples, int first, cv::Mat& native) const {
     const std::vector<double> shifts = shiftsOfAllViews(samples.shownWidth);
     const auto width = static_cast<std::size_t>(native.cols);
     const auto rowBytes = 3 * static_cast<std::size_t>(photo.cols);
@@ -191,7 +199,8 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
         std::array<std::vector<std::uint8_t>, 3> planes; // blue, green, red
         planes.fill(paddedRow<std::uint8_t>(width));
         int open = -1;
-        for (int y = rows.start; y < rows.end; ++y) {
+        for (int at = rows.start; at < rows.end; ++at) {
+            const int y = first + at;
             const int row = samples.rows[static_cast<std::size_t>(y)];
             if (row != open) {
                 rowRenderer->render(row, shifts, targets);
@@ -203,37 +212,62 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
                 viewColumns.pick(channel, views.data(), planes[channel].data());
             }
             interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width,
-                          native.ptr<std::uint8_t>(y));
+                          native.ptr<std::uint8_t>(at));
         }
     });
 }
 
-void NativeRenderer::render(const Scene& scene, cv::Mat& native) const try {
-    constexpr double kOutermost = 1; // position
-    const Impl& self = *impl_;
+NativeRenderer::Impl::Samples NativeRenderer::Impl::samplesOn(const Scene& scene,
+                                                              const ViewRenderer& renderer) const {
+    const LensGeometry& geometry = lens.geometry();
     const cv::Mat& photo = scene.photo;
+    const cv::Range shown = shownColumns(scene);
+    const bool isExact = positions == ViewPositions::Continuous && renderer.readsBetweenColumns();
+    const int columns = geometry.panelWidth;
+    return {shown.size(),
+            isExact ? placesOf(columns, shown, photo.cols, geometry.mirrorX)
+                    : Places{samplesOf(columns, shown, geometry.mirrorX), {}},
+            samplesOf(geometry.panelHeight, cv::Range(0, photo.rows), geometry.mirrorY)};
+}
+
+void NativeRenderer::Impl::renderBand(const ViewRenderer& renderer, const cv::Mat& photo,
+                                      const Samples& samples, int first, cv::Mat& native) const {
+    const LensGeometry& geometry = lens.geometry();
+    const double viewPixels = 1.0 * viewCount * photo.rows * samples.shownWidth;
+    const double subpixels = 3.0 * geometry.panelWidth * geometry.panelHeight;
+    const bool mostAreShown = kSamplesPerSubpixel * subpixels > viewPixels &&
+                              viewCount <= static_cast<int>(ViewColumns::kMaxViews);
+    if (positions == ViewPositions::Discrete && mostAreShown &&
+        options.method == ViewMethod::Layered) {
+        renderRows(renderer, photo, samples, first, native);
+    } else {
+        renderSubpixels(renderer, photo, samples, first, native);
+    }
+}
+
+void NativeRenderer::render(const Scene& scene, cv::Mat& native) const try {
+    const Impl& self = *impl_;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
     const LensGeometry& geometry = self.lens.geometry();
-    checkApart(native, photo, "native", "photo");
+    checkApart(native, scene.photo, "native", "photo");
     checkApart(native, scene.depth, "native", "depth");
     native.create(geometry.panelHeight, geometry.panelWidth, CV_8UC3);
-    const cv::Range shown = shownColumns(scene);
-    const bool isExact =
-        self.positions == ViewPositions::Continuous && renderer->readsBetweenColumns();
-    const Impl::Samples samples{shown.size(),
-                                isExact
-                                    ? placesOf(native.cols, shown, photo.cols, geometry.mirrorX)
-                                    : Places{samplesOf(native.cols, shown, geometry.mirrorX), {}},
-                                samplesOf(native.rows, cv::Range(0, photo.rows), geometry.mirrorY)};
-    const double viewPixels = 1.0 * self.viewCount * photo.rows * shown.size();
-    const double subpixels = 3.0 * static_cast<double>(native.total());
-    const bool mostAreShown = kSamplesPerSubpixel * subpixels > viewPixels &&
-                              self.viewCount <= static_cast<int>(ViewColumns::kMaxViews);
-    if (self.positions == ViewPositions::Discrete && mostAreShown &&
-        self.options.method == ViewMethod::Layered) {
-        self.renderRows(*renderer, photo, samples, native);
-    } else {
-        self.renderSubpixels(*renderer, photo, samples, native);
+    self.renderBand(*renderer, scene.photo, self.samplesOn(scene, *renderer), 0, native);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
+void NativeRenderer::render(const Scene& scene, const RowSink& sink) const try {
+    const Impl& self = *impl_;
+    const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
+    const Impl::Samples samples = self.samplesOn(scene, *renderer);
+    const LensGeometry& geometry = self.lens.geometry();
+    const int count = rowsInBand(geometry.panelWidth, geometry.panelHeight);
+    cv::Mat rows;
+    for (int first = 0; first < geometry.panelHeight; first += count) {
+        rows.create(std::min(count, geometry.panelHeight - first), geometry.panelWidth, CV_8UC3);
+        self.renderBand(*renderer, scene.photo, samples, first, rows);
+        sink(rows);
     }
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);

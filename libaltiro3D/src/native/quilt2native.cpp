@@ -83,7 +83,7 @@ struct Quilt2Native::Impl {
     std::vector<Tap> rowTaps;    // y inside a tile, per panel row
 
     void renderThroughLut(const cv::Mat& source, cv::Mat& native) const;
-    void renderBlended(const cv::Mat& source, cv::Mat& native) const;
+    void renderBlended(const cv::Mat& source, int first, cv::Mat& rows) const;
 };
 
 // Reads and writes each px of the quilt once; memory limits the speed.
@@ -141,7 +141,9 @@ Quilt2Native::Quilt2Native(const Calibration& calibration, const QuiltLayout& qu
     validate(quilt);
     const LensGeometry g = lensGeometry(calibration, invert);
     impl->panelSize = {g.panelWidth, g.panelHeight};
-    if (sampling.views == ViewFilter::Nearest && sampling.inTile == TileSampling::Nearest) {
+    // tables have the size of the panel, which is that of memory for prints
+    const bool isPrint = calibration.sheet && calibration.sheet->isPrint;
+    if (!sampling.blends() && !isPrint) {
         impl->table = viewTable(g, quilt);
         if (!impl->table) impl->lut = NativeLut(calibration, quilt, invert);
     } else {
@@ -168,7 +170,27 @@ void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const try {
     } else if (impl_->lut) {
         impl_->renderThroughLut(source, native);
     } else {
-        impl_->renderBlended(source, native);
+        impl_->renderBlended(source, 0, native);
+    }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
+void Quilt2Native::render(const cv::Mat& quilt, const RowSink& sink) const try {
+    if (impl_->table || impl_->lut) {
+        cv::Mat native;
+        render(quilt, native);
+        return sink(native);
+    }
+    checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
+    const cv::Mat source = fitQuilt(quilt, impl_->quilt);
+    const cv::Size panel = impl_->panelSize;
+    const int count = rowsInBand(panel.width, panel.height);
+    cv::Mat rows;
+    for (int first = 0; first < panel.height; first += count) {
+        rows.create(std::min(count, panel.height - first), panel.width, CV_8UC3);
+        impl_->renderBlended(source, first, rows);
+        sink(rows);
     }
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
@@ -195,9 +217,11 @@ void Quilt2Native::Impl::renderThroughLut(const cv::Mat& source, cv::Mat& native
     });
 }
 
-void Quilt2Native::Impl::renderBlended(const cv::Mat& source, cv::Mat& native) const {
-    overRows(native.rows, [&](int y) {
-        std::uint8_t* out = native.ptr(y);
+// @param first row of the panel @param native rows from it on
+void Quilt2Native::Impl::renderBlended(const cv::Mat& source, int first, cv::Mat& native) const {
+    overRows(native.rows, [&](int row) {
+        const int y = first + row;
+        std::uint8_t* out = native.ptr(row);
         const Tap& rowTap = rowTaps[static_cast<std::size_t>(y)];
         for (int x = 0; x < native.cols; ++x) {
             const Tap& columnTap = columnTaps[static_cast<std::size_t>(x)];
@@ -208,12 +232,13 @@ void Quilt2Native::Impl::renderBlended(const cv::Mat& source, cv::Mat& native) c
                     const auto at = [&](int tx, int ty) -> double {
                         return source.ptr(tile.y + ty)[3 * (tile.x + tx) + place];
                     };
-                    const auto row = [&](int ty) {
+                    const auto line = [&](int ty) {
                         const double left = at(columnTap.first, ty);
                         return left + columnTap.weight * (at(columnTap.second, ty) - left);
                     };
-                    const double upper = row(rowTap.first);
-                    return upper + rowTap.weight * (row(rowTap.second) - upper);
+                    const double upper = line(rowTap.first);
+                    if (rowTap.weight == 0) return upper;
+                    return upper + rowTap.weight * (line(rowTap.second) - upper);
                 };
                 const Tap views =
                     viewsOf(geometry.phase(x, y, channel), quilt.viewCount, sampling.views);

@@ -147,9 +147,12 @@ TEST(LensSheet, FactsFollowFromThicknessAndIndex) {
     EXPECT_EQ(c.viewCone, facts.viewCone);
     EXPECT_NEAR(facts.visualLpi, 60 / (1 + 0.6 / (1.5 * 400)), 1e-12);
     EXPECT_NEAR(facts.sharpDepth, 2 * 12 * 0.6 / 1.5, 1e-12);
-    // planes this far apart move by this much between the edges of the cone
-    const double moves = 2 * facts.sharpDepth * std::tan(facts.viewCone / 2 * kDegree);
-    EXPECT_NEAR(facts.sharpStrength, std::min(100.0, 100 * moves / facts.width), 1e-12);
+    // at small angles, planes this far apart move by two lenses from view to view
+    const double toEdge = 25.4 / 60 / 2 / 0.6 * 1.5; // tangent of half the cone
+    numbers.width = 200;
+    EXPECT_NEAR(lensFacts(calibrationOf(numbers)).sharpStrength,
+                100 * 2 * facts.sharpDepth * toEdge / 200, 0.01);
+    EXPECT_EQ(facts.sharpStrength, 100);
     EXPECT_NEAR(facts.width, 8, 0.02);
 }
 

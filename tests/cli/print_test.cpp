@@ -1,0 +1,114 @@
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/print_sheet.hpp"
+#include "sandbox.hpp"
+#include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/random_pictures.hpp"
+#include "support/texts.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D::test {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Its picture is 354 x 236 px; with bleed and marks 708 x 661 px.
+constexpr const char* kLens = "lpi=37.5,dpi=300,size=30x20mm,thickness=0.5,index=1.5";
+
+} // namespace
+
+/// Prints for a small sheet of lenses.
+class Print : public StudioTest {
+  protected:
+    Print() : StudioTest("photo2native") {
+        lens("lens.json", kLens);
+        writeImage(studio_ / "p.png", randomPhoto({60, 40}));
+        writeImage(studio_ / "d.png", randomPicture({60, 40}, CV_8UC1));
+    }
+    void lens(const std::string& file, const std::string& numbers) const {
+        EXPECT_TRUE(isDone(studio_.run("altiro3Dnative", {"--lens", numbers, file})));
+    }
+};
+
+TEST_F(Print, APhotoBecomesAPrintOfExactSize) {
+    const PrintSheet sheet(readDisplay(studio_ / "lens.json"), {});
+    const Outcome made = run("--print -c lens.json -d p.png d.png a.png");
+    EXPECT_TRUE(isDone(made));
+    EXPECT_TRUE(says(made, "to be cut to 30.0 x 20.0 mm"));
+    const cv::Mat print = readBack(studio_ / "a.png");
+    EXPECT_EQ(print.size(), sheet.size());
+    EXPECT_TRUE(isDone(run("--print -c lens.json -d p.png d.png a.tif")));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.tif"), print));
+    EXPECT_TRUE(isDone(run("--print -c lens.json -d p.png d.png a.pdf")));
+    EXPECT_EQ(slurp(studio_ / "a.pdf").substr(0, 5), "%PDF-");
+    EXPECT_TRUE(isDone(run("--print --bleed 0 --no-marks -c lens.json -d p.png d.png b.png")));
+    EXPECT_EQ(readBack(studio_ / "b.png").size(), cv::Size(354, 236));
+}
+
+// A print without anything around it is the Native of its calibration.
+TEST_F(Print, ThePictureIsTheNative) {
+    EXPECT_TRUE(isDone(run("--print --bleed 0 --no-marks --strength 7 -c lens.json -d p.png d.png "
+                           "print.png")));
+    EXPECT_TRUE(isDone(run("--strength 7 -c lens.json -d p.png d.png native.png")));
+    EXPECT_TRUE(samePicture(readBack(studio_ / "print.png"), readBack(studio_ / "native.png")));
+}
+
+TEST_F(Print, StrengthIsWhatTheSheetShowsWithoutBlur) {
+    lens("large.json", "lpi=37.5,dpi=300,size=300x200mm,thickness=0.5,index=1.5");
+    // 2 * 8 views * .5 mm / 1.5 = 5.3 mm
+    const Outcome limited = run("--print -c large.json -d p.png d.png a.png");
+    EXPECT_TRUE(says(limited, "the 5.3 mm of depth that the sheet shows without blur"));
+    EXPECT_FALSE(
+        says(run("--print --strength 5 -y -c large.json -d p.png d.png a.png"), "without blur"));
+}
+
+TEST_F(Print, AFlipShowsOnePictureAfterTheOther) {
+    const cv::Size size(30, 20);
+    writeImage(studio_ / "red.png", cv::Mat(size, CV_8UC3, cv::Scalar(0, 0, 200)));
+    writeImage(studio_ / "blue.png", cv::Mat(cv::Size(60, 40), CV_8UC3, cv::Scalar(200, 0, 0)));
+    EXPECT_TRUE(isDone(studio_.run("views2native",
+                                   "--print --bleed 0 --no-marks --flip hard -c lens.json red.png "
+                                   "blue.png flip.png")));
+    EXPECT_TRUE(isDone(studio_.run("native2view", "-c lens.json --view all flip.png seen")));
+    for (int view = 0; view < 8; ++view) {
+        const cv::Scalar colour = view < 4 ? cv::Scalar(0, 0, 200) : cv::Scalar(200, 0, 0);
+        EXPECT_TRUE(
+            samePicture(readBack(studio_ / "seen" / ("view_" + std::to_string(view) + ".png")),
+                        cv::Mat(236, 354, CV_8UC3, colour)))
+            << view;
+    }
+    EXPECT_TRUE(isDone(studio_.run("views2native",
+                                   "--print --bleed 0 --no-marks --flip soft -c lens.json red.png "
+                                   "blue.png soft.png")));
+    EXPECT_TRUE(isDone(studio_.run("native2view", "-c lens.json --view 3,4 soft.png between")));
+    // 3/8 of the way, and 5/8
+    EXPECT_NEAR(readBack(studio_ / "between/view_3.png").at<cv::Vec3b>(9, 9)[2], 150, 1);
+    EXPECT_NEAR(readBack(studio_ / "between/view_3.png").at<cv::Vec3b>(9, 9)[0], 50, 1);
+    EXPECT_NEAR(readBack(studio_ / "between/view_4.png").at<cv::Vec3b>(9, 9)[2], 50, 1);
+    EXPECT_TRUE(isDone(
+        studio_.run("quilt2native", "--print --fit stretch -c lens.json -q 2x3 quilt.png q.tif")));
+    EXPECT_EQ(readBack(studio_ / "q.tif").size(), cv::Size(708, 661));
+}
+
+TEST_F(Print, APitchSheetIsMade) {
+    EXPECT_TRUE(isDone(studio_.run("altiro3Dnative", {"--lens", kLens, "--pitch-sheet", "a.png",
+                                                      "--around", "37.6", "--step", "0.01"})));
+    EXPECT_EQ(readBack(studio_ / "a.png").size(), cv::Size(354, 236));
+    EXPECT_TRUE(
+        fails(studio_.run("altiro3Dnative", "--around 3 small.json"), 2, "expected --lens"));
+}
+
+TEST_F(Print, WhatIsNoPrintIsNamed) {
+    EXPECT_TRUE(holds(run("--print -c small.json -d p.png d.png a.png").err,
+                      "--print: small.json is the calibration of a display, expected that of a "
+                      "print with -c; altiro3Dnative --lens makes it"));
+    EXPECT_TRUE(holds(run("--print -c lens.json -d p.png d.png a.jpg").err,
+                      "a.jpg: is not the name of a print, expected .png, .tif or .pdf"));
+    EXPECT_TRUE(holds(run("--bleed 3 -c lens.json -d p.png d.png a.png").err,
+                      "--bleed is for prints, expected --print with it"));
+    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
+}
+
+} // namespace altiro3D::test

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 using namespace altiro3D;
@@ -76,16 +77,13 @@ void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json
     made.mayRecover = folder.mayRecover();
 }
 
-// As much strength as the sheet shows without blur, unless it was given.
-PhotoJob withSharpDepth(const PhotoJob& job, const Calibration& print, const Messages& messages) {
-    PhotoJob limited = job;
-    double& strength = limited.scene.native.views.strengthPercent;
+// The most strength of a print whose strength was not given, %: what its sheet shows without blur.
+double sharpStrength(const Calibration& print, const Messages& messages) {
     const LensFacts facts = lensFacts(print);
-    if (job.isStrengthGiven || facts.sharpDepth == 0 || facts.sharpStrength >= strength) return job;
-    strength = facts.sharpStrength;
-    messages.say("strength: " + fixed(strength, 1) + " %, the " + fixed(facts.sharpDepth, 1) +
-                 " mm of depth that the sheet shows without blur");
-    return limited;
+    if (facts.sharpDepth == 0) return std::numeric_limits<double>::infinity();
+    messages.say("strength: at most " + fixed(facts.sharpStrength, 1) + " %, the " +
+                 fixed(facts.sharpDepth, 1) + " mm of depth that the sheet shows without blur");
+    return facts.sharpStrength;
 }
 
 // Makes the photos of a job, or a part of those of a plan.
@@ -110,9 +108,10 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     if (displayUse(job) != DisplayUse::None)
         messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
-    const PhotoJob limited = print ? withSharpDepth(job, display.calibration, messages) : job;
-    PhotoRun photoRun = openPhotoRun(limited, display, layout, setup, messages);
+    PhotoRun photoRun = openPhotoRun(job, display, layout, setup, messages);
     photoRun.print = print;
+    if (print && !job.isStrengthGiven)
+        photoRun.mostStrength = sharpStrength(display.calibration, messages);
     if (part != nullptr) part->requireSame(photoRun);
     messages.detail("ready: " + setup.text());
     const std::string fixedWay = fixedWayText(job.scene.unasked);

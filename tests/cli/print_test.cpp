@@ -6,6 +6,7 @@
 #include "support/random_pictures.hpp"
 #include "support/texts.hpp"
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::test {
@@ -59,9 +60,26 @@ TEST_F(Print, StrengthIsWhatTheSheetShowsWithoutBlur) {
     lens("large.json", "lpi=37.5,dpi=300,size=300x200mm,thickness=0.5,index=1.5");
     // 2 * 8 views * .5 mm / 1.5 = 5.3 mm
     const Outcome limited = run("--print -c large.json -d p.png d.png a.png");
+    EXPECT_TRUE(says(limited, "strength: at most"));
     EXPECT_TRUE(says(limited, "the 5.3 mm of depth that the sheet shows without blur"));
     EXPECT_FALSE(
         says(run("--print --strength 5 -y -c large.json -d p.png d.png a.png"), "without blur"));
+}
+
+TEST_F(Print, AnAutomaticStrengthIsLimitedByTheSheetToo) {
+    lens("large.json", "lpi=37.5,dpi=300,size=300x200mm,thickness=0.5,index=1.5");
+    cv::Mat slope(40, 60, CV_8UC1);
+    for (int y = 0; y < slope.rows; ++y)
+        slope.row(y).setTo(6 * y);
+    writeImage(studio_ / "slope.png", slope);
+    const auto strength = [&](const Arguments& more) {
+        EXPECT_TRUE(isDone(run(
+            more + "--strength auto --report r.json -y -c large.json -d p.png slope.png a.png")));
+        return studio_.json("r.json")["pictures"][0]["strengthPercent"].get<double>();
+    };
+    const double limit = 200.0 * 8 * 25.4 / 37.5 / 310; // two lenses a view, 310 mm with its bleed
+    EXPECT_GT(strength({}), limit + 1);
+    EXPECT_NEAR(strength("--print"), limit, 0.01);
 }
 
 TEST_F(Print, AFlipShowsOnePictureAfterTheOther) {

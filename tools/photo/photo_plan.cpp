@@ -164,7 +164,8 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     requireSwayFile(commandLine);
     job.display = displayOptions(commandLine);
     job.print = printOptions(commandLine);
-    job.isStrengthGiven = commandLine.has("strength");
+    job.isStrengthGiven =
+        commandLine.has("camera") || commandLine.value("strength").value_or("auto") != "auto";
     job.quilt = quiltRequest(commandLine);
     job.depth = depthOptions(commandLine);
     commandLine.exclude("y", "skip-existing");

@@ -61,7 +61,7 @@ struct PhotoJob {
     /// Nothing asks for other pictures of eyes than those that were photographed.
     bool keepsEyes = true;
     std::optional<PrintOptions> print;
-    bool isStrengthGiven = false;
+    bool isStrengthGiven = false; ///< As a number, or by a camera.
     SwayOptions sway;
     cv::Size swaySize;                        ///< Of the swaying video; empty: the photo's.
     std::map<std::string, std::string> given; ///< The options as they were given, for the report.

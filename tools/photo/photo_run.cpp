@@ -182,12 +182,26 @@ std::string borderText(cv::Size photo, const cv::Rect& inside) {
     return text;
 }
 
-// Places a photo. The options of run.maker are those that were asked for; `options` are those of
-// this photo, of which its own maker (makerOf()) takes strength and focus.
-// @param options the framing, focus and strength of this photo @param chosen tells them
-Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, NativeOptions& options,
-                std::string& chosen, Messages& messages) {
-    options = run.maker.options();
+// A photo on the display.
+struct PlacedPhoto {
+    Placement placement;
+    NativeOptions options;  // with framing, focus and strength of this photo
+    std::string chosen;     // tells them
+    double aspect = 1;      // of the Native
+    double quiltAspect = 1; // of the quilt to save
+};
+
+// Places a photo. The options of run.maker are those that were asked for; of those of the photo,
+// its own maker (makerOf()) takes strength and focus.
+PlacedPhoto place(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& scene,
+                  Messages& messages) {
+    PlacedPhoto placed;
+    const double panelAspect = run.display.aspect();
+    placed.quiltAspect =
+        item.quilt.empty() ? panelAspect : parseQuiltName(item.quilt)->aspect.value_or(panelAspect);
+    const bool isOverQuilt = run.maker.path() == NativePath::OverQuilt;
+    const double aspect = placed.aspect = isOverQuilt ? placed.quiltAspect : panelAspect;
+    NativeOptions& options = placed.options = run.maker.options();
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.choices;
     const cv::Size result = run.maker.workSize();
@@ -200,12 +214,15 @@ Placement place(const PhotoRun& run, const ReadPhoto& scene, double aspect, Nati
     const ChosenOptions choice =
         chooseFromScene(scene, aspect, run.maker.layout(), options, choices);
     static_cast<PlacementOptions&>(options) = choice.options; // detail and sampling stay
-    chosen = autoText(choices, options.framing, options.views);
+    double& used = options.views.strengthPercent;
+    used = std::min(used, run.mostStrength);
+    placed.chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
-    if (!border.empty()) chosen += "; border of the scan cut: " + border;
+    if (!border.empty()) placed.chosen += "; border of the scan cut: " + border;
     options.views = run.job.camera.apply(options.views, scene.focalLength35mm, size,
                                          fitWithMargins(size, aspect, result, options), messages);
-    return placeScene(scene, aspect, result, options);
+    placed.placement = placeScene(scene, aspect, result, options);
+    return placed;
 }
 
 // The maker for one photo; with --camera or auto each photo has its own strength and focus.
@@ -216,13 +233,14 @@ NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
     return isUsual ? run.maker : run.maker.withViews(views);
 }
 
-// @param options the framing of this photo @param fitted the scene for the Native
-// @param aspect of the quilt's views @param nativeAspect of `fitted`
-void makeQuilt(const NativeMaker& maker, const NativeOptions& options, const Scene& scene,
-               double aspect, double nativeAspect, const Scene& fitted, cv::Mat& quilt) {
-    const bool isSame = maker.quiltSize() == maker.workSize() && aspect == nativeAspect;
-    if (isSame || maker.path() == NativePath::OverQuilt) return maker.makeQuilt(fitted, quilt);
-    maker.makeQuilt(placeScene(scene, aspect, maker.quiltSize(), options).scene, quilt);
+void makeQuilt(const NativeMaker& maker, const Scene& scene, const PlacedPhoto& placed,
+               cv::Mat& quilt) {
+    const bool isSame =
+        maker.quiltSize() == maker.workSize() && placed.quiltAspect == placed.aspect;
+    if (isSame || maker.path() == NativePath::OverQuilt)
+        return maker.makeQuilt(placed.placement.scene, quilt);
+    maker.makeQuilt(placeScene(scene, placed.quiltAspect, maker.quiltSize(), placed.options).scene,
+                    quilt);
 }
 
 // Pictures that were not named are converted only if they are photos.
@@ -309,6 +327,52 @@ bool chooseByBudget(PhotoRun& run, const ReadPhoto& scene, const Scene& fitted,
     return true;
 }
 
+// Tells how a photo was placed. @return what is reported of it, but for the size of its video
+MadePhoto describe(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& scene,
+                   const PlacedPhoto& placed, const NativeMaker& maker, Messages& messages) {
+    const cv::Size photoSize = scene.photo.size();
+    const NativeOptions& options = placed.options;
+    MadePhoto made{item,
+                   photoSize,
+                   {},
+                   placed.aspect,
+                   placed.quiltAspect,
+                   placed.placement.fit.source,
+                   options.framing,
+                   maker.options().views,
+                   {},
+                   placed.chosen,
+                   scene.source,
+                   scene.isUnblurred,
+                   false};
+    // a depth image beside the photo may not fit it
+    made.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
+    if (displayUse(run.job) != DisplayUse::None) {
+        if (!messages.hasSubject()) {
+            tellCut(made.photoAspect(), placed.aspect, run.maker.options(), messages);
+            if (!placed.chosen.empty()) messages.say("auto: " + placed.chosen);
+        }
+        const bool hasCamera = !run.job.camera.file().empty();
+        made.parallax =
+            tellParallax(hasCamera, maker, shownDepth(placed.placement.scene), messages);
+    } else if (item.video.empty() && !item.stereo.empty()) {
+        made.views.strengthPercent = run.job.eyes.options().strengthPercent;
+    }
+    return made;
+}
+
+// Prints are written while they are made.
+void writeNative(const PhotoItem& item, const PhotoRun& run, const NativeMaker& maker,
+                 const Scene& fitted, StageTimes& times) {
+    if (run.print) {
+        run.print->write(item.native,
+                         [&](const RowSink& rows) { maker.makeNative(fitted, run.quilt, rows); });
+    } else {
+        writePicture(item.native, run.native, ImageMark::Native);
+    }
+    times.end(run.print ? "native and write" : "write");
+}
+
 } // namespace
 
 PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
@@ -322,9 +386,7 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
                  std::move(depth),
                  {},
                  {},
-                 {},
-                 false,
-                 nullptr};
+                 {}};
     times.end("display");
     return run;
 }
@@ -335,91 +397,51 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     ReadPhoto scene = run.depth.read(item.photo, item.depth, flatDepth, messages, times);
     endIfStopWanted();
     requirePhoto(item, scene, messages);
-    double aspect = run.display.aspect(); // of the Native
-    double quiltAspect = aspect;
-    if (!item.quilt.empty()) quiltAspect = parseQuiltName(item.quilt)->aspect.value_or(aspect);
-    const bool isOverQuilt = run.maker.path() == NativePath::OverQuilt;
-    if (isOverQuilt) aspect = quiltAspect;
-    const cv::Size photoSize = scene.photo.size();
-    NativeOptions options;
-    std::string chosen;
-    Placement placed = place(run, scene, aspect, options, chosen, messages);
+    PlacedPhoto placed = place(item, run, scene, messages);
     times.end("fit");
     endIfStopWanted();
     if (run.budget.mustChoose()) {
-        if (chooseByBudget(run, scene, placed.scene, messages)) {
+        if (chooseByBudget(run, scene, placed.placement.scene, messages))
             scene.source = run.depth.estimateScene(scene.photo, flatDepth, scene);
-        }
-        // the views are others now
-        placed = place(run, scene, aspect, options, chosen, messages);
+        placed = place(item, run, scene, messages); // the views are others now
         times.end("budget");
     }
     if (run.isForOnePhoto && run.network == nullptr) {
         run.network = std::make_shared<const Json>(networkJson(run));
         run.depth.release();
     }
-    const NativeMaker maker = makerOf(run, options.views);
-    const ViewOptions& views = maker.options().views;
+    const NativeMaker maker = makerOf(run, placed.options.views);
+    const Scene& fitted = placed.placement.scene;
+    MadePhoto made = describe(item, run, scene, placed, maker, messages);
+
     const bool makesNative = !item.native.empty();
+    const bool isOverQuilt = maker.path() == NativePath::OverQuilt;
     if ((isOverQuilt && makesNative) || !item.quilt.empty() || !item.views.empty()) {
-        makeQuilt(maker, options, scene, quiltAspect, aspect, placed.scene, run.quilt);
+        makeQuilt(maker, scene, placed, run.quilt);
         times.end("views");
     }
     if (!needsDepth(item) && item.video.empty() && item.stereo.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative && !run.print) {
-        maker.makeNative(placed.scene, run.quilt, run.native);
+        warnAboutNativeFormat(item.native, messages);
+        maker.makeNative(fitted, run.quilt, run.native);
         times.end("native");
     }
     endIfStopWanted();
-    MadePhoto made{item,
-                   photoSize,
-                   {},
-                   aspect,
-                   quiltAspect,
-                   placed.fit.source,
-                   options.framing,
-                   views,
-                   {},
-                   chosen,
-                   scene.source,
-                   scene.isUnblurred,
-                   false};
-    // a depth image beside the photo may not fit it
-    made.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
-    const bool isPlaced = displayUse(run.job) != DisplayUse::None;
-    if (isPlaced && !messages.hasSubject()) {
-        tellCut(made.photoAspect(), aspect, run.maker.options(), messages);
-        if (!chosen.empty()) messages.say("auto: " + chosen);
-    }
-    const bool hasCamera = !run.job.camera.file().empty();
-    if (isPlaced)
-        made.parallax = tellParallax(hasCamera, maker, shownDepth(placed.scene), messages);
-    if (!isPlaced && item.video.empty() && !item.stereo.empty())
-        made.views.strengthPercent = run.job.eyes.options().strengthPercent;
 
-    if (!run.print) warnAboutNativeFormat(item.native, messages);
     if (!item.video.empty()) {
-        made.videoSize = saveVideo(item, run, options, scene, placed.fit.source, messages);
+        made.videoSize = saveVideo(item, run, placed.options, scene, made.crop, messages);
         times.end("video");
         endIfStopWanted();
     }
     if (!item.stereo.empty()) {
-        saveStereo(item, run, options, scene, messages);
+        saveStereo(item, run, placed.options, scene, messages);
         times.end("stereo");
         endIfStopWanted();
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
-    if (makesNative) { // last, so that an existing Native means that all outputs exist
-        if (run.print) {
-            run.print->write(item.native, [&](const RowSink& rows) {
-                maker.makeNative(placed.scene, run.quilt, rows);
-            });
-        } else {
-            writePicture(item.native, run.native, ImageMark::Native);
-        }
-        times.end(run.print ? "native and write" : "write");
-    }
+    // last, so that an existing Native means that all outputs exist
+    if (makesNative) writeNative(item, run, maker, fitted, times);
 
     tellPicture(run, made, messages);
     messages.detail(times.text());

@@ -5,6 +5,7 @@
 #include "photo/photo_plan.hpp"
 
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
@@ -24,10 +25,11 @@ struct PhotoRun {
     cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
     cv::Mat native; ///< reused; none of a print
     std::optional<PrintSheet> print;
+    double mostStrength = std::numeric_limits<double>::infinity(); ///< %
     /// No other photo follows: its depth releases the network's memory.
     bool isForOnePhoto = false;
-    std::shared_ptr<const nlohmann::ordered_json>
-        network; ///< Of the report, as release() frees it.
+    /// Of the report, as release() frees it.
+    std::shared_ptr<const nlohmann::ordered_json> network = nullptr;
 };
 
 /// Chooses the source of depth and prepares the maker of Natives.

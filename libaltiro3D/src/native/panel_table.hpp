@@ -26,8 +26,9 @@ inline cv::Mat panelTable(cv::Size panel, int type) {
 inline void requirePanelSize(const LensGeometry& g, const char* what) {
     if (g.panelWidth <= kMaxPanelSide && g.panelHeight <= kMaxPanelSide) return;
     throw Error(ErrorCode::TooLarge, what,
-                "is none of prints of " + sizeText(cv::Size(g.panelWidth, g.panelHeight)) +
-                    " px, expected at most " + std::to_string(kMaxPanelSide) + " px a side");
+                "would have " + sizeText(cv::Size(g.panelWidth, g.panelHeight)) +
+                    " px, expected at most " + std::to_string(kMaxPanelSide) +
+                    " px a side; larger prints are made without");
 }
 
 /// For each px of a side of the panel, the px of a side of a view under its centre.

@@ -85,9 +85,10 @@ TEST(LensSheet, SizesAreExactAndAVerticalLensHasAFiniteSlope) {
     c = calibrationOf(numbers);
     EXPECT_EQ(cv::Size(c.screenW, c.screenH), cv::Size(16838, 23811));
     const QuiltLayout layout{4, 3, {8, 8}, 12};
-    EXPECT_EQ(errorOf([&] { const NativeLut lut(c, layout); }),
-              "look-up table: is none of prints of 16838 x 23811 px, expected at most 16384 px a "
-              "side");
+    EXPECT_EQ(
+        errorOf([&] { const NativeLut lut(c, layout); }),
+        "look-up table: would have 16838 x 23811 px, expected at most 16384 px a side; larger "
+        "prints are made without");
 }
 
 TEST(LensSheet, APrintHasAsManyViewsAsAreUseful) {

@@ -8,17 +8,15 @@
 
 #include "bindings.hpp"
 
+#include <altiro3D/depth_network.hpp>
 #include <initializer_list>
 #include <opencv2/core/mat.hpp>
 #include <string>
 
 namespace altiro3D::python {
 
-/// Order of the channels of an array: the argument `order`.
-enum class Order {
-    Rgb, ///< "rgb": red first.
-    Bgr  ///< "bgr": blue first, as the library and OpenCV have it.
-};
+/// Order of the channels of an array: the argument `order`, "rgb" or "bgr".
+using Order = ChannelOrder;
 
 /// An array as an argument: anything that NumPy takes for one.
 struct Array {
@@ -57,8 +55,8 @@ py::object arrayOf(cv::Mat picture, Order order = Order::Bgr);
 class Result {
   public:
     /// @param out the array, or None @param order that the result has
-    Result(const Out& out, Order order);
-    cv::Mat mat; ///< For the library; filled without the GIL.
+    explicit Result(const Out& out, Order order = Order::Bgr);
+    cv::Mat mat; ///< For the library, blue first; filled without the GIL.
     /// The result. @return `out`, or a new array
     /// @throws Error Mismatch (`out` has another type or shape)
     py::object array();

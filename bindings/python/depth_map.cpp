@@ -47,7 +47,7 @@ void bindDepthMap(py::module_& m) {
         "normalize_depth",
         [](const Array& raw, const DepthNormalization& options, const Out& out) {
             const cv::Mat numbers = rawDepthOf(raw, "raw");
-            Result depth(out, Order::Bgr);
+            Result depth(out);
             unlocked([&] { normalizeDepth(numbers, depth.mat, options); });
             return Array{depth.array()};
         },
@@ -63,7 +63,7 @@ void bindDepthMap(py::module_& m) {
         [](const Array& depth, const Array& guide, const Out& out, Order order) {
             const cv::Mat map = depthOf(depth, "depth");
             const cv::Mat picture = pictureOf(guide, "guide", order);
-            Result fitted(out, Order::Bgr);
+            Result fitted(out);
             unlocked(
                 [&] { fitDepth(map, cv::Rect2d(0, 0, map.cols, map.rows), picture, fitted.mat); });
             return Array{fitted.array()};
@@ -79,7 +79,7 @@ void bindDepthMap(py::module_& m) {
            const Out& out, Order order) {
             const cv::Mat picture = pictureOf(photo, "photo", order);
             const cv::Mat map = depthOf(depth, "depth");
-            Result refined(out, Order::Bgr);
+            Result refined(out);
             const DepthFlaws flaws =
                 unlocked([&] { return refineDepth(picture, map, refined.mat, options); });
             return std::pair(Array{refined.array()}, flaws);

@@ -139,8 +139,8 @@ void bindNative(py::module_& m) {
         .def(
             "make_native",
             [](const NativeMaker& self, const Scene& scene, const Out& out, Order order) {
-                Result native(out, order);
-                unlocked([&] { self.makeNative(scene, native.mat); });
+                Result native(out); // the maker writes `order`
+                unlocked([&] { self.makeNative(scene, native.mat, order); });
                 return Array{native.array()};
             },
             py::arg("scene"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",
@@ -149,8 +149,8 @@ void bindNative(py::module_& m) {
         .def(
             "make_native",
             [](const NativeMaker& self, const Placement& placed, const Out& out, Order order) {
-                Result native(out, order);
-                unlocked([&] { self.makeNative(placed, native.mat); });
+                Result native(out); // the maker writes `order`
+                unlocked([&] { self.makeNative(placed, native.mat, order); });
                 return Array{native.array()};
             },
             py::arg("placed"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",

@@ -91,6 +91,20 @@ class Natives(Case):
                  self.folder / "native.png")
         self.equal(native, altiro3d.read_photo(self.folder / "native.png"))
 
+    def test_both_orders_hold_the_same_colours(self):
+        display = small_display()
+        scene = random_scene(100, 90)
+        maker = altiro3d.NativeMaker(display)
+        over = altiro3d.NativeMaker(altiro3d.NativeLut(display.calibration, display.quilt))
+        placed = altiro3d.place_scene(scene, display.aspect(), maker.quilt_size(),
+                                      maker.options.placement())
+        for make, argument in ((maker.make_native, scene), (maker.make_native, placed),
+                               (over.make_native, placed), (maker.make_quilt, placed.scene)):
+            red_first = make(argument)
+            self.equal(make(argument, order="bgr"), red_first[..., ::-1])
+            self.equal(make(argument, out=numpy.empty_like(red_first)), red_first)
+        self.equal(over.make_native(scene), maker.make_native(scene))
+
     def test_the_table_says_which_pixel_is_shown(self):
         display = small_display()
         lut = altiro3d.NativeLut(display.calibration, display.quilt)

@@ -22,7 +22,7 @@ enum class NetworkOutput {
     MetricDepth   ///< Distance, larger = farther (FastDepth).
 };
 
-/// Order of the colour planes in a network's input.
+/// Order of the colours in a network's input or in a Native. All other pictures are Bgr.
 enum class ChannelOrder { Rgb, Bgr };
 
 /// Shape of a network's input.

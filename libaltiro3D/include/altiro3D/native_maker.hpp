@@ -57,11 +57,12 @@ class ALTIRO3D_EXPORT NativeRenderer {
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
     ///        panel at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as
     ///        0; hidden layer of the photo's size or empty
-    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
+    /// @param native [panel rows x panel cols, CV_8UC3, `order`]; reused if it fits; must not share
     ///        memory with the scene
+    /// @param order of the channels of `native`
     /// @throws Error InvalidArgument (empty or wrong type, shared memory), TooLarge, Mismatch
     ///         (sizes differ), OutOfMemory
-    void render(const Scene& scene, cv::Mat& native) const;
+    void render(const Scene& scene, cv::Mat& native, ChannelOrder order = ChannelOrder::Bgr) const;
 
     /// As above, in bands, so that the Native need not fit into memory.
     /// @param scene as above
@@ -225,10 +226,12 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// Makes the Native of a fitted photo.
     /// @param fitted photo and depth map of workSize(); used if path() is Direct, else ignored
     /// @param quilt from makeQuilt(); used if path() is OverQuilt, else ignored and may be empty
-    /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
+    /// @param native [panelSize(), CV_8UC3, `order`]; reused if it fits
+    /// @param order of the channels of `native`; over a quilt, Rgb takes a pass over it
     /// @throws Error Mismatch (another size), as NativeRenderer::render() and
     ///         Quilt2Native::render()
-    void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const;
+    void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native,
+                    ChannelOrder order = ChannelOrder::Bgr) const;
 
     /// As above, in bands, so that the Native need not fit into memory: large prints.
     /// @param fitted, quilt as above
@@ -238,16 +241,18 @@ class ALTIRO3D_EXPORT NativeMaker {
 
     /// Makes the Native of a placed photo, over a quilt if path() is OverQuilt.
     /// @param placed from placeScene() for workSize(), or for quiltSize() if path() is OverQuilt
-    /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
+    /// @param native, order as above
     /// @throws Error as makeQuilt() and the function above
-    void makeNative(const Placement& placed, cv::Mat& native) const;
+    void makeNative(const Placement& placed, cv::Mat& native,
+                    ChannelOrder order = ChannelOrder::Bgr) const;
 
     /// Fits a photo and makes its Native.
     /// @param scene a photo of any size and its depth map of any size; see
     ///        DepthSource::readScene()
-    /// @param native [panelSize(), CV_8UC3, BGR]; reused if it fits
+    /// @param native, order as above
     /// @throws Error as placeScene(), makeQuilt() and makeNative()
-    void makeNative(const Scene& scene, cv::Mat& native) const;
+    void makeNative(const Scene& scene, cv::Mat& native,
+                    ChannelOrder order = ChannelOrder::Bgr) const;
 
   private:
     struct Impl;

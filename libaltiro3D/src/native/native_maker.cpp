@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 namespace altiro3D {
@@ -204,12 +205,14 @@ bool NativeMaker::makeQuilt(const Scene& fitted, cv::Mat& quilt,
     leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native) const try {
+void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native,
+                             ChannelOrder order) const try {
     if (impl_->direct) {
         checkFitted(fitted, workSize());
-        impl_->direct->render(impl_->filtered(fitted), native);
+        impl_->direct->render(impl_->filtered(fitted), native, order);
     } else {
         impl_->overQuilt->render(quilt, native);
+        if (order == ChannelOrder::Rgb) cv::cvtColor(native, native, cv::COLOR_BGR2RGB);
     }
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
@@ -227,20 +230,21 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, const Ro
     leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Scene& scene, cv::Mat& native) const try {
+void NativeMaker::makeNative(const Scene& scene, cv::Mat& native, ChannelOrder order) const try {
     const double aspect = impl_->display
                               ? impl_->display->aspect()
                               : static_cast<double>(panelSize().width) / panelSize().height;
     const cv::Size size = impl_->direct ? workSize() : quiltSize();
-    makeNative(placeScene(scene, aspect, size, options()), native);
+    makeNative(placeScene(scene, aspect, size, options()), native, order);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Placement& placed, cv::Mat& native) const try {
+void NativeMaker::makeNative(const Placement& placed, cv::Mat& native, ChannelOrder order) const
+    try {
     cv::Mat quilt;
     if (!impl_->direct) makeQuilt(placed.scene, quilt);
-    makeNative(placed.scene, quilt, native);
+    makeNative(placed.scene, quilt, native, order);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }

@@ -51,11 +51,13 @@ Places placesOf(int panel, const cv::Range& shown, int photo, bool mirrored) {
     return places;
 }
 
-void copyPlaces(const std::uint8_t* bgr, const Places& places, std::uint8_t* out) {
+// @param order blue is 0, red 2
+void copyPlaces(const std::uint8_t* bgr, const Places& places, const std::size_t (&order)[3],
+                std::uint8_t* out) {
     for (std::size_t i = 0; i < places.columns.size(); ++i) {
         const std::uint8_t* const first = bgr + 3 * static_cast<std::ptrdiff_t>(places.columns[i]);
         const int part = places.parts.empty() ? 0 : places.parts[i];
-        for (int c = 0; c < 3; ++c) {
+        for (const std::size_t c : order) {
             const int rise = part == 0 ? 0 : first[c + 3] - first[c];
             *out++ = static_cast<std::uint8_t>((256 * first[c] + rise * part + 128) >> 8);
         }
@@ -83,8 +85,9 @@ struct NativeRenderer::Impl {
         int shownWidth;        // px of the photo that the panel shows
         Places columns;        // of the panel
         std::vector<int> rows; // row of the photo under each row of the panel
+        std::size_t order[3];  // of the channels of the Native: blue is 0, red 2
     };
-    Samples samplesOn(const Scene& scene, const ViewRenderer& renderer) const;
+    Samples samplesOn(const Scene& scene, const ViewRenderer& renderer, ChannelOrder order) const;
     // Fills rows of the panel from `first` on.
     void renderBand(const ViewRenderer& renderer, const cv::Mat& photo, const Samples& samples,
                     int first, cv::Mat& native) const;
@@ -110,6 +113,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                                            const Samples& samples, int first,
                                            cv::Mat& native) const {
     const Places& places = samples.columns;
+    const auto& order = samples.order;
     const float halfParallax = halfParallaxOf(options, samples.shownWidth);
     const auto width = static_cast<std::size_t>(native.cols);
     const auto largestShift = static_cast<double>(halfParallax);
@@ -164,7 +168,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                 if (row == open && at > rows.start) {
                     std::memcpy(pixels, native.ptr<std::uint8_t>(at - 1), 3 * width);
                 } else {
-                    copyPlaces(photo.ptr<std::uint8_t>(row), places, pixels);
+                    copyPlaces(photo.ptr<std::uint8_t>(row), places, order, pixels);
                 }
                 open = row;
                 continue;
@@ -175,7 +179,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
             } else {
                 sampleRow(y);
             }
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width, pixels);
+            interleaveRow(planes[order[0]].data(), planes[order[1]].data(), planes[order[2]].data(),
+                          width, pixels);
         }
     });
 }
@@ -185,6 +190,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
 void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Mat& photo,
                                       const Samples& samples, int first, cv::Mat& native) const {
     const std::vector<double> shifts = shiftsOfAllViews(samples.shownWidth);
+    const auto& order = samples.order;
     const auto width = static_cast<std::size_t>(native.cols);
     const auto rowBytes = 3 * static_cast<std::size_t>(photo.cols);
     forRows(native.rows, [&](const cv::Range& rows) {
@@ -211,23 +217,26 @@ void NativeRenderer::Impl::renderRows(const ViewRenderer& renderer, const cv::Ma
                 lens.viewsOfRow(y, 2 - static_cast<int>(channel), viewCount, views.data());
                 viewColumns.pick(channel, views.data(), planes[channel].data());
             }
-            interleaveRow(planes[0].data(), planes[1].data(), planes[2].data(), width,
-                          native.ptr<std::uint8_t>(at));
+            interleaveRow(planes[order[0]].data(), planes[order[1]].data(), planes[order[2]].data(),
+                          width, native.ptr<std::uint8_t>(at));
         }
     });
 }
 
 NativeRenderer::Impl::Samples NativeRenderer::Impl::samplesOn(const Scene& scene,
-                                                              const ViewRenderer& renderer) const {
+                                                              const ViewRenderer& renderer,
+                                                              ChannelOrder order) const {
     const LensGeometry& geometry = lens.geometry();
     const cv::Mat& photo = scene.photo;
     const cv::Range shown = shownColumns(scene);
     const bool isExact = positions == ViewPositions::Continuous && renderer.readsBetweenColumns();
     const int columns = geometry.panelWidth;
+    const std::size_t blue = order == ChannelOrder::Bgr ? 0 : 2;
     return {shown.size(),
             isExact ? placesOf(columns, shown, photo.cols, geometry.mirrorX)
                     : Places{samplesOf(columns, shown, geometry.mirrorX), {}},
-            samplesOf(geometry.panelHeight, cv::Range(0, photo.rows), geometry.mirrorY)};
+            samplesOf(geometry.panelHeight, cv::Range(0, photo.rows), geometry.mirrorY),
+            {blue, 1, 2 - blue}};
 }
 
 void NativeRenderer::Impl::renderBand(const ViewRenderer& renderer, const cv::Mat& photo,
@@ -245,14 +254,14 @@ void NativeRenderer::Impl::renderBand(const ViewRenderer& renderer, const cv::Ma
     }
 }
 
-void NativeRenderer::render(const Scene& scene, cv::Mat& native) const try {
+void NativeRenderer::render(const Scene& scene, cv::Mat& native, ChannelOrder order) const try {
     const Impl& self = *impl_;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
     const LensGeometry& geometry = self.lens.geometry();
     checkApart(native, scene.photo, "native", "photo");
     checkApart(native, scene.depth, "native", "depth");
     native.create(geometry.panelHeight, geometry.panelWidth, CV_8UC3);
-    self.renderBand(*renderer, scene.photo, self.samplesOn(scene, *renderer), 0, native);
+    self.renderBand(*renderer, scene.photo, self.samplesOn(scene, *renderer, order), 0, native);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }
@@ -260,7 +269,7 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native) const try {
 void NativeRenderer::render(const Scene& scene, const RowSink& sink) const try {
     const Impl& self = *impl_;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
-    const Impl::Samples samples = self.samplesOn(scene, *renderer);
+    const Impl::Samples samples = self.samplesOn(scene, *renderer, ChannelOrder::Bgr);
     const LensGeometry& geometry = self.lens.geometry();
     const int count = rowsInBand(geometry.panelWidth, geometry.panelHeight);
     cv::Mat rows;

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
 namespace {
@@ -76,6 +77,10 @@ TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
                 cv::Mat native;
                 maker.makeNative(scene, native);
                 EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+                cv::Mat redFirst;
+                maker.makeNative(scene, redFirst, ChannelOrder::Rgb);
+                cv::cvtColor(redFirst, redFirst, cv::COLOR_RGB2BGR);
+                EXPECT_TRUE(samePicture(redFirst, native));
             }
         }
     }

@@ -103,12 +103,17 @@ TEST(NativeRenderer, GivesTheNativeOfTheQuiltBitForBit) {
                 for (const altiro3D::Scene& scene :
                      {altiro3D::Scene{randomPhoto(tile), stepsAndSlopes(tile)}, withMargins}) {
                     for (const ViewOptions& options : allOptions()) {
+                        const NativeRenderer renderer(calibration, views, options);
                         cv::Mat native;
-                        NativeRenderer(calibration, views, options).render(scene, native);
+                        renderer.render(scene, native);
                         EXPECT_TRUE(
                             samePicture(native, overTheQuilt(calibration, layout, options, scene)))
                             << calibration.screenW << " " << tile << " " << views << " "
                             << options.strengthPercent << " " << scene.shown.start;
+                        cv::Mat redFirst;
+                        renderer.render(scene, redFirst, ChannelOrder::Rgb);
+                        cv::cvtColor(redFirst, redFirst, cv::COLOR_RGB2BGR);
+                        EXPECT_TRUE(samePicture(redFirst, native));
                     }
                 }
             }

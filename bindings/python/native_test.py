@@ -104,6 +104,10 @@ class Natives(Case):
             self.equal(make(argument, order="bgr"), red_first[..., ::-1])
             self.equal(make(argument, out=numpy.empty_like(red_first)), red_first)
         self.equal(over.make_native(scene), maker.make_native(scene))
+        quilt = maker.make_quilt(placed.scene)
+        renderer = altiro3d.Quilt2Native(display.calibration, display.quilt)
+        self.equal(renderer.render(quilt), maker.make_native(placed))
+        self.equal(renderer.render(quilt[..., ::-1], order="bgr"), maker.make_native(placed, order="bgr"))
 
     def test_the_table_says_which_pixel_is_shown(self):
         display = small_display()

@@ -59,9 +59,9 @@ void bindQuilt2Native(py::module_& m) {
         .def(
             "render",
             [](const Quilt2Native& self, const Array& quilt, const Out& out, Order order) {
-                const cv::Mat picture = pictureOf(quilt, "quilt", order);
-                Result native(out, order);
-                unlocked([&] { self.render(picture, native.mat); });
+                const cv::Mat picture = pictureOf(quilt, "quilt", Order::Bgr); // as it is
+                Result native(out);
+                unlocked([&] { self.render(picture, native.mat, order); });
                 return Array{native.array()};
             },
             py::arg("quilt"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",

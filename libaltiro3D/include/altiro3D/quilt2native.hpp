@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/display.hpp"
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"
@@ -90,11 +91,14 @@ class ALTIRO3D_EXPORT Quilt2Native {
 
     /// Renders one Native.
     ///
-    /// @param quilt [size of the layout, CV_8UC3, BGR], or of another size that fitQuilt() accepts
-    /// @param native [panel rows x panel cols, CV_8UC3, BGR]; reused if it fits; must not share
+    /// @param quilt [size of the layout, CV_8UC3, `order`], or of another size that fitQuilt()
+    ///        accepts
+    /// @param native [panel rows x panel cols, CV_8UC3, `order`]; reused if it fits; must not share
     ///        memory with the quilt
+    /// @param order of the channels of both
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
-    void render(const cv::Mat& quilt, cv::Mat& native) const;
+    void render(const cv::Mat& quilt, cv::Mat& native,
+                ChannelOrder order = ChannelOrder::Bgr) const;
 
     /// As above, in bands, so that the Native need not fit into memory. Quick for prints only.
     /// @param quilt as above

@@ -231,12 +231,12 @@ NativeRenderer::Impl::Samples NativeRenderer::Impl::samplesOn(const Scene& scene
     const cv::Range shown = shownColumns(scene);
     const bool isExact = positions == ViewPositions::Continuous && renderer.readsBetweenColumns();
     const int columns = geometry.panelWidth;
-    const std::size_t blue = order == ChannelOrder::Bgr ? 0 : 2;
+    const std::size_t plane = order == ChannelOrder::Bgr ? 0 : 2;
     return {shown.size(),
             isExact ? placesOf(columns, shown, photo.cols, geometry.mirrorX)
                     : Places{samplesOf(columns, shown, geometry.mirrorX), {}},
             samplesOf(geometry.panelHeight, cv::Range(0, photo.rows), geometry.mirrorY),
-            {blue, 1, 2 - blue}};
+            {plane, 1, 2 - plane}};
 }
 
 void NativeRenderer::Impl::renderBand(const ViewRenderer& renderer, const cv::Mat& photo,

@@ -16,8 +16,6 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kBgrOf[3] = {2, 1, 0}; // index of red, green, blue in a BGR pixel
-
 // Two neighbouring samples along one axis and the weight of the second.
 struct Tap {
     int first = 0;
@@ -82,8 +80,8 @@ struct Quilt2Native::Impl {
     std::vector<Tap> columnTaps; // x inside a tile, per panel column
     std::vector<Tap> rowTaps;    // y inside a tile, per panel row
 
-    void renderThroughLut(const cv::Mat& source, cv::Mat& native) const;
-    void renderBlended(const cv::Mat& source, int first, cv::Mat& rows) const;
+    void renderThroughLut(const cv::Mat& source, cv::Mat& native, ChannelOrder order) const;
+    void renderBlended(const cv::Mat& source, int first, cv::Mat& rows, ChannelOrder order) const;
 };
 
 // Reads and writes each px of the quilt once; memory limits the speed.
@@ -160,17 +158,17 @@ Quilt2Native::Quilt2Native(const Calibration& calibration, const QuiltLayout& qu
     impl_ = std::move(impl);
 }
 
-void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native) const try {
+void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native, ChannelOrder order) const try {
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     const cv::Mat source = fitQuilt(quilt, impl_->quilt);
     checkApart(native, source, "native", "quilt");
     native.create(impl_->panelSize, CV_8UC3);
     if (impl_->table) {
-        impl_->table->render(source, native);
+        impl_->table->render(source, native, order);
     } else if (impl_->lut) {
-        impl_->renderThroughLut(source, native);
+        impl_->renderThroughLut(source, native, order);
     } else {
-        impl_->renderBlended(source, 0, native);
+        impl_->renderBlended(source, 0, native, order);
     }
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
@@ -189,7 +187,7 @@ void Quilt2Native::render(const cv::Mat& quilt, const RowSink& sink) const try {
     cv::Mat rows;
     for (int first = 0; first < panel.height; first += count) {
         rows.create(std::min(count, panel.height - first), panel.width, CV_8UC3);
-        impl_->renderBlended(source, first, rows);
+        impl_->renderBlended(source, first, rows, ChannelOrder::Bgr);
         sink(rows);
     }
 } catch (const cv::Exception& exception) {
@@ -199,34 +197,35 @@ void Quilt2Native::render(const cv::Mat& quilt, const RowSink& sink) const try {
 // For tables that cannot be stored as a ViewTable. Reads 4 bytes of table and 1 byte of quilt per
 // sub-pixel, the latter scattered over the rows of several tiles; writes 1 byte. The table's
 // bandwidth and the quilt's cache misses limit the speed.
-void Quilt2Native::Impl::renderThroughLut(const cv::Mat& source, cv::Mat& native) const {
+void Quilt2Native::Impl::renderThroughLut(const cv::Mat& source, cv::Mat& native,
+                                          ChannelOrder order) const {
     std::vector<const std::uint8_t*> sourceRows(static_cast<std::size_t>(source.rows));
     for (int y = 0; y < source.rows; ++y)
         sourceRows[static_cast<std::size_t>(y)] = source.ptr(y);
     const std::uint8_t* const* rowOf = sourceRows.data();
     overRows(native.rows, [&](int y) {
         std::uint8_t* out = native.ptr(y);
-        const auto* red = lut->channel(0).ptr<std::uint16_t>(y);
+        const auto* first = lut->channel(colourAt(0, order)).ptr<std::uint16_t>(y);
         const auto* green = lut->channel(1).ptr<std::uint16_t>(y);
-        const auto* blue = lut->channel(2).ptr<std::uint16_t>(y);
+        const auto* last = lut->channel(colourAt(2, order)).ptr<std::uint16_t>(y);
         for (int i = 0; i < 2 * native.cols; i += 2, out += 3) {
-            out[0] = rowOf[blue[i + 1]][3 * blue[i]];
+            out[0] = rowOf[first[i + 1]][3 * first[i]];
             out[1] = rowOf[green[i + 1]][3 * green[i] + 1];
-            out[2] = rowOf[red[i + 1]][3 * red[i] + 2];
+            out[2] = rowOf[last[i + 1]][3 * last[i] + 2];
         }
     });
 }
 
 // @param first row of the panel @param native rows from it on
-void Quilt2Native::Impl::renderBlended(const cv::Mat& source, int first, cv::Mat& native) const {
+void Quilt2Native::Impl::renderBlended(const cv::Mat& source, int first, cv::Mat& native,
+                                       ChannelOrder order) const {
     overRows(native.rows, [&](int row) {
         const int y = first + row;
         std::uint8_t* out = native.ptr(row);
         const Tap& rowTap = rowTaps[static_cast<std::size_t>(y)];
         for (int x = 0; x < native.cols; ++x) {
             const Tap& columnTap = columnTaps[static_cast<std::size_t>(x)];
-            for (int channel = 0; channel < 3; ++channel) {
-                const int place = kBgrOf[channel];
+            for (int place = 0; place < 3; ++place) {
                 const auto sample = [&](int view) {
                     const cv::Rect tile = quilt.tile(view);
                     const auto at = [&](int tx, int ty) -> double {
@@ -240,8 +239,8 @@ void Quilt2Native::Impl::renderBlended(const cv::Mat& source, int first, cv::Mat
                     if (rowTap.weight == 0) return upper;
                     return upper + rowTap.weight * (line(rowTap.second) - upper);
                 };
-                const Tap views =
-                    viewsOf(geometry.phase(x, y, channel), quilt.viewCount, sampling.views);
+                const Tap views = viewsOf(geometry.phase(x, y, colourAt(place, order)),
+                                          quilt.viewCount, sampling.views);
                 double value = sample(views.first);
                 if (views.weight > 0) {
                     value += views.weight * (sample(views.second) - value);

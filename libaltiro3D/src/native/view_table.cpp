@@ -117,7 +117,8 @@ std::optional<TileOffsets> tileOffsets(const QuiltLayout& quilt, std::size_t ste
 
 template <class T>
 void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnBytes,
-                const cv::Mat& source, cv::Mat& native, const cv::Range& range) {
+                const cv::Mat& source, cv::Mat& native, ChannelOrder order,
+                const cv::Range& range) {
     const QuiltLayout& quilt = t.quilt;
     const int portions = (native.cols - 1) / static_cast<int>(kPortionPixels) + 1;
     [[maybe_unused]] const std::optional<TileOffsets> tiles = tileOffsets(quilt, source.step);
@@ -143,13 +144,15 @@ void renderRows(const ViewTable& t, const std::vector<std::uint32_t>& columnByte
                           static_cast<std::size_t>(3 * quilt.tileSize.width),
                           static_cast<std::size_t>((next - y) * portions));
         }
-        const NativeRow<T> row{
-            {t.views.ptr<T>(3 * y), t.views.ptr<T>(3 * y + 1), t.views.ptr<T>(3 * y + 2)},
-            y + 1 < t.panelSize.height ? 3 * std::ptrdiff_t{t.views.cols} : 0,
-            columnBytes.data(),
-            tileRows.data(),
-            columnBytes.size(),
-            native.ptr(y)};
+        const auto viewsOf = [&](int channel) {
+            return t.views.ptr<T>(3 * y + 2 - colourAt(channel, order));
+        };
+        const NativeRow<T> row{{viewsOf(0), viewsOf(1), viewsOf(2)},
+                               y + 1 < t.panelSize.height ? 3 * std::ptrdiff_t{t.views.cols} : 0,
+                               columnBytes.data(),
+                               tileRows.data(),
+                               columnBytes.size(),
+                               native.ptr(y)};
         if constexpr (sizeof(T) == 1) {
             if (tiles) {
                 HWY_DYNAMIC_DISPATCH(renderRowOn)(row, *tiles, fetcher);
@@ -186,15 +189,15 @@ bool readViews(const NativeLut& lut, int row, const std::vector<int>& columns,
 
 } // namespace
 
-void ViewTable::render(const cv::Mat& source, cv::Mat& native) const {
+void ViewTable::render(const cv::Mat& source, cv::Mat& native, ChannelOrder order) const {
     std::vector<std::uint32_t> columnBytes(columns.size());
     for (std::size_t x = 0; x < columns.size(); ++x)
         columnBytes[x] = 3 * columns[x];
     cv::parallel_for_(cv::Range(0, native.rows), [&](const cv::Range& range) {
         if (views.depth() == CV_8U) {
-            renderRows<std::uint8_t>(*this, columnBytes, source, native, range);
+            renderRows<std::uint8_t>(*this, columnBytes, source, native, order, range);
         } else {
-            renderRows<std::uint16_t>(*this, columnBytes, source, native, range);
+            renderRows<std::uint16_t>(*this, columnBytes, source, native, order, range);
         }
     });
 }

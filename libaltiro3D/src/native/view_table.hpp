@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/native_lut.hpp"
 
 #include <algorithm>
@@ -10,6 +11,12 @@
 #include <vector>
 
 namespace altiro3D {
+
+/// Colour of a channel. @param channel 0..2 @param order of the channels
+/// @return 0 red, 1 green, 2 blue
+inline int colourAt(int channel, ChannelOrder order) {
+    return order == ChannelOrder::Rgb ? channel : 2 - channel;
+}
 
 /// A look-up table in a quarter of the memory. In a table built from a calibration, all sub-pixels
 /// of a panel column (row) have the same column (row) inside the tile, so only the view of each
@@ -25,7 +32,8 @@ struct ViewTable {
     /// Renders a Native from a quilt.
     /// @param source [quilt.size(), CV_8UC3]
     /// @param native [panelSize, CV_8UC3]
-    void render(const cv::Mat& source, cv::Mat& native) const;
+    /// @param order of the channels of both
+    void render(const cv::Mat& source, cv::Mat& native, ChannelOrder order) const;
 };
 
 /// Builds the table of a display, equivalent to NativeLut; none beyond 65536 tiles.
@@ -83,12 +91,12 @@ constexpr std::size_t kPortionPixels = 64;
 /// One row of a Native.
 template <class T>
 struct NativeRow {
-    const T* views[3];                   ///< View of each pixel's blue, green and red.
+    const T* views[3];                   ///< View of each pixel's channels.
     std::ptrdiff_t toNextViews;          ///< From there to those of the next row; 0 for the last.
     const std::uint32_t* columnBytes;    ///< Place inside the tile's row, bytes.
     const std::uint8_t* const* tileRows; ///< Start of that row, per tile.
     std::size_t count;                   ///< Pixels.
-    std::uint8_t* out;                   ///< BGR.
+    std::uint8_t* out;                   ///< Channels as in the tiles.
 };
 
 /// Renders a row and calls the fetcher once per kPortionPixels pixels.

@@ -176,6 +176,22 @@ TEST(Quilt2Native, SubMatricesReusedOutputsAndThreadsChangeNothing) {
     }
 }
 
+TEST(Quilt2Native, QuiltsWithRedFirstGiveNativesWithRedFirst) {
+    const QuiltLayout layout{4, 3, {17, 13}, 12};
+    const cv::Mat quilt = randomQuilt(layout.size());
+    cv::Mat redFirst;
+    cv::cvtColor(quilt, redFirst, cv::COLOR_BGR2RGB);
+    for (const TileSampling inTile : {TileSampling::Nearest, TileSampling::Linear}) {
+        const Quilt2Native renderer(panel(), layout, {ViewFilter::Nearest, inTile});
+        cv::Mat expected;
+        renderer.render(quilt, expected);
+        cv::Mat native;
+        renderer.render(redFirst, native, ChannelOrder::Rgb);
+        cv::cvtColor(native, native, cv::COLOR_RGB2BGR);
+        EXPECT_TRUE(samePicture(native, expected));
+    }
+}
+
 TEST(Quilt2Native, ViewsOfFractionalSizeAreSampledWhereTheyLie) {
     const QuiltLayout layout{5, 9, {8, 5}, 45}; // of 8.8 x 5.22 px
     const cv::Mat quilt = randomPhoto({44, 47});

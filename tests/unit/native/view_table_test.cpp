@@ -10,6 +10,7 @@
 #include <cstring>
 #include <functional>
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 #include <zlib.h>
 
 namespace altiro3D::test {
@@ -56,7 +57,7 @@ void expectEqualsLut(const Calibration& c, const QuiltLayout& layout) {
     ASSERT_EQ(built.has_value(), layout.columns * layout.rows <= 65536);
     if (built) {
         native.setTo(7);
-        built->render(quilt, native);
+        built->render(quilt, native, ChannelOrder::Bgr);
         EXPECT_TRUE(samePicture(native, expected));
     }
     const auto derived = viewTable(lut);
@@ -153,6 +154,11 @@ void expectRendersAsItSays(const NativeLut& lut) {
     const cv::Mat quilt = randomQuilt(lut.quilt());
     cv::Mat native;
     Quilt2Native(lut).render(quilt, native);
+    EXPECT_TRUE(samePicture(native, slowNative(lut, quilt)));
+    cv::Mat redFirst;
+    cv::cvtColor(quilt, redFirst, cv::COLOR_BGR2RGB);
+    Quilt2Native(lut).render(redFirst, native, ChannelOrder::Rgb);
+    cv::cvtColor(native, native, cv::COLOR_RGB2BGR);
     EXPECT_TRUE(samePicture(native, slowNative(lut, quilt)));
 }
 

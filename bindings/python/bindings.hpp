@@ -3,6 +3,7 @@
 /// @file
 /// What all bindings share: conversions of small values, values as classes, functions of Python.
 
+#include <altiro3D/depth_source.hpp>
 #include <altiro3D/error.hpp>
 #include <altiro3D/video_io.hpp>
 
@@ -35,6 +36,7 @@ void bindViews(py::module_& m);
 void bindNative(py::module_& m);
 void bindQuilt2Native(py::module_& m);
 void bindLensView(py::module_& m);
+void bindPrintSheet(py::module_& m);
 void bindVideoIo(py::module_& m);
 void bindVideoDepth(py::module_& m);
 void bindVideoConversion(py::module_& m);
@@ -85,6 +87,10 @@ VideoProgressFunction progressOf(const std::optional<py::function>& goOn);
 /// The same for the share of a quilt that is made.
 std::function<bool(double)> quiltProgressOf(const std::optional<py::function>& goOn);
 
+/// A source for the library to keep. A class of Python stays alive as long as the library uses it.
+/// @param source a DepthSource @return the source
+std::shared_ptr<DepthSource> sourceOf(const py::object& source);
+
 /// Runs long work in a second thread, so that Ctrl-C stops it. @param goOn called by `work`
 /// @param work called with a function to call instead of `goOn` @throws what `work` throws
 void runStoppable(const VideoProgressFunction& goOn,
@@ -113,7 +119,7 @@ class Value {
     Value& property(const char* name, py::object (*get)(const T&),
                     void (*set)(T&, const py::object&), const char* doc) {
         class_.def_property(name, get, set, doc);
-        fields_->push_back({name, set, [get, set](T& to, const T& from) { set(to, get(from)); }});
+        fields_->push_back({name, set});
         return *this;
     }
 
@@ -134,13 +140,9 @@ class Value {
                        return value;
                    }),
                    signature.c_str());
-        class_.def("__copy__",
-                   [fields = fields_](const T& value) { return copied(*fields, value); });
+        class_.def("__copy__", [](const T& value) { return T(value); });
         class_.def(
-            "__deepcopy__",
-            [fields = fields_](const T& value, const py::dict& /*memo*/) {
-                return copied(*fields, value);
-            },
+            "__deepcopy__", [](const T& value, const py::dict& /*memo*/) { return T(value); },
             py::arg("memo"));
         return *this;
     }
@@ -167,25 +169,12 @@ class Value {
         return class_;
     }
 
-    /// A copy without what fields do not hold. @param value to copy @return the copy
-    [[nodiscard]] std::function<std::unique_ptr<T>(const T&)> copier() const {
-        return [fields = fields_](const T& value) { return copied(*fields, value); };
-    }
-
   private:
     struct Field {
         std::string name;
         std::function<void(T& to, const py::object& given)> set;
-        std::function<void(T& to, const T& from)> copy;
     };
     using Fields = std::vector<Field>;
-
-    static std::unique_ptr<T> copied(const Fields& fields, const T& value) {
-        auto copy = std::make_unique<T>();
-        for (const Field& field : fields)
-            field.copy(*copy, value);
-        return copy;
-    }
 
     static void setField(const Fields& fields, const std::string& name, T& value,
                          const std::string& key, const py::handle& given) {
@@ -232,8 +221,7 @@ class Value {
         };
         class_.def_property(name, py::cpp_function(get, policy, py::is_method(class_)),
                             py::cpp_function(set, py::is_method(class_)), doc);
-        fields_->push_back(
-            {name, set, [member](T& to, const T& from) { to.*member = from.*member; }});
+        fields_->push_back({name, set});
         return *this;
     }
 

@@ -1,5 +1,3 @@
-#include "depth_sources.hpp"
-
 #include "arrays.hpp"
 
 #include <altiro3D/depth_network.hpp>

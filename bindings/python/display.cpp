@@ -17,6 +17,15 @@ void bindCalibration(py::module_& m) {
         .field("y", &SubpixelCell::y, "Offsets upward of red, green, blue.")
         .constructible()
         .done();
+    Value<LensSheet>(m, "LensSheet", "A sheet of lenses on a print or a screen; 0: unknown.")
+        .field("is_print", &LensSheet::isPrint, "On paper, and not on a screen.")
+        .field("dpi_down", &LensSheet::dpiDown, "Px per inch down.")
+        .field("views", &LensSheet::views, "Number of views; 0: by the lens.")
+        .field("thickness", &LensSheet::thickness, "mm.")
+        .field("index", &LensSheet::index, "Refractive index.")
+        .field("distance", &LensSheet::distance, "Of the eye, mm.")
+        .constructible()
+        .done();
     Value<Calibration>(m, "Calibration",
                        "A display's calibration with the names and values of its visual.json.")
         .field("config_version", &Calibration::configVersion, "Format tag of the file.")
@@ -36,6 +45,7 @@ void bindCalibration(py::module_& m) {
         .field("flip_subp", &Calibration::flipSubp, "The panel is BGR if >= 0.5.")
         .field("cell_pattern_mode", &Calibration::CellPatternMode, "How cells repeat, 0..4.")
         .field("subpixel_cells", &Calibration::subpixelCells, "Empty on stripe panels.")
+        .field("sheet", &Calibration::sheet, "Of prints and of screens with a lens film; or None.")
         .constructible()
         .done()
         .def(
@@ -99,20 +109,6 @@ void bindQuilt(py::module_& m) {
         .done();
     m.def("parse_quilt_name", &parseQuiltName, py::arg("file"),
           "The last `_qs<columns>x<rows>a<aspect>` of a file name; None without one.");
-    Value<QuiltRequest>(m, "QuiltRequest", "What is known of a quilt; each part may be None.")
-        .field("grid", &QuiltRequest::grid, "Columns and rows.")
-        .field("tile_size", &QuiltRequest::tileSize, "Width and height of one view, px.")
-        .field("name", &QuiltRequest::name, "From the file name.")
-        .field("found", &QuiltRequest::found, "Found in the picture, see find_quilt_layout().")
-        .field("quilt_size", &QuiltRequest::quiltSize, "Width and height of the quilt, px.")
-        .constructible()
-        .done();
-    Value<ResolvedQuilt>(m, "ResolvedQuilt", "A layout and remarks about it.")
-        .part("layout", &ResolvedQuilt::layout, "The layout.")
-        .field("notes", &ResolvedQuilt::notes, "Remarks.")
-        .done();
-    m.def("resolve_quilt", &resolveQuilt, py::arg("request"), py::arg("standard"),
-          py::arg("panel_aspect"), "Determines the layout for a request.");
 }
 
 } // namespace

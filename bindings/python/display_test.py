@@ -81,13 +81,6 @@ class Layouts(Case):
         self.assertEqual(parsed.aspect, 0.75)
         self.assertIsNone(altiro3d.parse_quilt_name("photo.png"))
 
-    def test_a_request_becomes_a_layout(self):
-        request = altiro3d.QuiltRequest(grid=altiro3d.QuiltGrid(columns=5, rows=9),
-                                        quilt_size=(4096, 4096))
-        resolved = altiro3d.resolve_quilt(request, altiro3d.QuiltLayout(), 1.7)
-        self.assertEqual(resolved.layout.tile_size, (819, 455))
-        self.assertEqual(resolved.layout.view_count, 45)
-
 
 if __name__ == "__main__":
     unittest.main()

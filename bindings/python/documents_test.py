@@ -42,13 +42,13 @@ class Documents(Case):
         for view in range(45):
             altiro3d.write_image(self.folder / f"renderings/{view}.png", random_photo(480, 360, view))
         blocks = re.findall(r"^```python\n(.*?)^```$", DOCUMENT.read_text(), re.M | re.S)
-        self.assertGreaterEqual(len(blocks), 7)
+        self.assertGreaterEqual(len(blocks), 8)
         for block in blocks:
             with self.subTest(block.splitlines()[-1]):
                 program = compile(block.replace("/dev/video0", "clip.mp4"), str(DOCUMENT), "exec")
                 with contextlib.redirect_stdout(io.StringIO()):
                     exec(program, {"__name__": "document"})
-                for name in re.findall(r'(?:write_image\(|output=)"([^"]+)"', block):
+                for name in re.findall(r'(?:write_image\(|sheet.write\(|output=)"([^"]+)"', block):
                     self.assertGreater((self.folder / name).stat().st_size, 1000, name)
                     (self.folder / name).unlink()
         self.assertTrue((self.folder / "scene_qs9x5a0.75.png").exists())

@@ -42,6 +42,7 @@ PYBIND11_MODULE(altiro3d, m) {
     python::bindNative(m);
     python::bindQuilt2Native(m);
     python::bindLensView(m);
+    python::bindPrintSheet(m);
     python::bindVideoIo(m);
     python::bindVideoDepth(m);
     python::bindVideoConversion(m);

@@ -3,6 +3,7 @@ import os
 import subprocess
 import tempfile
 import unittest
+from fractions import Fraction
 from pathlib import Path
 
 import numpy
@@ -58,3 +59,45 @@ def small_display(columns=96, rows=128):
     display.calibration.screen_h = rows
     display.quilt = altiro3d.QuiltLayout(columns=3, rows=2, tile_size=(24, 32), view_count=6)
     return display
+
+
+def sample_scene():
+    """The sample photo and its depth."""
+    source = altiro3d.depth_from_file(DEPTH)
+    return source.read_scene(source.read_photo(PHOTO))
+
+
+def random_scene(rows, columns):
+    """A photo and depth of noise."""
+    depth = numpy.random.default_rng(2).random((rows, columns), dtype=numpy.float32)
+    return altiro3d.Scene(random_photo(rows, columns), depth)
+
+
+def moving_frames(count, rows=48, columns=64):
+    """Frames of a picture that moves by a px each."""
+    wide = numpy.repeat(numpy.repeat(random_photo(rows // 8, 30), 8, axis=0), 8, axis=1)
+    return [wide[:, n:n + columns].copy() for n in range(count)]
+
+
+class Brightness(altiro3d.DepthSource):
+    """The brightness, as far as the count goes."""
+
+    calls = 0
+
+    def read(self, photo):
+        self.calls += 1
+        return photo.mean(axis=2, dtype=numpy.float32)
+
+
+class Clip(Case):
+    """A test with a video of ten frames."""
+
+    def setUp(self):
+        super().setUp()
+        self.clip = self.folder / "clip.mkv"
+        self.frames = moving_frames(10)
+        options = altiro3d.VideoWriterOptions(size=(64, 48), codec=altiro3d.VideoCodec.Ffv1,
+                                              time_base=Fraction(1, 25), frame_rate=25)
+        with altiro3d.VideoWriter(self.clip, options) as writer:
+            for number, frame in enumerate(self.frames):
+                writer.write(frame, number)

@@ -1,4 +1,4 @@
-#include "depth_sources.hpp"
+#include "bindings.hpp"
 
 #include <altiro3D/video_conversion.hpp>
 
@@ -6,41 +6,13 @@ namespace altiro3D::python {
 
 namespace {
 
-// A source that several conversions share: VideoConversion owns its own.
-class SharedSource : public DepthSource {
-  public:
-    SharedSource(py::object object, std::shared_ptr<DepthSource> source)
-        : object_(keptOf(std::move(object))), source_(std::move(source)) {}
-    [[nodiscard]] const py::object& object() const { return *object_; }
-    [[nodiscard]] std::string description() const override { return source_->description(); }
-    [[nodiscard]] DepthKind kind() const override { return source_->kind(); }
-    [[nodiscard]] DepthEdges edges() const override { return source_->edges(); }
-    [[nodiscard]] const DepthNetwork* network() const override { return source_->network(); }
-    void load() override { source_->load(); }
-    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
-        return source_->readPhoto(file, notes);
-    }
-    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        source_->read(image, photo, raw);
-    }
-    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        source_->readFrame(image, photo, raw);
-    }
-
-  private:
-    std::shared_ptr<py::object> object_;
-    std::shared_ptr<DepthSource> source_;
-};
-
+// Classes of Python stay alive, so that they are found again.
 py::object sourceIn(const VideoConversion& conversion) {
-    const auto* const shared = dynamic_cast<const SharedSource*>(conversion.depth.get());
-    return shared == nullptr ? py::none() : shared->object();
+    return py::cast(conversion.depth);
 }
 
 void setSource(VideoConversion& conversion, const py::object& source) {
-    conversion.depth.reset();
-    if (!source.is_none())
-        conversion.depth = std::make_unique<SharedSource>(source, sourceOf(source));
+    conversion.depth = source.is_none() ? nullptr : sourceOf(source);
 }
 
 void bindParts(py::module_& m) {
@@ -86,17 +58,6 @@ void bindParts(py::module_& m) {
 }
 
 void bindResult(py::module_& m) {
-    Value<StageReport>(m, "StageReport", "Statistics of a stage.")
-        .field("name", &StageReport::name, "Name of the stage.")
-        .field("frames", &StageReport::frames, "Frames it processed.")
-        .field("seconds", &StageReport::seconds, "Processing time of all frames, s.")
-        .field("longest", &StageReport::longest, "That of the slowest frame, s.")
-        .done();
-    Value<PipelineReport>(m, "PipelineReport", "Statistics of a pipeline run.")
-        .field("stages", &PipelineReport::stages, "In order.")
-        .field("seconds", &PipelineReport::seconds, "Wall time of the run, s.")
-        .field("dropped", &PipelineReport::dropped, "Frames of a live input that were too late.")
-        .done();
     Value<VideoConversionResult>(m, "VideoConversionResult", "Result of a conversion.")
         .field("frames", &VideoConversionResult::frames, "Frames made.")
         .field("kept_frames", &VideoConversionResult::keptFrames, "Frames of an earlier run.")
@@ -107,7 +68,6 @@ void bindResult(py::module_& m) {
         .field("choices", &VideoConversionResult::choices, "What was chosen per scene.")
         .field("cancelled", &VideoConversionResult::cancelled, "The run was stopped.")
         .field("keeps_work", &VideoConversionResult::keepsWork, "A later run can resume.")
-        .field("pipeline", &VideoConversionResult::pipeline, "Times of the stages.")
         .field("finish_seconds", &VideoConversionResult::finishSeconds, "Time to close the file.")
         .field("counts", &VideoConversionResult::counts, "Counts of the reader.")
         .field("notes", &VideoConversionResult::notes, "Remarks about input and depth.")
@@ -119,11 +79,10 @@ void bindResult(py::module_& m) {
 void bindVideoConversion(py::module_& m) {
     bindParts(m);
     bindResult(m);
-    Value<VideoConversion> conversion(
-        m, "VideoConversion",
-        "How a video is converted. To make a Native video, set input, "
-        "output and display.");
-    conversion.field("input", &VideoConversion::input, "The video.")
+    Value<VideoConversion>(m, "VideoConversion",
+                           "How a video is converted. To make a Native video, set input, "
+                           "output and display.")
+        .field("input", &VideoConversion::input, "The video.")
         .part("part", &VideoConversion::part, "The part of it to convert.")
         .field("output", &VideoConversion::output, ".mkv, .mp4, .m4v or .mov; is replaced.")
         .field("product", &VideoConversion::product, "Kind of video to make.")
@@ -143,17 +102,14 @@ void bindVideoConversion(py::module_& m) {
         .part("encoding", &VideoConversion::encoding, "Options of the output.")
         .field("unfinished", &VideoConversion::unfinished, "What to do with an earlier run.")
         .field("settings", &VideoConversion::settings, "Further settings of the caller.")
-        .constructible();
-    const auto copied = conversion.copier();
-    conversion.done();
+        .constructible()
+        .done();
     py::class_<VideoConverter>(m, "VideoConverter",
                                "Converts a video: decodes, estimates depth, renders and encodes, "
                                "with a thread each.")
-        .def(py::init([copied](const VideoConversion& given) {
-                 std::unique_ptr<VideoConversion> own = copied(given);
-                 return unlocked([&] { return std::make_unique<VideoConverter>(std::move(*own)); });
-             }),
-             py::arg("conversion"), "Checks the options and opens input and output.")
+        .def(py::init<VideoConversion>(), py::arg("conversion"),
+             py::call_guard<py::gil_scoped_release>(),
+             "Checks the options and opens input and output.")
         .def("size", &VideoConverter::size, "Width and height of the pictures that are made, px.")
         .def("notes", &VideoConverter::notes, "Remarks about the output.")
         .def(

@@ -20,20 +20,6 @@ struct Reader {
 };
 
 void bindFacts(py::module_& m) {
-    py::enum_<StreamKind>(m, "StreamKind", "Kind of a stream in a video file.")
-        .value("Video", StreamKind::Video)
-        .value("Audio", StreamKind::Audio)
-        .value("Subtitle", StreamKind::Subtitle)
-        .value("Data", StreamKind::Data)
-        .value("Attachment", StreamKind::Attachment);
-    Value<VideoStreamFacts>(m, "VideoStreamFacts", "One stream of a video file.")
-        .field("index", &VideoStreamFacts::index, "Index in the file.")
-        .field("kind", &VideoStreamFacts::kind, "Kind of the stream.")
-        .field("codec", &VideoStreamFacts::codec, "FFmpeg's name of the codec.")
-        .field("language", &VideoStreamFacts::language, "Three letters, or empty.")
-        .field("channels", &VideoStreamFacts::channels, "Audio channels.")
-        .field("sample_rate", &VideoStreamFacts::sampleRate, "Audio samples per second.")
-        .done();
     Value<VideoFacts>(m, "VideoFacts", "Properties of a video file.")
         .field("format", &VideoFacts::format, "FFmpeg's name of the container.")
         .field("codec", &VideoFacts::codec, "FFmpeg's name of the codec.")
@@ -46,7 +32,6 @@ void bindFacts(py::module_& m) {
         .field("duration", &VideoFacts::duration, "s; None if unknown.")
         .field("frame_count", &VideoFacts::frameCount, "Frames; may be estimated; None: unknown.")
         .field("eyes", &VideoFacts::eyes, "How a frame shows both eyes; empty: not stated.")
-        .field("streams", &VideoFacts::streams, "All streams.")
         .field("tags", &VideoFacts::tags, "Tags of the file.")
         .done();
     Value<VideoReadCounts>(m, "VideoReadCounts", "Counts of what was read so far.")

@@ -129,7 +129,7 @@ struct VideoConversion {
     /// A reader of `input` with the options `part`, if it is open already; no frame may have been
     /// read from it. Null: the converter opens the input. Needed if the caller has opened a device
     /// or the standard input, because they can be opened only once.
-    std::unique_ptr<VideoReader> reader;
+    std::shared_ptr<VideoReader> reader;
     /// File name with the extension .mkv, .mp4, .m4v or .mov; an existing file is replaced. It must
     /// not be `input`. "-": Matroska to standard output; the run cannot be resumed. Exactly one of
     /// `output` and `show` must be set.
@@ -176,7 +176,7 @@ struct VideoConversion {
     std::optional<StereoVideo> stereo;
 
     /// Source of the depth; null: estimatedDepth(). Ignored if `given` is set.
-    std::unique_ptr<DepthSource> depth;
+    std::shared_ptr<DepthSource> depth;
     /// How often depth is estimated and how steady it is. `every` is ignored if `given` is set.
     VideoDepthOptions depthOptions;
     std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.

@@ -64,7 +64,7 @@ class ConversionRun {
 
     VideoConversion conversion;
     RunSettings stamp; ///< See conversionStamp(); empty if the input cannot be read again.
-    std::unique_ptr<VideoReader> reader;
+    std::shared_ptr<VideoReader> reader;
     std::unique_ptr<FrameRenderer> renderer;
     VideoWriterOptions encoding; ///< of the output, complete
     VideoProgress progress;

@@ -64,7 +64,7 @@ class FrameDepth {
     void start();
     void useGiven(PipelineFrame& frame);
 
-    std::unique_ptr<DepthSource> source_; // null: depth is given
+    std::shared_ptr<DepthSource> source_; // null: depth is given
     std::optional<RgbdLayout> rgbd_;      // also where the right eye's picture is
     std::unique_ptr<EyesDepth> eyes_;
     DepthKind kind_;

@@ -15,6 +15,11 @@ enum class SubpixelOrder {
     VerticalRgb ///< Stripes one above the other, red at the top.
 };
 
+/// Gives a calibration an order of colours; its lenses stay where they are.
+/// @param calibration of any display; not checked
+/// @param order how the colours of its px lie
+ALTIRO3D_EXPORT void setSubpixels(Calibration& calibration, SubpixelOrder order);
+
 /// A sheet of lenses on a print or a screen, by its numbers: docs/mathematics.md, (1.12), (1.13).
 struct LensNumbers {
     double lpi = 0;            ///< Lenses per inch, perpendicular to them, as they appear; > 0.

@@ -46,6 +46,15 @@ void checkOptional(const char* field, double value, double low, double high,
 
 } // namespace
 
+void setSubpixels(Calibration& c, SubpixelOrder order) {
+    c.flipSubp = order == SubpixelOrder::Bgr ? 1 : 0;
+    c.CellPatternMode = 0;
+    c.subpixelCells.clear();
+    if (order == SubpixelOrder::None) c.subpixelCells.emplace_back();
+    if (order == SubpixelOrder::VerticalRgb)
+        c.subpixelCells.push_back({{0, 0, 0}, {1.0 / 3, 0, -1.0 / 3}});
+}
+
 Calibration calibrationOf(const LensNumbers& n) {
     const bool isPrint = n.subpixels == SubpixelOrder::None;
     const double dpiDown = n.dpiDown == 0 ? n.dpi : n.dpiDown;
@@ -78,10 +87,7 @@ Calibration calibrationOf(const LensNumbers& n) {
     c.slope = n.angle > 0 ? -steepness : steepness; // y counts down
     c.pitch = std::hypot(across, down) * n.dpi;
     c.DPI = n.dpi;
-    c.flipSubp = n.subpixels == SubpixelOrder::Bgr ? 1 : 0;
-    if (isPrint) c.subpixelCells.emplace_back();
-    if (n.subpixels == SubpixelOrder::VerticalRgb)
-        c.subpixelCells.push_back({{0, 0, 0}, {1.0 / 3, 0, -1.0 / 3}});
+    setSubpixels(c, n.subpixels);
     c.sheet = LensSheet{isPrint, dpiDown, n.views, n.thickness, n.index, n.distance};
     const double px = isPrint                                     ? std::hypot(across, down)
                       : n.subpixels == SubpixelOrder::VerticalRgb ? std::hypot(across, down / 3)

@@ -89,6 +89,7 @@ class MainWindow : public QMainWindow {
     /// Full screen, until the user leaves it.
     qt::NativeWidget* showOn(QScreen& screen);
     void showTestPicture();
+    void lensByEye();
     /// The screen that was chosen, or that of the display found; null, after a message, if there is
     /// none. The calibration of the display is used.
     QScreen* displayScreen();

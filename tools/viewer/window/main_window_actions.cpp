@@ -277,6 +277,8 @@ QAction* MainWindow::buildDisplayMenu() {
     connect(screens_, &QMenu::aboutToShow, this, &MainWindow::fillScreens);
     action(
         display, tr("&Test picture"), {}, [this] { showTestPicture(); }, "testPicture");
+    action(
+        display, tr("Lens by e&ye…"), {}, [this] { lensByEye(); }, "lensByEye");
     action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
     action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
     return show;

@@ -12,6 +12,7 @@
 #include "viewer/show/presentation.hpp"
 #include "viewer/show/slide_presenter.hpp"
 #include "viewer/window/knob_panel.hpp"
+#include "viewer/window/lens_by_eye_dialog.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/network_dialog.hpp"
 #include "viewer/window/picture_view.hpp"
@@ -416,6 +417,38 @@ void MainWindow::showTestPicture() {
     controller_.setPresenting(false);
     widget->setNative(makeTestPicture(controller_.display()));
     QMessageBox::information(this, tr("Test picture"), linesOf(testPictureAdvice()));
+}
+
+// The picture goes to the screen that was chosen, to that of a display, or to any but the window's;
+// the panel to another one, if there is one.
+void MainWindow::lensByEye() {
+    const std::vector<qt::ScreenFacts> screens = screenFacts();
+    const QList<QScreen*> all = QGuiApplication::screens();
+    const auto own = static_cast<std::size_t>(all.indexOf(screen()));
+    const auto besides = [&](std::size_t taken) {
+        return screens.size() == 1 ? taken : static_cast<std::size_t>(taken == 0);
+    };
+    std::optional<std::size_t> lens = chosenScreen(screens);
+    if (!lens && !screen_.isEmpty()) return;
+    if (!lens) {
+        const Display& display = controller_.display();
+        const auto displays = qt::findDisplays(screens, calibrations());
+        if (const auto chosen =
+                qt::chooseDisplay(displays, screens, display.calibration, display.panelSize()))
+            lens = displays[*chosen].screen;
+    }
+    const std::size_t shown = lens.value_or(besides(own));
+    controller_.setPresenting(false);
+    onDisplay_.reset();
+    try {
+        LensByEyeDialog dialog(controller_.display(), *all[static_cast<int>(shown)], this);
+        connect(&dialog, &LensByEyeDialog::saved, this, &MainWindow::useCalibration);
+        const std::size_t panel = shown == own ? besides(own) : own;
+        dialog.standOn(*all[static_cast<int>(panel)]);
+        dialog.exec();
+    } catch (const Error& error) {
+        warn(this, tr("Lens by eye"), QString::fromStdString(tools::sentenceOf(error)));
+    }
 }
 
 void MainWindow::welcome(const QString& display) {

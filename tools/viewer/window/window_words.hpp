@@ -40,6 +40,9 @@ constexpr KeyWords kKeys[] = {
     {"Shift+F11", "Show the picture for two eyes on the screen that Display > Screen names."},
     {"Escape", "Leave the display; F11 and a double click do the same."},
     {"Right, Left, Space", "In a show: the next file, the one before, stop or go on."},
+    {"Up, PgUp, Shift+Up",
+     "In Display > Lens by eye: turn a number by a fine, coarse, finest step; Down and PgDown "
+     "turn it back."},
     {"Ctrl+O, Ctrl+Shift+O, Ctrl+D", "Open a file, a folder, the depth of this photo."},
     {"Ctrl+S, Ctrl+Shift+S, Ctrl+E",
      "Export the Native, the quilt, the Natives of all open files."},

@@ -345,6 +345,17 @@ TEST(LensByEye, LightsTheSubpixelsOfOneView) {
     }
 }
 
+// Lenses of a whole number of sub-pixels leave views dark if there are more views than those.
+TEST(LensByEye, BeginsWithLight) {
+    for (double subpixels = 3; subpixels < 40; subpixels += 0.5) {
+        const double dpi = 100;
+        const Calibration c =
+            LensByEye::screenCalibration({300, 40}, 300 / dpi * 25.4, 3 * dpi / subpixels, 0);
+        const cv::Mat picture = LensByEye(displayOf(c)).picture().reshape(1);
+        EXPECT_GT(cv::countNonZero(picture.row(20)), 20) << subpixels << " under a lens";
+    }
+}
+
 TEST(LensByEye, RefusesWhatItCannotTurn) {
     LensByEye tool(displayWith(film(31, -10, 0.1)));
     const auto before = fingerprint(tool.calibration());

@@ -51,7 +51,8 @@ Calibration withMiddle(const Calibration& from, Calibration to) {
 
 LensByEye::LensByEye(const Display& display) : invert_(display.invert) {
     setCalibration(display.calibration);
-    setViews(static_cast<int>(lensFacts(calibration_).usefulViews));
+    // with more views than sub-pixels under a lens, one may have none
+    setViews((static_cast<int>(lensFacts(calibration_).usefulViews) - 1) | 1);
 }
 
 Calibration LensByEye::screenCalibration(cv::Size px, double width, double lpi, double angle) {

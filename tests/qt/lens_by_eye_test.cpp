@@ -347,7 +347,8 @@ TEST(LensByEye, LightsTheSubpixelsOfOneView) {
 
 // Lenses of a whole number of sub-pixels leave views dark if there are more views than those.
 TEST(LensByEye, BeginsWithLight) {
-    for (double subpixels = 3; subpixels < 40; subpixels += 0.5) {
+    for (int half = 6; half < 80; ++half) {
+        const double subpixels = half / 2.0;
         const double dpi = 100;
         const Calibration c =
             LensByEye::screenCalibration({300, 40}, 300 / dpi * 25.4, 3 * dpi / subpixels, 0);

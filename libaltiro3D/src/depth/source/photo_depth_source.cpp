@@ -8,6 +8,7 @@
 #include "image/depth_parts.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <future>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -84,136 +85,125 @@ Found matchPair(const StereoPair& pair, const PhotoFile& photo) {
     return found;
 }
 
-// Looks for depth that comes with a photo; images in memory are left to another source.
-class FoundDepthSource : public DepthSource {
-  public:
-    explicit FoundDepthSource(std::shared_ptr<DepthSource> fallback)
-        : fallback_(std::move(fallback)) {
-        check(fallback_ != nullptr, "fallback", "is null, expected a source");
-    }
+// Each decoder is one thread's work.
+std::launch besideOthers() {
+    return cv::getNumThreads() > 1 ? std::launch::async | std::launch::deferred
+                                   : std::launch::deferred;
+}
 
-    std::string description() const override { return fallback_->description(); }
-    DepthEdges edges() const override { return fallback_->edges(); }
-    DepthKind kind() const override { return fallback_->kind(); }
-    const DepthNetwork* network() const override { return fallback_->network(); }
-    void load() override { fallback_->load(); }
-    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        fallback_->read(image, photo, raw);
-    }
-    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        fallback_->readFrame(image, photo, raw);
-    }
+// @param photo goes with the depth, or waits for that of the other source
+PhotoDepth withPhoto(Found found, const cv::Mat& photo, const DepthSource& other, Notes* notes) {
+    addNotes(notes, found.notes);
+    if (found.rawDepth.empty()) found.text = other.description();
+    found.photo = photo;
+    return static_cast<PhotoDepth&&>(found);
+}
 
-  protected:
-    DepthSource& fallback() { return *fallback_; }
-    // @param photo goes with the depth, or waits for that of the other source
-    PhotoDepth withPhoto(Found found, const cv::Mat& photo, Notes* notes) const {
-        addNotes(notes, found.notes);
-        if (found.rawDepth.empty()) found.text = description();
-        found.photo = photo;
-        return static_cast<PhotoDepth&&>(found);
-    }
-
-  private:
-    std::shared_ptr<DepthSource> fallback_;
-};
-
-class PhotoDepthSource : public FoundDepthSource {
-  public:
-    PhotoDepthSource(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& options)
-        : FoundDepthSource(std::move(fallback)), options_(options) {}
-
-    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
-        static_cast<void>(file.bytes()); // a pipe gives its depth as well
-        // each decoder is one thread's work
-        std::launch when = std::launch::deferred;
-        if (cv::getNumThreads() > 1) when |= std::launch::async;
-        std::future<Found> depth =
-            std::async(when, [&] { return options_.useDepth ? findDepth(file) : Found(); });
-        Notes pairNotes;
-        std::optional<StereoPair> pair;
-        if (options_.useDepth) pair = readStereoPair(file, &pairNotes);
-        putNameBefore(pairNotes, file.path());
-        addNotes(notes, pairNotes);
-        // of two that are broken it is named
-        const cv::Mat photo = pair ? pair->left : readPhotoOf(file, notes);
-        Found found = depth.get();
-        replaceUnfit(found, file, photo.size());
-        if (!options_.useDepth || !found.rawDepth.empty()) return withPhoto(found, photo, notes);
-        addNotes(notes, found.notes);
-        if (pair) return withPhoto(matchPair(*pair, file), photo, notes);
-        if (!options_.namedHalves) return withPhoto({}, photo, notes);
+// @param other only decodes it
+cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& other, Notes* notes) {
+    if (unblurred) {
         Notes own;
-        const std::optional<PhotoDepth> halves = readNamedHalves(file, photo, &own);
+        cv::Mat original = readUnblurredPhoto(file, &own);
         putNameBefore(own, file.path());
         addNotes(notes, own);
-        return halves ? *halves : withPhoto({}, photo, notes);
-    }
-
-  private:
-    cv::Mat readPhotoOf(const PhotoFile& file, Notes* notes) {
-        if (options_.unblurred) {
-            Notes own;
-            cv::Mat original = readUnblurredPhoto(file, &own);
-            putNameBefore(own, file.path());
-            addNotes(notes, own);
-            if (!original.empty()) {
-                addNote(notes, NoteCode::Chosen,
-                        file.path().string() + ": the sharp original in the file is used");
-                return original;
-            }
+        if (!original.empty()) {
+            addNote(notes, NoteCode::Chosen,
+                    file.path().string() + ": the sharp original in the file is used");
+            return original;
         }
-        return fallback().readPhoto(file, notes).photo; // sources that estimate only decode it
     }
+    return other.readPhoto(file, notes).photo;
+}
 
-    PhotoDepthOptions options_;
-};
+PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options, DepthSource& other,
+                      Notes* notes) {
+    static_cast<void>(file.bytes()); // a pipe gives its depth as well
+    std::future<Found> depth =
+        std::async(besideOthers(), [&] { return options.useDepth ? findDepth(file) : Found(); });
+    Notes pairNotes;
+    std::optional<StereoPair> pair;
+    if (options.useDepth) pair = readStereoPair(file, &pairNotes);
+    putNameBefore(pairNotes, file.path());
+    addNotes(notes, pairNotes);
+    // of two that are broken it is named
+    const cv::Mat photo = pair ? pair->left : readPhotoOf(file, options.unblurred, other, notes);
+    Found found = depth.get();
+    replaceUnfit(found, file, photo.size());
+    if (!options.useDepth || !found.rawDepth.empty()) return withPhoto(found, photo, other, notes);
+    addNotes(notes, found.notes);
+    if (pair) return withPhoto(matchPair(*pair, file), photo, other, notes);
+    if (!options.namedHalves) return withPhoto({}, photo, other, notes);
+    Notes own;
+    const std::optional<PhotoDepth> halves = readNamedHalves(file, photo, &own);
+    putNameBefore(own, file.path());
+    addNotes(notes, own);
+    return halves ? *halves : withPhoto({}, photo, other, notes);
+}
 
-class StereoSource : public FoundDepthSource {
-  public:
-    StereoSource(StereoInput input, std::shared_ptr<DepthSource> fallback)
-        : FoundDepthSource(std::move(fallback)), input_(std::move(input)) {}
-
-    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
-        const StereoPair pair = readPair(file, notes);
+StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource& other,
+                    Notes* notes) {
+    if (input.right.empty()) {
+        const cv::Mat picture = other.readPhoto(file, notes).photo;
         try {
-            Found found = matchPair(pair, file);
-            if (found.rawDepth.empty() && input_.right.empty() && !found.notes.empty())
-                found.notes.front().text += "; if the file does not hold both eyes, all of it is "
-                                            "shown without --stereo";
-            return withPhoto(std::move(found), pair.left, notes);
+            return splitStereoPair(picture, input.layout, halvesOf(file.path(), input.halves));
         } catch (const Error& error) {
-            if (input_.right.empty() || error.code() != ErrorCode::Mismatch) throw;
-            throw Error(error.code(), input_.right.string(), error.what());
+            throw Error(error.code(), file.path().string(), error.what());
         }
+    }
+    Notes rightNotes;
+    std::future<cv::Mat> right =
+        std::async(besideOthers(), [&] { return readPhoto(input.right, &rightNotes); });
+    StereoPair pair;
+    pair.left = other.readPhoto(file, notes).photo;
+    pair.right = right.get();
+    pair.origin = "two files";
+    putNameBefore(rightNotes, input.right);
+    addNotes(notes, rightNotes);
+    return pair;
+}
+
+PhotoDepth readEyesOf(const PhotoFile& file, const StereoInput& input, DepthSource& other,
+                      Notes* notes) {
+    const StereoPair pair = readPair(file, input, other, notes);
+    try {
+        Found found = matchPair(pair, file);
+        if (found.rawDepth.empty() && input.right.empty() && !found.notes.empty())
+            found.notes.front().text += "; if the file does not hold both eyes, all of it is "
+                                        "shown without --stereo";
+        return withPhoto(std::move(found), pair.left, other, notes);
+    } catch (const Error& error) {
+        if (input.right.empty() || error.code() != ErrorCode::Mismatch) throw;
+        throw Error(error.code(), input.right.string(), error.what());
+    }
+}
+
+// Reads photos by a function that looks for depth; all else is left to another source.
+class PhotoDepthSource : public DepthSource {
+  public:
+    using Read = std::function<PhotoDepth(const PhotoFile&, DepthSource& other, Notes*)>;
+    PhotoDepthSource(std::shared_ptr<DepthSource> other, Read read)
+        : other_(std::move(other)), read_(std::move(read)) {
+        check(other_ != nullptr, "fallback", "is null, expected a source");
+    }
+
+    std::string description() const override { return other_->description(); }
+    DepthEdges edges() const override { return other_->edges(); }
+    DepthKind kind() const override { return other_->kind(); }
+    const DepthNetwork* network() const override { return other_->network(); }
+    void load() override { other_->load(); }
+    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
+        return read_(file, *other_, notes);
+    }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        other_->read(image, photo, raw);
+    }
+    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        other_->readFrame(image, photo, raw);
     }
 
   private:
-    StereoPair readPair(const PhotoFile& file, Notes* notes) {
-        if (input_.right.empty()) {
-            const cv::Mat picture = fallback().readPhoto(file, notes).photo;
-            try {
-                return splitStereoPair(picture, input_.layout,
-                                       halvesOf(file.path(), input_.halves));
-            } catch (const Error& error) {
-                throw Error(error.code(), file.path().string(), error.what());
-            }
-        }
-        Notes rightNotes;
-        std::launch when = std::launch::deferred;
-        if (cv::getNumThreads() > 1) when |= std::launch::async;
-        std::future<cv::Mat> right =
-            std::async(when, [&] { return altiro3D::readPhoto(input_.right, &rightNotes); });
-        StereoPair pair;
-        pair.left = fallback().readPhoto(file, notes).photo;
-        pair.right = right.get();
-        pair.origin = "two files";
-        putNameBefore(rightNotes, input_.right);
-        addNotes(notes, rightNotes);
-        return pair;
-    }
-
-    StereoInput input_;
+    std::shared_ptr<DepthSource> other_;
+    Read read_;
 };
 
 void addPlain(Notes* notes, const SceneName& name, const std::string& why) {
@@ -262,12 +252,18 @@ std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
 
 std::unique_ptr<DepthSource> storedDepthOr(std::shared_ptr<DepthSource> fallback,
                                            const PhotoDepthOptions& options) {
-    return std::make_unique<PhotoDepthSource>(std::move(fallback), options);
+    return std::make_unique<PhotoDepthSource>(
+        std::move(fallback), [options](const PhotoFile& file, DepthSource& other, Notes* notes) {
+            return readStored(file, options, other, notes);
+        });
 }
 
 std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
                                              std::shared_ptr<DepthSource> fallback) {
-    return std::make_unique<StereoSource>(std::move(input), std::move(fallback));
+    return std::make_unique<PhotoDepthSource>(
+        std::move(fallback), [input](const PhotoFile& file, DepthSource& other, Notes* notes) {
+            return readEyesOf(file, input, other, notes);
+        });
 }
 
 void refuseVrName(const fs::path& file) {

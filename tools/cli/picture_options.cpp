@@ -115,20 +115,24 @@ void requireContinuous(const CommandLine& commandLine, const SceneOptions& optio
     }
 }
 
-// What a photo shows without options that ask for something else: the plain command gets its direct
-// path, continuous positions and filter here.
-void chooseDetailOfPhotos(const CommandLine& commandLine, NativeOptions& options) {
-    if (commandLine.has("best")) {
-        if (commandLine.has("quick"))
+// How much is made of a scene.
+enum class Way {
+    AsAsked, // what single options ask for
+    Lens,    // all that the lenses show: the plain command for photos
+    Best     // --best
+};
+
+Way wayOf(const CommandLine& commandLine, bool isPhoto) {
+    const auto has = [&](const char* option) { return commandLine.has(option); };
+    if (has("best")) {
+        if (isPhoto && has("quick"))
             throw UsageError("--best and --quick exclude each other, expected one of them");
-        options.showAs(Detail::Panel);
-        return;
+        return Way::Best;
     }
-    for (const char* other :
-         {"quick", "m", "g", "method", "view-filter", "sampling", "budget", "k", "continuous"}) {
-        if (commandLine.has(other)) return;
-    }
-    options.showAs(Detail::Lens);
+    const auto others = {"quick",    "m",      "g", "method",    "view-filter",
+                         "sampling", "budget", "k", "continuous"};
+    const bool isPlain = isPhoto && std::none_of(others.begin(), others.end(), has);
+    return isPlain ? Way::Lens : Way::AsAsked;
 }
 
 bool isContinuous(const NativeOptions& options) {
@@ -249,14 +253,15 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
     native.framing = framingOption(commandLine, native.fit, options.choices.framing);
     if (has("exact-depth")) native.refine.flaws = DepthFlaws();
     native.depthCurve = commandLine.number("depth-curve", 0.5, 2).value_or(1);
-    if (has("k") || has("best")) native.detail = Detail::Panel;
-    for (const char* option : {"best", "continuous"}) {
-        if (has(option)) options.continuous = std::string("--") + option;
-    }
-    if (!options.continuous.empty()) native.positions = ViewPositions::Continuous;
+    if (has("k")) native.detail = Detail::Panel;
+    if (has("continuous")) native.positions = ViewPositions::Continuous;
+    const Way way = wayOf(commandLine, isPhoto);
+    if (way != Way::AsAsked) native.showAs(way == Way::Best ? Detail::Panel : Detail::Lens);
+    if (!isPhoto) native.lensFilter = false;
+    if (way == Way::Best) options.continuous = "--best";
+    if (has("continuous")) options.continuous = "--continuous";
     native.sampling = samplingOption(commandLine);
     if (isPhoto) {
-        chooseDetailOfPhotos(commandLine, native);
         options.unasked.framing = !has("fit") && !has("center");
         options.unasked.focus = !has("focus");
         options.choices.framing = options.choices.framing || options.unasked.framing;

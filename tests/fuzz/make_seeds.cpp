@@ -51,7 +51,7 @@ std::string littleEndian(std::size_t value, int bytes) {
 
 // --- EXIF --------------------------------------------------------------------------------------
 
-// A little-endian directory with an orientation, and one behind it with a focal length.
+// A little-endian directory with an orientation, and one behind it with another number.
 std::string exifBlob() {
     const auto entry = [](unsigned tag, unsigned type, std::size_t value) {
         return littleEndian(tag, 2) + littleEndian(type, 2) + littleEndian(1, 4) +

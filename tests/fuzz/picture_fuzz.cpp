@@ -60,7 +60,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         }
         default:
             isMarkedNative(file);
-            readFocalLength35mm(file);
             hasColours(readDepthSamples(file, &notes));
         }
     });

@@ -234,7 +234,6 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
     {
         const QuietStandardError quiet;
         found = source.readPhoto(photo, &notes);
-        result.focalLength35mm = readFocalLength35mm(photo);
     }
     if (options_.rgbd) {
         rgbdOf(photoFile, *options_.rgbd,

@@ -23,7 +23,6 @@ struct ReadPhoto : Scene {
     std::string source;         ///< Of the depth, for people and reports.
     std::filesystem::path file; ///< The depth image or right eye's picture; empty: none was used.
     bool isUnblurred = false;   ///< The sharp original of a portrait (`--unblurred`).
-    double focalLength35mm = 0; ///< By EXIF; 0: unknown.
 };
 
 /// The source of depth that the options choose.

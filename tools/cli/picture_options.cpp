@@ -351,38 +351,18 @@ Camera CameraOptions::fittedCamera(const PhotoFit& fit) const {
     return camera;
 }
 
-std::optional<double> CameraOptions::strength(const ViewOptions& options,
-                                              const PhotoFit& fit) const {
-    if (!camera_ || options.method != ViewMethod::Real) return {};
+std::optional<double> CameraOptions::strength(const PhotoFit& fit) const {
+    if (!camera_) return {};
     return 100 * parallaxOf(fittedCamera(fit)) / fit.size.width;
 }
 
-ViewOptions CameraOptions::apply(const ViewOptions& options, double focalLength35mm,
-                                 cv::Size photoSize, const PhotoFit& fit,
+ViewOptions CameraOptions::apply(ViewOptions options, const PhotoFit& fit,
                                  Messages& messages) const {
-    if (options.method != ViewMethod::Real) return options;
-    ViewOptions result = options;
-    if (camera_) {
-        result.strengthPercent = *strength(options, fit);
-        messages.detail("camera: " + file_.string() + ", " +
-                        std::to_string(fittedCamera(fit).intrinsics.fx) + " px in the view");
-        return result;
-    }
-    // Distances are relative: the nearest is 1, the farthest infinity; the baseline follows.
-    std::string source = "40 degrees field of view";
-    double focalLength = focalLengthFromFieldOfView(photoSize.width, kDefaultFieldOfViewDegrees);
-    if (focalLength35mm >= 1 && focalLength35mm <= 10000) {
-        focalLength = focalLengthFrom35mm(photoSize, focalLength35mm);
-        source = "EXIF";
-    }
-    Camera camera;
-    camera.intrinsics =
-        fitted(centredIntrinsics(photoSize, focalLength), fit.source, fit.target.size());
-    camera.baseline = baselineFor(camera, options.strengthPercent / 100 * fit.size.width);
-    messages.detail("camera: focal length " + std::to_string(focalLength) + " px (" + source +
-                    "), baseline " + std::to_string(camera.baseline) +
-                    " of the nearest distance to either side");
-    return result;
+    if (!camera_) return options;
+    options.strengthPercent = *strength(fit);
+    messages.detail("camera: " + file_.string() + ", " +
+                    std::to_string(fittedCamera(fit).intrinsics.fx) + " px in the view");
+    return options;
 }
 
 void addFitOption(CommandLine& commandLine, const std::string& standard) {

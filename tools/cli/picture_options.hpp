@@ -73,12 +73,10 @@ class CameraOptions {
     /// Options for one photo. With `--camera`, the strength follows from the camera.
     ///
     /// @param options options from the command line
-    /// @param focalLength35mm by EXIF, 0 = unknown
     /// @param fit how the photo is fitted
-    ViewOptions apply(const ViewOptions& options, double focalLength35mm, cv::Size photoSize,
-                      const PhotoFit& fit, Messages& messages) const;
+    ViewOptions apply(ViewOptions options, const PhotoFit& fit, Messages& messages) const;
     /// The strength that the camera file states.
-    std::optional<double> strength(const ViewOptions& options, const PhotoFit& fit) const;
+    std::optional<double> strength(const PhotoFit& fit) const;
 
   private:
     Camera fittedCamera(const PhotoFit& fit) const;

@@ -56,8 +56,7 @@ cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptio
     Scene fitted;
     fitScene(withDepthCurve(scene, options.depthCurve), fit, options.views.focus, fitted,
              options.refine);
-    const ViewOptions views =
-        run.job.camera.apply(options.views, scene.focalLength35mm, photoSize, fit, messages);
+    const ViewOptions views = run.job.camera.apply(options.views, fit, messages);
     writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));
     return fit.size;
 }
@@ -205,8 +204,7 @@ PlacedPhoto place(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& s
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.choices;
     const cv::Size result = run.maker.workSize();
-    const auto strength =
-        run.job.camera.strength(options.views, fitWithMargins(size, aspect, result, options));
+    const auto strength = run.job.camera.strength(fitWithMargins(size, aspect, result, options));
     if (strength) {
         options.views.strengthPercent = *strength;
         choices.strength = choices.limit = false;
@@ -219,7 +217,7 @@ PlacedPhoto place(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& s
     placed.chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) placed.chosen += "; border of the scan cut: " + border;
-    options.views = run.job.camera.apply(options.views, scene.focalLength35mm, size,
+    options.views = run.job.camera.apply(options.views,
                                          fitWithMargins(size, aspect, result, options), messages);
     placed.placement = placeScene(scene, aspect, result, options);
     return placed;

@@ -105,14 +105,6 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// @throws Error as readImage()
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readPhoto(const PhotoFile& file, Notes* notes = nullptr);
 
-/// Reads the focal length in mm of a 35 mm camera with the same field of view from a photo's EXIF
-/// data.
-///
-/// @param file as for readImage(); other files give 0
-/// @return mm; 0 if the file does not state it, and as PhotoFile::look()
-/// @throws Error as PhotoFile::bytes()
-[[nodiscard]] ALTIRO3D_EXPORT double readFocalLength35mm(const PhotoFile& file);
-
 /// Reads the raw numbers of a depth image: 8-bit, 16-bit or float, one channel or the grey value of
 /// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
 ///

@@ -158,9 +158,6 @@ struct Camera {
     double baseline = 0;
 };
 
-/// Horizontal field of view assumed for an unknown camera.
-constexpr double kDefaultFieldOfViewDegrees = 40;
-
 /// Checks a camera.
 /// @param camera the camera to check
 /// @throws Error InvalidArgument that names the field, its value and the range
@@ -184,31 +181,6 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 [[nodiscard]] ALTIRO3D_EXPORT Camera parseCamera(const std::string& json,
                                                  const std::string& source);
 
-/// Focal length in px from the horizontal field of view: W / (2 tan(fov / 2)).
-///
-/// @param columns W, width of the picture in px, > 0
-/// @param fovDegrees fov, 0.1..179 degrees
-/// @return focal length in px
-/// @throws Error InvalidArgument (out of these ranges)
-[[nodiscard]] ALTIRO3D_EXPORT double focalLengthFromFieldOfView(int columns, double fovDegrees);
-
-/// Focal length in px from the focal length of a 35 mm camera with the same field of view (EXIF
-/// FocalLengthIn35mmFilm): f35 / 36 mm of the picture's longer side.
-///
-/// @param size size of the whole, uncropped picture in px, at least 1 x 1; orientation does not
-///        matter
-/// @param focalLength35mm 1..10000 mm
-/// @return focal length in px
-/// @throws Error InvalidArgument (out of these ranges)
-[[nodiscard]] ALTIRO3D_EXPORT double focalLengthFrom35mm(cv::Size size, double focalLength35mm);
-
-/// Intrinsics with square pixels and the principal point in the middle. Arguments are not checked.
-///
-/// @param size size of the picture in px
-/// @param focalLength focal length in px, becomes fx and fy
-/// @return K with cx = (columns - 1) / 2 and cy = (rows - 1) / 2
-[[nodiscard]] ALTIRO3D_EXPORT CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength);
-
 /// Intrinsics after cropping and resizing the picture. Pixel corners map to pixel corners, so the
 /// half px between corner and centre is scaled as well.
 ///
@@ -227,13 +199,5 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 /// @return S in px
 /// @throws Error InvalidArgument (camera)
 [[nodiscard]] ALTIRO3D_EXPORT double parallaxOf(const Camera& camera);
-
-/// The baseline that gives a parallax: the inverse of parallaxOf(), docs/mathematics.md, (3.5).
-///
-/// @param camera the camera; its own baseline is ignored
-/// @param parallaxPixels S, 0..1e9 px
-/// @return baseline in the unit of zNear
-/// @throws Error InvalidArgument (camera, parallax)
-[[nodiscard]] ALTIRO3D_EXPORT double baselineFor(const Camera& camera, double parallaxPixels);
 
 } // namespace altiro3D

@@ -43,15 +43,14 @@ struct ColorKey {
 /// Properties of a picture file, read without decoding.
 struct ImageHeader {
     ImageFormat format = ImageFormat::Unknown;
-    std::string otherFormat;      ///< For Unknown: an unsupported format ("GIF"), or empty.
-    std::string unreadable;       ///< An unsupported feature ("XYZE HDR"), or empty.
-    std::string decoderMessage;   ///< HEIC, AVIF, TIFF: why the header could not be read, or empty.
-    bool isText = false;          ///< For Unknown: the file holds text.
-    std::uint64_t columns = 0;    ///< 0 if the header could not be read.
-    std::uint64_t rows = 0;       ///< 0 if the header could not be read.
-    int orientation = 1;          ///< EXIF and TIFF orientation, 1..8.
-    unsigned focalLength35mm = 0; ///< EXIF focal length of a 35 mm camera, mm; 0 = not given.
-    int bitsPerSample = 8;        ///< PNG: bits of a channel.
+    std::string otherFormat;    ///< For Unknown: an unsupported format ("GIF"), or empty.
+    std::string unreadable;     ///< An unsupported feature ("XYZE HDR"), or empty.
+    std::string decoderMessage; ///< HEIC, AVIF, TIFF: why the header could not be read, or empty.
+    bool isText = false;        ///< For Unknown: the file holds text.
+    std::uint64_t columns = 0;  ///< 0 if the header could not be read.
+    std::uint64_t rows = 0;     ///< 0 if the header could not be read.
+    int orientation = 1;        ///< EXIF and TIFF orientation, 1..8.
+    int bitsPerSample = 8;      ///< PNG: bits of a channel.
     AlphaKind alpha = AlphaKind::Straight;
     std::optional<ColorKey> transparentColor; ///< PNG grey and RGB without alpha.
     /// PNM, TIFF, JPEG 2000: sample value of white; 0 = the largest of the decoded type, or 1 for

@@ -19,15 +19,6 @@ using std::string_view;
 
 constexpr std::size_t kMaxExifBytes = std::size_t{1} << 20;
 
-// A 16-bit number of an EXIF directory; nothing if it is missing.
-std::optional<unsigned> exifShort(const ExifData& data, ExifIfd directory, ExifTag tag) {
-    const ExifEntry* const entry = exif_content_get_entry(data.ifd[directory], tag);
-    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) {
-        return std::nullopt;
-    }
-    return exif_get_short(entry->data, exif_data_get_byte_order(const_cast<ExifData*>(&data)));
-}
-
 // ImageMagick's format for EXIF in a text chunk: "\nexif\n <length>\n<hexadecimal digits>".
 std::string rawProfile(string_view text) {
     std::string bytes;
@@ -69,34 +60,32 @@ int validOrientation(unsigned value) {
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
-ExifFacts readExif(string_view blob) {
+int exifOrientation(string_view blob) {
     constexpr string_view kPrefix("Exif\0\0", 6);
-    ExifFacts facts;
-    if (blob.size() < 8 || blob.size() > kMaxExifBytes) return facts;
+    if (blob.size() < 8 || blob.size() > kMaxExifBytes) return 1;
     std::string whole(blob.substr(0, kPrefix.size()) == kPrefix ? string_view() : kPrefix);
     whole += blob;
     const std::unique_ptr<ExifData, decltype(&exif_data_unref)> data(
         exif_data_new_from_data(reinterpret_cast<const unsigned char*>(whole.data()),
                                 static_cast<unsigned>(whole.size())),
         exif_data_unref);
-    if (!data) return facts;
-    facts.orientation =
-        validOrientation(exifShort(*data, EXIF_IFD_0, EXIF_TAG_ORIENTATION).value_or(1));
-    facts.focalLength35mm =
-        exifShort(*data, EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM).value_or(0);
-    return facts;
+    if (!data) return 1;
+    const ExifEntry* const entry =
+        exif_content_get_entry(data->ifd[EXIF_IFD_0], EXIF_TAG_ORIENTATION);
+    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) return 1;
+    return validOrientation(exif_get_short(entry->data, exif_data_get_byte_order(data.get())));
 }
 
-std::optional<ExifFacts> readExifInPngText(string_view chunk, bool compressed) {
+std::optional<int> exifOrientationInPngText(string_view chunk, bool compressed) {
     const std::size_t end = chunk.find('\0');
     if (end == string_view::npos) return std::nullopt;
     const string_view keyword = chunk.substr(0, end);
     if (keyword != "Raw profile type exif" && keyword != "Raw profile type APP1")
         return std::nullopt;
-    if (!compressed) return readExif(rawProfile(chunk.substr(end + 1)));
+    if (!compressed) return exifOrientation(rawProfile(chunk.substr(end + 1)));
     if (chunk.size() < end + 2 || chunk[end + 1] != 0) // 0: deflate, the only method
         return std::nullopt;
-    return readExif(rawProfile(inflated(chunk.substr(end + 2), 2 * kMaxExifBytes + 1024)));
+    return exifOrientation(rawProfile(inflated(chunk.substr(end + 2), 2 * kMaxExifBytes + 1024)));
 }
 
 // The sides on which row 0 and column 0 of the file appear: 2 top, right; 3 bottom, right; 4

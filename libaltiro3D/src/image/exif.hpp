@@ -6,23 +6,17 @@
 
 namespace altiro3D {
 
-/// The EXIF values in use.
-struct ExifFacts {
-    int orientation = 1; ///< 1..8; 1 = upright.
-    /// Focal length of a 35 mm camera with the same field of view, mm; 0 = not given.
-    unsigned focalLength35mm = 0;
-};
-
 /// Returns the value if it is an orientation, 1..8, else 1.
 int validOrientation(unsigned value);
 
-/// Reads an EXIF blob, with or without the prefix "Exif\0\0". Safe for any bytes.
-ExifFacts readExif(std::string_view blob);
+/// The orientation of an EXIF blob, with or without the prefix "Exif\0\0". Safe for any bytes.
+/// @return 1..8; 1 (upright) if it states none
+int exifOrientation(std::string_view blob);
 
-/// Reads the EXIF data that ImageMagick stores in a text chunk of a PNG file.
+/// The orientation of the EXIF data that ImageMagick stores in a text chunk of a PNG file.
 /// @param compressed a zTXt chunk instead of a tEXt one
 /// @return nothing for chunks with other text
-std::optional<ExifFacts> readExifInPngText(std::string_view chunk, bool compressed);
+std::optional<int> exifOrientationInPngText(std::string_view chunk, bool compressed);
 
 /// Turns and mirrors a picture upright.
 /// @param picture any type @param orientation of EXIF and TIFF, 1..8; others count as 1 (upright)

@@ -154,19 +154,6 @@ unsigned HeifFile::pictures() const {
     return static_cast<unsigned>(std::max(1, count));
 }
 
-std::string HeifFile::exif() const {
-    const heif_image_handle* const handle = impl_->handle.get();
-    heif_item_id id = 0;
-    if (heif_image_handle_get_list_of_metadata_block_IDs(handle, "Exif", &id, 1) < 1) return {};
-    std::string block(heif_image_handle_get_metadata_size(handle, id), '\0');
-    if (block.size() < 4 || block.size() > kMaxMetadataBytes) return {};
-    require(heif_image_handle_get_metadata(handle, id, block.data()));
-    std::size_t start = 0; // of the TIFF header, after these four bytes
-    for (int i = 0; i < 4; ++i)
-        start = start << 8 | static_cast<unsigned char>(block[static_cast<std::size_t>(i)]);
-    return start + 4 <= block.size() ? block.substr(start + 4) : std::string();
-}
-
 std::string HeifFile::iccProfile(std::optional<std::uint32_t> item) const {
     const Handle handle = impl_->handleOf(item);
     const heif_color_profile_type type = heif_image_handle_get_color_profile_type(handle.get());
@@ -241,10 +228,6 @@ cv::Size HeifFile::size() const {
 
 unsigned HeifFile::pictures() const {
     return 1;
-}
-
-std::string HeifFile::exif() const {
-    return {};
 }
 
 std::string HeifFile::iccProfile(std::optional<std::uint32_t> /*item*/) const {

@@ -46,8 +46,6 @@ class HeifFile {
     cv::Size size() const;
     /// How many pictures there are, without thumbnails, depth and mattes; at least 1.
     unsigned pictures() const;
-    /// The EXIF data as a TIFF file; empty if there is none.
-    std::string exif() const;
     /// The ICC profile of a picture; empty if there is none.
     /// @param item its number; not given: the main picture
     /// @throws PictureFailure (no such picture)

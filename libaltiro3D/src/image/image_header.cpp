@@ -18,18 +18,6 @@ using std::string_view;
 
 constexpr unsigned kMaxTextProfiles = 4; // of a PNG; each may have to be inflated
 
-// Takes the values that are missing from other facts.
-ExifFacts completed(ExifFacts facts, const ExifFacts& other) {
-    if (facts.orientation == 1) facts.orientation = other.orientation;
-    if (facts.focalLength35mm == 0) facts.focalLength35mm = other.focalLength35mm;
-    return facts;
-}
-
-void useExif(const ExifFacts& facts, ImageHeader& header) {
-    header.orientation = facts.orientation;
-    header.focalLength35mm = facts.focalLength35mm;
-}
-
 // ---------------------------------------------------------------------------------------- PNG
 
 void readPng(string_view bytes, ImageHeader& header) {
@@ -38,8 +26,8 @@ void readPng(string_view bytes, ImageHeader& header) {
     bool hasStart = false;
     bool hasEnd = false;
     // The EXIF chunk overrides text chunks, in any order.
-    ExifFacts exif;
-    ExifFacts text;
+    int exif = 1;
+    int text = 1;
     unsigned textProfiles = 0;
     walkPng(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
         const string_view chunk = reader.text(data, size);
@@ -58,19 +46,19 @@ void readPng(string_view bytes, ImageHeader& header) {
         } else if (name == "acTL") {
             header.pictures = std::max(1u, reader.u32(data));
         } else if (name == "eXIf") {
-            exif = readExif(chunk);
+            exif = exifOrientation(chunk);
         } else if (name == "tEXt" && chunk == kNativeMark) {
             header.isNative = true;
         } else if ((name == "tEXt" || name == "zTXt") && textProfiles < kMaxTextProfiles) {
-            if (const auto facts = readExifInPngText(chunk, name == "zTXt")) {
+            if (const auto found = exifOrientationInPngText(chunk, name == "zTXt")) {
                 ++textProfiles;
-                text = completed(text, *facts);
+                if (text == 1) text = *found;
             }
         }
         hasEnd = name == "IEND";
         return !hasEnd;
     });
-    useExif(completed(exif, text), header);
+    header.orientation = exif == 1 ? text : exif;
     header.isCutOff = !hasEnd;
 }
 
@@ -103,7 +91,7 @@ void readJpeg(string_view bytes, ImageHeader& header) {
             components = reader.u8(data + 5);
             progressive = marker == 0xc2 || marker == 0xca;
         } else if (marker == 0xe1 && !hasExif && startsWith(body, string_view("Exif\0\0", 6))) {
-            useExif(readExif(body), header);
+            header.orientation = exifOrientation(body);
             hasExif = true;
         } else if (marker == 0xee && startsWith(body, "Adobe")) {
             hasAdobe = true;
@@ -163,7 +151,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
         } else if (name == "ANMF") {
             ++frames;
         } else if (name == "EXIF") {
-            useExif(readExif(reader.text(data, size)), header);
+            header.orientation = exifOrientation(reader.text(data, size));
         }
         if (!reader.holds(data, size)) header.isCutOff = true;
         return true;
@@ -313,7 +301,6 @@ void readHeif(string_view bytes, ImageHeader& header) {
     header.columns = static_cast<std::uint64_t>(file.size().width);
     header.rows = static_cast<std::uint64_t>(file.size().height);
     header.pictures = std::max(file.pictures(), heifFrames(bytes));
-    header.focalLength35mm = readExif(file.exif()).focalLength35mm;
 }
 
 void readUnknown(string_view bytes, ImageHeader& header) {

@@ -407,10 +407,6 @@ cv::Mat readPhoto(const PhotoFile& file, Notes* notes) try {
     leaveAsOurs(exception);
 }
 
-double readFocalLength35mm(const PhotoFile& file) {
-    return readImageHeader(file.look(), lowerExtension(file.path())).focalLength35mm;
-}
-
 bool isMarkedNative(const PhotoFile& file) {
     constexpr std::size_t kMaxBytes = 4096; // the mark precedes the pixels
     const std::string bytes = file.start(kMaxBytes);

@@ -112,23 +112,6 @@ Camera readCamera(const std::filesystem::path& path) {
     return parseCamera(readFile(path, kMaxFileBytes), path.string());
 }
 
-double focalLengthFromFieldOfView(int columns, double fovDegrees) {
-    checkNumber(columns > 0, "columns", columns, "1 px or more");
-    checkRange("field of view", fovDegrees, 0.1, 179, " degrees");
-    return columns / (2 * std::tan(fovDegrees * CV_PI / 360));
-}
-
-double focalLengthFrom35mm(cv::Size size, double focalLength35mm) {
-    checkNumber(std::min(size.width, size.height) > 0, "size", std::min(size.width, size.height),
-                "1 px or more a side");
-    checkRange("35 mm focal length", focalLength35mm, 1, 10000, " mm");
-    return focalLength35mm / 36 * std::max(size.width, size.height); // the frame is 36 x 24 mm
-}
-
-CameraIntrinsics centredIntrinsics(cv::Size size, double focalLength) {
-    return {focalLength, focalLength, (size.width - 1) / 2.0, (size.height - 1) / 2.0};
-}
-
 CameraIntrinsics fitted(const CameraIntrinsics& k, const cv::Rect2d& part, cv::Size size) {
     checkNumber(part.width > 0 && part.height > 0, "part", std::min(part.width, part.height),
                 "more than 0 px a side");
@@ -143,15 +126,6 @@ CameraIntrinsics fitted(const CameraIntrinsics& k, const cv::Rect2d& part, cv::S
 double parallaxOf(const Camera& camera) {
     validate(camera);
     return 2 * camera.intrinsics.fx * camera.baseline * inverseRange(camera.zNear, camera.zFar);
-}
-
-double baselineFor(const Camera& camera, double parallaxPixels) {
-    Camera checked = camera;
-    checked.baseline = 0;
-    validate(checked);
-    checkNumber(parallaxPixels >= 0 && parallaxPixels <= kLargest, "parallax", parallaxPixels,
-                "0..1e9 px");
-    return parallaxPixels / (2 * camera.intrinsics.fx * inverseRange(camera.zNear, camera.zFar));
 }
 
 } // namespace altiro3D

@@ -86,7 +86,8 @@ std::string rawProfileChunk(const std::string& block, bool packed) {
 
 std::string pngWithRawProfile(const cv::Mat& picture, unsigned orientation, bool packed) {
     const std::string block = kExifPrefix + exifBlock(orientation, false);
-    return withPngChunks(encoded(".png", picture), rawProfileChunk(block, packed));
+    const std::string date = pngChunk("tEXt", std::string("date:create\0002026", 16)); // other text
+    return withPngChunks(encoded(".png", picture), date + rawProfileChunk(block, packed) + date);
 }
 
 // An uncompressed TIFF of 8-bit RGB in one strip.
@@ -131,7 +132,6 @@ class ImageIo : public FileTest {
 
 // ------------------------------------------------------------------------------------ reading
 
-// EXIF with a directory of its own for the camera, as cameras write it.
 TEST_F(ImageIo, APhotoFileIsReadOnceOrComesFromMemory) {
     const cv::Mat picture = randomPhoto({9, 7});
     const fs::path path = directory / "a.png";
@@ -184,36 +184,6 @@ TEST_F(ImageIo, APipeIsLeftAloneUntilItIsRead) {
     writer.join();
     EXPECT_TRUE(isMarkedNative(pipe));
     EXPECT_EQ(pipe.look(), bytes);
-}
-
-TEST_F(ImageIo, FocalLengthOf35mmIsReadFromExif) {
-    const std::string exif = std::string("II*\0", 4) + littleEndian(8) + littleEndian(1, 2) +
-                             littleEndian(0x8769, 2) + littleEndian(4, 2) + littleEndian(1) +
-                             littleEndian(26) + littleEndian(0) + littleEndian(1, 2) +
-                             littleEndian(0xa405, 2) + littleEndian(3, 2) + littleEndian(1) +
-                             littleEndian(28, 2) + std::string(2, '\0') + littleEndian(0);
-    const std::string body = kExifPrefix + exif;
-    const auto length = body.size() + 2;
-    const cv::Mat picture(8, 8, CV_8UC3, cv::Scalar::all(50));
-    spill(directory / "a.jpg",
-          encoded(".jpg", picture).insert(2, "\xff\xe1" + bigEndian(length, 2) + body));
-    EXPECT_EQ(readFocalLength35mm(directory / "a.jpg"), 28);
-    spill(directory / "b.jpg", encoded(".jpg", picture));
-    EXPECT_EQ(readFocalLength35mm(directory / "b.jpg"), 0);
-    // in a PNG, whatever other text it holds
-    const std::string date = pngChunk("tEXt", std::string("date:create\0002026", 16));
-    const std::string turned = pngChunk("eXIf", exifBlock(6, true));
-    for (const std::string& chunk :
-         {pngChunk("eXIf", exif), rawProfileChunk(body, false), rawProfileChunk(body, true)}) {
-        for (const std::string& all : {chunk, chunk + date, date + chunk, turned + chunk + date}) {
-            if (all.find("eXIf") != all.rfind("eXIf")) continue; // allowed once
-            spill(directory / "c.png", withPngChunks(encoded(".png", picture), all));
-            EXPECT_EQ(readFocalLength35mm(directory / "c.png"), 28);
-        }
-    }
-    EXPECT_NE(errorOf([&] { readFocalLength35mm(directory / "none.jpg"); }), "(no error)");
-    ASSERT_EQ(mkfifo((directory / "pipe.jpg").c_str(), 0600), 0); // into which nobody writes
-    EXPECT_EQ(readFocalLength35mm(directory / "pipe.jpg"), 0);
 }
 
 TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
@@ -345,6 +315,13 @@ TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
         }
         const fs::path webp = file("o.webp", webPWithExif(picture, orientation));
         EXPECT_TRUE(samePicture(readImage(webp), expected)) << orientation;
+    }
+    // the chunk takes precedence over text
+    const std::string chunk = pngChunk("eXIf", exifBlock(6, true));
+    const std::string text = rawProfileChunk(kExifPrefix + exifBlock(3, false), false);
+    for (const std::string& both : {chunk + text, text + chunk}) {
+        const fs::path png = file("p.png", withPngChunks(encoded(".png", picture), both));
+        EXPECT_TRUE(samePicture(readImage(png), turned(picture, 6)));
     }
 }
 

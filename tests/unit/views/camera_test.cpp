@@ -86,44 +86,15 @@ TEST(Camera, FilesThatAreNoCameraAreRefused) {
     EXPECT_TRUE(contains(errorOf([&] { readCamera(directory / "none.json"); }), "none.json"));
 }
 
-TEST(Camera, FocalLengthFollowsFromTheFieldOfView) {
-    EXPECT_NEAR(focalLengthFromFieldOfView(200, 90), 100, 1e-12);
-    EXPECT_NEAR(focalLengthFromFieldOfView(1536, 40), 768 / std::tan(std::acos(-1) / 9), 1e-9);
-    // tan(x) = x (1 + x^2 / 3) for the narrowest, 1 / tan(89.5 degrees) = tan(0.5 degrees)
-    EXPECT_NEAR(focalLengthFromFieldOfView(1000, 0.1), 1000 / (0.1 * std::acos(-1) / 180), 0.2);
-    EXPECT_NEAR(focalLengthFromFieldOfView(1000, 179), 500 * std::tan(std::acos(-1) / 360), 1e-9);
-    for (double bad : {0.0, 0.09, 180.0, -40.0, kNan, kInfinity}) {
-        EXPECT_TRUE(contains(errorOf([&] { focalLengthFromFieldOfView(100, bad); }),
-                             "expected 0.1..179 degrees"))
-            << bad;
-    }
-    EXPECT_TRUE(contains(errorOf([] { focalLengthFromFieldOfView(0, 40); }), "columns: is 0"));
-}
-
-TEST(Camera, FocalLengthFollowsFromThatOfA35MmCamera) {
-    EXPECT_EQ(focalLengthFrom35mm({3600, 2400}, 50), 5000);
-    EXPECT_EQ(focalLengthFrom35mm({2400, 3600}, 50), 5000) << "upright: the same lens";
-    EXPECT_TRUE(contains(errorOf([] {
-                             focalLengthFrom35mm({10, 10}, 0);
-                         }),
-                         "expected 1..10000 mm"));
-    EXPECT_TRUE(contains(errorOf([] { focalLengthFrom35mm({0, 10}, 35); }), "size: is 0"));
-}
-
-TEST(Camera, ParallaxAndBaselineAreInverse) {
+TEST(Camera, ParallaxFollowsFromBaselineAndRange) {
     Camera camera = aCamera();
-    const double parallax = parallaxOf(camera);
-    EXPECT_NEAR(parallax, 2 * 1732.5 * 1.5 * (1 / 34.5 - 1 / 2760.0), 1e-9);
-    EXPECT_NEAR(baselineFor(camera, parallax), 1.5, 1e-12);
+    EXPECT_NEAR(parallaxOf(camera), 2 * 1732.5 * 1.5 * (1 / 34.5 - 1 / 2760.0), 1e-9);
     camera.zFar = kInfinity;
     EXPECT_NEAR(parallaxOf(camera), 2 * 1732.5 * 1.5 / 34.5, 1e-9);
     camera.baseline = 0;
     EXPECT_EQ(parallaxOf(camera), 0);
     camera.baseline = kNan;
     EXPECT_TRUE(contains(errorOf([&] { parallaxOf(camera); }), "baseline: is nan"));
-    EXPECT_NEAR(baselineFor(camera, 100), 100 / (2 * 1732.5 / 34.5), 1e-12)
-        << "its own is not read";
-    EXPECT_TRUE(contains(errorOf([&] { baselineFor(camera, -1); }), "parallax: is -1"));
 }
 
 TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
@@ -138,9 +109,6 @@ TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
     const CameraIntrinsics same = fitted(k, {0, 0, 640, 480}, {640, 480});
     EXPECT_EQ(same.cx, k.cx);
     EXPECT_EQ(same.fy, k.fy);
-    const CameraIntrinsics centred = centredIntrinsics({640, 480}, 1000);
-    EXPECT_EQ(centred.cx, 319.5);
-    EXPECT_EQ(centred.cy, 239.5);
     EXPECT_TRUE(contains(errorOf([&] { fitted(k, {0, 0, 0, 10}, {10, 10}); }), "part: is 0"));
     EXPECT_EQ(errorOf([&] {
                   fitted(k, part, {160, 0});

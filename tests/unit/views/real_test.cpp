@@ -191,8 +191,9 @@ TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
     const double cameraX = 0.06;
     const Rendering middle = render(scene, size, 0, 9);
     const Rendering truth = render(scene, size, cameraX, 9);
-    CameraIntrinsics k = centredIntrinsics(size, scene.focalWidths * size.width);
-    k.cy = scene.horizon * size.height - 0.5;
+    const double focalLength = scene.focalWidths * size.width;
+    const CameraIntrinsics k{focalLength, focalLength, (size.width - 1) / 2.0,
+                             scene.horizon * size.height - 0.5};
     const Camera camera{k, scene.nearDistance, scene.farDistance, cameraX};
     const double inverseFar = 1 / scene.farDistance;
     const double focus =

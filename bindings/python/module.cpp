@@ -17,8 +17,9 @@ has it). Depth maps are float32 [rows x columns], 0..1, 1 = nearest. Sizes are (
 Results are arrays that own the library's memory, or `out` if it is given.
 
 The library works with blue first. Arguments with order="bgr" whose rows are contiguous, depth maps,
-and a view pixels[..., ::-1] of a picture with blue first are used where they lie; all others are
-copied. A Scene keeps its arrays; all other functions only read them during the call.
+and a view pixels[..., ::-1] of a picture with blue first are used where they lie, and contiguous
+quilts of either order; all others are copied. A Scene keeps its arrays; all other functions only
+read them during the call.
 
 Failures are altiro3d.Error. Other threads of Python run while the library works.
 )";

@@ -1,6 +1,8 @@
 // native2view: the picture that an eye sees of a Native through the display's lenses.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/inputs.hpp"
+#include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
 

@@ -5,6 +5,7 @@
 #include "cli/eyes_options.hpp"
 #include "cli/folders.hpp"
 #include "cli/go_folder.hpp"
+#include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
 #include "cli/print_options.hpp"
 #include "photo/sway_options.hpp"

@@ -1,6 +1,7 @@
 // quilt2video: turns a quilt into a video in which the camera swings through its views.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/inputs.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
 #include "photo/sway_options.hpp"

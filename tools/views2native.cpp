@@ -1,6 +1,8 @@
 // views2native: turns a directory of sorted views into a Native.
 
 #include "altiro3D/altiro3D.hpp"
+#include "cli/inputs.hpp"
+#include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
 #include "cli/print_options.hpp"

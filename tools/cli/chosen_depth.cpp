@@ -4,6 +4,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "cli/inputs.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/outputs.hpp"
 

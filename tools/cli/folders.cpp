@@ -3,6 +3,8 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "cli/inputs.hpp"
+#include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
 
 #include <algorithm>

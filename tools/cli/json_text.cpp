@@ -69,4 +69,37 @@ void tellEarlyFailure(const CommandLine& commandLine, const std::exception& erro
         {{"state", stateName(kExitFailed)}, {"error", sentenceOf(error)}, {"code", codeOf(error)}});
 }
 
+Progress::Progress(std::size_t steps, std::string unit) : steps_(steps), unit_(std::move(unit)) {}
+
+Progress::~Progress() {
+    clear();
+}
+
+double Progress::secondsLeft() const {
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+    return spent.count() / static_cast<double>(done_) * static_cast<double>(steps_ - done_);
+}
+
+void Progress::step(const std::string& what, const std::filesystem::path& input) {
+    if (!unit_.empty()) {
+        Json line = {{"state", "running"},
+                     {unit_ + "s", done_},
+                     {unit_ + "sInAll", steps_},
+                     {"share", static_cast<double>(done_) / static_cast<double>(steps_)}};
+        if (done_ > 0) line["secondsLeft"] = secondsLeft();
+        line["input"] = input.string();
+        writeProgress(line);
+    } else if (steps_ > 1) {
+        std::string text = "[" + std::to_string(done_ + 1) + "/" + std::to_string(steps_) + "] ";
+        if (done_ > 0) text += "(" + fixed(secondsLeft(), 0) + " s left) ";
+        showStatus(text + oneLine(what));
+    }
+    ++done_;
+}
+
+void Progress::end(int exitStatus, std::size_t ended) {
+    clear();
+    if (!unit_.empty()) writeProgress({{"state", stateName(exitStatus)}, {unit_ + "s", ended}});
+}
+
 } // namespace altiro3D::tools

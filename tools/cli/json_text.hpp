@@ -1,7 +1,11 @@
 #pragma once
 
 #include "cli/command_line.hpp"
+#include "cli/messages.hpp"
 
+#include <chrono>
+#include <exception>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -21,5 +25,29 @@ bool wantsJsonProgress(const CommandLine& commandLine);
 void writeProgress(const nlohmann::ordered_json& line);
 /// Writes a line about a failure that came before all others, if `--progress json` is given.
 void tellEarlyFailure(const CommandLine& commandLine, const std::exception& error);
+
+/// The progress of work of several steps: a line on a terminal, or JSON lines for programs.
+class Progress {
+  public:
+    /// @param unit "photo": writes JSON lines that count photos, see `--progress json`; empty:
+    ///        shows a line if there are several steps
+    explicit Progress(std::size_t steps, std::string unit = {});
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+    /// Begins a step. @param what for people @param input its file, for JSON
+    void step(const std::string& what, const std::filesystem::path& input = {});
+    /// Ends the work. @param exitStatus says how @param ended number of steps that ended well
+    void end(int exitStatus, std::size_t ended);
+    void clear() { clearStatus(); }
+
+  private:
+    double secondsLeft() const; // done_ is not 0
+
+    std::size_t steps_;
+    std::string unit_;
+    std::size_t done_ = 0;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 } // namespace altiro3D::tools

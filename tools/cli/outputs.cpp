@@ -2,7 +2,6 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/quilt.hpp"
 #include "altiro3D/video_io.hpp"
 
 #include <algorithm>
@@ -59,10 +58,6 @@ bool userAgrees(const std::string& problem) {
 
 } // namespace
 
-std::string nameOf(const fs::path& file, const char* stream) {
-    return isStandardStream(file) ? stream : file.string();
-}
-
 std::string inFileName(std::string text) {
     for (char& c : text) {
         const bool isPlain =
@@ -72,25 +67,6 @@ std::string inFileName(std::string text) {
     if (text.empty()) return "_";
     if (text.front() == '-' || text.front() == '.') text.front() = '_';
     return text;
-}
-
-PhotoFile pictureToRead(const fs::path& file) {
-    if (!isStandardStream(file)) return file;
-    constexpr std::size_t kMost = std::size_t{1} << 31;
-    constexpr std::size_t kStep = std::size_t{1} << 20;
-    const char* const name = "standard input";
-    std::string bytes;
-    for (std::size_t count = kStep; count == kStep && bytes.size() < kMost;) {
-        const std::size_t begin = bytes.size();
-        bytes.resize(begin + kStep);
-        count = std::fread(bytes.data() + begin, 1, kStep, stdin);
-        bytes.resize(begin + count);
-    }
-    if (std::ferror(stdin) != 0)
-        throw Error(ErrorCode::ReadFailed, name, "cannot be read, expected a picture");
-    if (bytes.size() >= kMost)
-        throw Error(ErrorCode::TooLarge, name, "holds 2 GiB or more, expected a picture");
-    return {std::move(bytes), name};
 }
 
 void writePicture(const fs::path& file, const cv::Mat& picture, ImageMark mark) {
@@ -193,12 +169,6 @@ void Outputs::makeDirectories() const {
     }
 }
 
-void requireFile(const fs::path& file) {
-    std::error_code error;
-    if (fs::status(file, error).type() == fs::file_type::not_found)
-        throw Error(ErrorCode::NotFound, file.string(), "does not exist, expected a file");
-}
-
 void requirePictureName(const fs::path& file, bool colours) {
     const std::string extension = file.extension().string();
     if (colours && (extension == ".pgm" || extension == ".PGM")) {
@@ -236,43 +206,6 @@ void warnAboutDepthFormat(const fs::path& file, Messages& messages) {
         messages.warn(file.string() +
                       ": this format keeps 8 of the depth's 16 bits; PNG keeps them all");
     }
-}
-
-bool isQuiltName(const fs::path& file) {
-    try {
-        const std::optional<QuiltName> name = parseQuiltName(file);
-        return name && name->grid.columns * name->grid.rows > 1;
-    } catch (const Error&) {
-        return false; // a name of its own
-    }
-}
-
-void warnIfQuilt(const fs::path& file, const std::string& instead, Messages& messages) {
-    if (!isQuiltName(file)) return;
-    messages.warn(file.string() +
-                  ": its name says that it is a quilt, but it is read as one "
-                  "picture of a scene; for a quilt use " +
-                  instead);
-}
-
-void refuseNative(const PhotoFile& file, const std::string& expected) {
-    if (!isMarkedNative(file)) return;
-    throw Error(ErrorCode::BadFormat, file.path().string(),
-                "is a Native already, expected " + expected +
-                    " (inputs come first, then outputs; "
-                    "native2view shows the views of a Native)");
-}
-
-cv::Mat readPhotoFile(const PhotoFile& file, Messages& messages) {
-    Notes notes;
-    cv::Mat photo;
-    {
-        const QuietStandardError quiet;
-        photo = readPhoto(file, &notes);
-    }
-    for (const Note& note : notes)
-        messages.warn(file.path().string() + ": " + note.text);
-    return photo;
 }
 
 std::string viewFileName(int view, int views) {

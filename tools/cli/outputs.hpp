@@ -12,19 +12,10 @@
 
 namespace altiro3D::tools {
 
-/// Whether a name stands for standard input or standard output: "-".
-inline bool isStandardStream(const std::filesystem::path& file) {
-    return file == "-";
-}
-/// A name for people. @param stream "standard input" or "standard output"
-std::string nameOf(const std::filesystem::path& file, const char* stream);
-
 /// A name made of a text from a file, such as a serial number: not a path or an option, without
 /// characters that a shell, a terminal or a file system interprets.
 std::string inFileName(std::string text);
 
-/// A picture to read. Standard input is read now. @throws Error ReadFailed, TooLarge
-PhotoFile pictureToRead(const std::filesystem::path& file);
 /// As writeImage(); on standard output, a PNG.
 void writePicture(const std::filesystem::path& file, const cv::Mat& picture,
                   ImageMark mark = ImageMark::None);
@@ -90,10 +81,6 @@ class Outputs {
     Files directories_;
 };
 
-/// Reports a missing input. Call it before any check of outputs, because the names may be in the
-/// wrong order. @throws Error NotFound
-void requireFile(const std::filesystem::path& file);
-
 /// Refuses a file name whose format cannot hold the picture.
 /// @param colours true if the picture has colours @throws UsageError
 void requirePictureName(const std::filesystem::path& file, bool colours = true);
@@ -109,19 +96,5 @@ void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages
 
 /// Warns if the file format stores a depth map with less precision than another one would.
 void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages);
-
-/// Whether a name states the layout of more than one view.
-bool isQuiltName(const std::filesystem::path& file);
-
-/// Warns if the name of a photo or video says that it is a quilt.
-/// @param instead the tool or option that reads quilts
-void warnIfQuilt(const std::filesystem::path& file, const std::string& instead, Messages& messages);
-
-/// Refuses a Native where another picture is expected; usually the names are in the wrong order.
-/// @param expected "a photo" @throws Error BadFormat
-void refuseNative(const PhotoFile& file, const std::string& expected);
-
-/// Reads a photo or quilt; remarks about the file become warnings.
-cv::Mat readPhotoFile(const PhotoFile& file, Messages& messages);
 
 } // namespace altiro3D::tools

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/folders.hpp"
+#include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/folders.hpp"
+#include "cli/inputs.hpp"
 #include "cli/network_trust.hpp"
 #include "photo/photo_report.hpp"
 

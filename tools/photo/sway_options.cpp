@@ -1,4 +1,5 @@
 #include "photo/sway_options.hpp"
+#include "cli/json_text.hpp"
 
 #include <QRegularExpression>
 #include <cmath>

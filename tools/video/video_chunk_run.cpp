@@ -1,6 +1,7 @@
 #include "video/video_run.hpp"
 
 #include "altiro3D/file_io.hpp"
+#include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
 #include "cluster/chunk_folder.hpp"
 #include "video/video_progress.hpp"

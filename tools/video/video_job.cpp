@@ -1,6 +1,7 @@
 #include "video/video_run.hpp"
 
 #include "cli/folders.hpp"
+#include "cli/inputs.hpp"
 
 #include <algorithm>
 #include <functional>

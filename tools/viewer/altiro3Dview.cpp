@@ -174,15 +174,14 @@ int main(int argc, char** argv) {
         commandLine.addTerm(CommandLine::Chapter::Environment, variable,
                             "The desktop on which the window opens.");
     }
-    return runToolWithoutApplication(
-        argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
-            requireUsage(given);
-            if (given.has("list-displays"))
-                return listDisplays(argc, argv, given.has("json"),
-                                    given.value("bridge").value_or(""), messages);
-            const ShowJob job = showJob(given);
-            if (given.has("show")) return present(argc, argv, job, messages);
-            if (given.has("test-picture")) return presentTestPicture(argc, argv, job, messages);
-            return runWindow(argc, argv, job, quiltRequest(given), given.has("d"), messages);
-        });
+    return runBody(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
+        requireUsage(given);
+        if (given.has("list-displays"))
+            return listDisplays(argc, argv, given.has("json"), given.value("bridge").value_or(""),
+                                messages);
+        const ShowJob job = showJob(given);
+        if (given.has("show")) return present(argc, argv, job, messages);
+        if (given.has("test-picture")) return presentTestPicture(argc, argv, job, messages);
+        return runWindow(argc, argv, job, quiltRequest(given), given.has("d"), messages);
+    });
 }

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 ROOMS = ["base", "display", "image", "media",
-         "depth/map", "depth/refine", "depth/network", "depth/source", "depth/stereo",
+         "depth/map", "depth/refine", "depth/network", "depth/source", "depth/stereo", "slide",
          "views", "views/fast", "views/real", "views/layered", "scene", "native",
          "video/motion", "video/conversion", "video/chunks"]
 # Public headers without a source of their name.

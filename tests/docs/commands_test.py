@@ -25,6 +25,7 @@ NOT_RUN = [
     (r"^altiro3Dview (?!--list-displays$)| --show\b", "needs a screen"),
     (r"/media/", "needs a display"),
     (r"/dev/video", "needs a camera"),
+    (r"^slide2native slide\.mp4 ", "needs a clip of a slid camera"),
     (r" (-n|--network|-l|--large) |\.onnx", "needs a depth network"),
 ]
 if not shutil.which("ffmpeg"):

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/view_options.hpp"
 #include "cli/inputs.hpp"
 #include "cli/outputs.hpp"
 
@@ -230,6 +231,43 @@ ViewsQuilt quiltOfViews(const std::vector<fs::path>& files, const QuiltLayout& l
         }
     }
     return result;
+}
+
+SlidePictureSource slideOf(const std::vector<fs::path>& inputs, std::vector<fs::path>& files,
+                           Notes* notes) {
+    const fs::path& first = inputs.front();
+    files = inputs;
+    if (inputs.size() == 1) {
+        requireFile(first);
+        if (isDirectory(first))
+            files = listViews(first);
+        else if (!canWriteImage(first))
+            return slideVideo(first, notes);
+    }
+    return slidePhotos(files, notes);
+}
+
+SlideOptions slideOptionsFor(const QuiltLayout& layout, double aspect, FitMode mode,
+                             const SlideOptions& options) {
+    SlideOptions result = options;
+    const cv::Size tile = layout.tileSize;
+    if (mode == FitMode::Cover) result.aspect = aspect;
+    result.longestSide = std::clamp(std::max(tile.width, tile.height), 16, 16384);
+    result.mostParallax = kParallaxBudgetPixels * (layout.viewCount - 1) / tile.width;
+    return result;
+}
+
+cv::Mat quiltOfSlide(CameraSlide& slide, const QuiltLayout& layout, double aspect, FitMode mode,
+                     const std::function<void(int, const cv::Mat&)>& atView) {
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    const PhotoFit fit = fitPhoto(slide.viewSize(), aspect, layout.tileSize, mode);
+    slide.makeViews(layout.viewCount, [&](int view, const cv::Mat& picture) {
+        if (atView) atView(view, picture);
+        cv::Mat fitted;
+        applyFit(picture, fit, fitted);
+        fitted.copyTo(quilt(layout.tile(view)));
+    });
+    return quilt;
 }
 
 } // namespace altiro3D::tools

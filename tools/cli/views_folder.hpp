@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/camera_slide.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
 #include "cli/run_tool.hpp"
@@ -56,5 +57,20 @@ ViewsQuilt quiltOfViews(const std::vector<std::filesystem::path>& files, const Q
                         double aspect, FitMode mode, Messages& messages,
                         const std::function<void(const std::filesystem::path&)>& atFile,
                         std::optional<FlipKind> flip = std::nullopt);
+
+/// The pictures of a camera that moves sideways: the frames of a video, or photos.
+/// @param inputs a video, a folder of photos, or photos
+/// @param files receives the files that are read @param notes as for slideVideo()
+/// @throws Error NotFound
+SlidePictureSource slideOf(const std::vector<std::filesystem::path>& inputs,
+                           std::vector<std::filesystem::path>& files, Notes* notes);
+/// Options of a slide whose views become a quilt.
+/// @param aspect,mode as for quiltOfViews()
+SlideOptions slideOptionsFor(const QuiltLayout& layout, double aspect, FitMode mode,
+                             const SlideOptions& options = {});
+/// The quilt of a slide's views.
+/// @param atView if given, called with each view before it is fitted
+cv::Mat quiltOfSlide(CameraSlide& slide, const QuiltLayout& layout, double aspect, FitMode mode,
+                     const std::function<void(int, const cv::Mat&)>& atView = {});
 
 } // namespace altiro3D::tools

@@ -49,6 +49,7 @@
 /// Photos and flat video as glasses-free 3D pictures. altiro3D.hpp lists the rules for the whole
 /// namespace.
 
+#include "altiro3D/camera_slide.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"

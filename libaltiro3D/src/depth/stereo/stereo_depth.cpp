@@ -322,6 +322,18 @@ std::string percentText(double share) {
 
 } // namespace
 
+RowDisparities matchRows(const cv::Mat& left, const cv::Mat& right, double low, double high) {
+    const BothWays both = matchBothWays(left, right, rangeAround(low, high));
+    RowDisparities found;
+    cv::Mat mirrored;
+    toShares(both.left, found.left);
+    toShares(both.right, mirrored);
+    cv::flip(mirrored, found.right, 1);
+    found.left *= left.cols;
+    found.right *= left.cols;
+    return found;
+}
+
 std::string StereoMatch::text() const {
     std::string line = "shift " + percentText(shift) + ", " +
                        std::to_string(static_cast<int>(std::lround(100 * matchedShare))) +

@@ -33,6 +33,18 @@ RowFit fitRows(const cv::Mat& left, const cv::Mat& right);
 /// @param right [rows x cols, CV_8UC1 or CV_8UC3] @return the same size and type
 cv::Mat moveRows(const cv::Mat& right, const RowFit& fit);
 
+/// The disparities of the px of two pictures whose rows lie beside each other.
+struct RowDisparities {
+    cv::Mat left;  ///< [size of the pictures, CV_32FC1, px, NaN = unknown]: x in the left picture -
+                   ///< x in the right one
+    cv::Mat right; ///< The same for the px of the right picture.
+};
+
+/// Matches two pictures semi-globally in both directions and keeps what both agree on.
+/// @param left,right [rows x cols, CV_8UC1]
+/// @param low,high range of the disparities, px
+RowDisparities matchRows(const cv::Mat& left, const cv::Mat& right, double low, double high);
+
 /// Fills the unknown disparities of a pair. Each takes the farther of the nearest known values to
 /// its left and right in the row, as what one eye misses lies behind. Then each filled px takes the
 /// median of its surroundings, weighted by the likeness of the colours (bilateral weights, as in

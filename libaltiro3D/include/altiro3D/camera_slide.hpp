@@ -1,0 +1,146 @@
+#pragma once
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/export.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace altiro3D {
+
+/// Gives the pictures of a slide, one after the other, to a function until that returns false. It
+/// is called several times and gives the same pictures each time. [rows x cols, CV_8UC3, BGR, of
+/// one size]
+using SlidePictureSource = std::function<void(const std::function<bool(const cv::Mat&)>& take)>;
+
+/// The frames of a video.
+/// @param file as for VideoReader
+/// @param notes if given, receives the remarks of the reader each time
+/// @return the source; it throws as VideoReader
+[[nodiscard]] ALTIRO3D_EXPORT SlidePictureSource slideVideo(std::filesystem::path file,
+                                                            Notes* notes = nullptr);
+
+/// Photos, in the order in which they were taken.
+/// @param files as for readPhoto()
+/// @param notes if given, receives the remarks of readPhoto() each time
+/// @return the source; it throws as readPhoto(), and Error Mismatch for photos of different sizes
+[[nodiscard]] ALTIRO3D_EXPORT SlidePictureSource
+slidePhotos(std::vector<std::filesystem::path> files, Notes* notes = nullptr);
+
+/// How each view of a slide is made.
+enum class SlideViews {
+    Nearest, ///< Of the nearest picture, moved as a whole to its place. Fast.
+    Between  ///< Of two near ones, one to each side: each px is moved to its place.
+};
+
+/// Options of CameraSlide.
+struct SlideOptions {
+    SlideViews views = SlideViews::Between; ///< How views are made.
+    /// The depth of zero parallax, 0 (farthest) .. 1 (nearest); not set: the median of the corners.
+    std::optional<double> focus;
+    /// Width : height of the views, 0.01..100; 0: all that the pictures have in common.
+    double aspect = 0;
+    int longestSide = 1600; ///< Of the views, px at most, 16..16384; they are not enlarged.
+    /// Parallax between the outermost views on either side of the focus, share of a view's width at
+    /// most; of a longer path the middle part is used. 0: any.
+    double mostParallax = 0;
+    /// Horizontal angle of view of the camera, degrees, 1..150; 0: unknown. It is then estimated.
+    double viewDegrees = 0;
+    /// The camera stands, and what it sees turns in front of it by 35 degrees or less.
+    bool turntable = false;
+};
+
+/// Checks the options.
+/// @param options the options to check
+/// @throws Error InvalidArgument that names the field, its value and the range
+ALTIRO3D_EXPORT void validate(const SlideOptions& options);
+
+/// What was found in a slide.
+struct ALTIRO3D_EXPORT SlideReport {
+    int pictures = 0; ///< Of the clip.
+    int used = 0;     ///< Of them, those that views are chosen from.
+    /// Parallax between the outermost views of the nearest corners against the farthest ones, % of
+    /// a view's width.
+    double parallaxPercent = 0;
+    double stretchPercent = 100; ///< Of the whole way of the camera, what is used.
+    /// Vertical distance of corners from their places in the worst picture, px of a view.
+    double verticalPixels = 0;
+    double horizontalPixels = 0; ///< The same across.
+    double speedRatio = 1;       ///< The largest step between neighbouring pictures : the median.
+    double awayPercent = 0; ///< Largest distance of the camera from a straight line, % of the path.
+    double turnDegrees = 0; ///< Largest turn of the camera, degrees.
+    double misfitPercent = 0; ///< Corners that do not belong to a scene at rest.
+    double focus = 0.5;       ///< Depth of zero parallax, see SlideOptions::focus.
+    bool fromRight = false;   ///< The camera moves to the left.
+    bool turned = false;      ///< The camera moves upright: pictures are turned by 90 degrees.
+    /// The pictures that are used: their number in the clip, from 0, and their position, 0 = the
+    /// leftmost view, 1 = the rightmost one.
+    std::vector<std::pair<int, double>> positions;
+    double seconds[4] = {}; ///< Reading, following corners, path, views.
+
+    /// For people: length of the path, pictures used, vertical residual, speed, focus.
+    /// @return five lines
+    [[nodiscard]] std::vector<std::string> lines() const;
+};
+
+/// Real views from a camera that moved sideways through a scene at rest: a phone slid by hand, a
+/// rail. It finds how the camera moved and turned (docs/mathematics.md, 8), and makes views of
+/// evenly spaced cameras that look straight ahead:
+///
+///     CameraSlide slide(slideVideo("clip.mp4"));
+///     slide.makeViews(48, [&](int view, const cv::Mat& picture) { ... });
+///
+/// One thread at a time per object.
+class ALTIRO3D_EXPORT CameraSlide {
+  public:
+    /// Reads all pictures and finds the path.
+    ///
+    /// @param source the pictures; at most 600 of them are looked at
+    /// @param options as below
+    /// @param name of the clip, for errors
+    /// @throws Error BadFormat: fewer than two pictures; too little texture; the camera stands,
+    ///         turns, zooms or moves forwards; the scene moves; the pictures are warped. Exceptions
+    ///         of `source` pass through.
+    explicit CameraSlide(SlidePictureSource source, const SlideOptions& options = {},
+                         const std::string& name = "slide");
+    ~CameraSlide();
+    CameraSlide(CameraSlide&&) noexcept;            ///< Moves.
+    CameraSlide& operator=(CameraSlide&&) noexcept; ///< Moves. @return *this
+
+    /// What was found. @return the findings
+    [[nodiscard]] const SlideReport& report() const;
+    /// Remarks for the user. @return the remarks, usually none
+    [[nodiscard]] const Notes& notes() const;
+    /// Size of the views. @return px
+    [[nodiscard]] cv::Size viewSize() const;
+
+    /// Makes views at equal distances, from the leftmost camera to the rightmost. The pictures are
+    /// read again.
+    ///
+    /// @param count 1..1000; one: the middle
+    /// @param take receives each view once [viewSize(), CV_8UC3, BGR] and its number, 0 =
+    ///        leftmost, in ascending or descending order
+    /// @throws Error InvalidArgument (count); exceptions of the source and of `take`
+    void makeViews(int count, const std::function<void(int view, const cv::Mat& picture)>& take);
+
+    /// The middle view and its depth, from the parallax of several pictures around it. The pictures
+    /// are read again.
+    ///
+    /// @param photo [viewSize(), CV_8UC3, BGR]
+    /// @param depth [viewSize(), CV_32FC1, any range, larger = nearer], for normalizeDepth()
+    /// @throws exceptions of the source
+    void makeDepth(cv::Mat& photo, cv::Mat& depth);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace altiro3D

@@ -1,0 +1,708 @@
+#include "altiro3D/camera_slide.hpp"
+
+#include "altiro3D/depth_source.hpp"
+#include "altiro3D/image_io.hpp"
+#include "altiro3D/video_io.hpp"
+#include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
+#include "depth/stereo/stereo_parts.hpp"
+#include "slide/slide_tracks.hpp"
+#include "slide/slide_views.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr int kMostChosen = 80; // pictures whose cameras are found
+constexpr double kTold = 0.05;  // of the path: the camera is farther from a straight line
+
+std::string text(const char* format, double a, double b = 0) {
+    std::array<char, 200> line{};
+    std::snprintf(line.data(), line.size(), format, a, b);
+    return line.data();
+}
+
+double percentileOf(std::vector<double> values, double share) {
+    if (values.empty()) return 0;
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
+
+// Leaves out corners that stand still, and counts those that are left.
+void removeStill(SlideTracks& tracks) {
+    constexpr double kStill = 0.004; // widths
+    const auto isStill = [](const SlideTrack& track) {
+        return cv::norm(track.at.back() - track.at.front()) < kStill;
+    };
+    std::vector<SlideTrack>& all = tracks.tracks;
+    all.erase(std::remove_if(all.begin(), all.end(), isStill), all.end());
+    std::vector<int> counts(tracks.gains.size() - 1);
+    for (const SlideTrack& track : all)
+        for (int i = track.first; i + 1 < track.end(); ++i)
+            ++counts[static_cast<std::size_t>(i)];
+    tracks.fewest = *std::min_element(counts.begin(), counts.end());
+}
+
+// By how much what is seen grows or shrinks over all pictures: range of the logarithm.
+double growthOf(const std::vector<SlideTrack>& tracks, int pictures) {
+    double now = 0;
+    double least = 0;
+    double most = 0;
+    for (int i = 1; i < pictures; ++i) {
+        std::vector<cv::Point2d> before;
+        std::vector<cv::Point2d> after;
+        for (const SlideTrack& track : tracks) {
+            if (track.first >= i || track.end() <= i) continue;
+            after.push_back(track.at[static_cast<std::size_t>(i - track.first)]);
+            before.push_back(track.at[static_cast<std::size_t>(i - track.first) - 1]);
+        }
+        std::vector<double> ratios;
+        for (std::size_t k = 0; k < before.size(); ++k) { // of distances of far neighbours
+            const std::size_t other = (k + before.size() / 2) % before.size();
+            const double distance = cv::norm(before[k] - before[other]);
+            if (distance > 0.1) ratios.push_back(cv::norm(after[k] - after[other]) / distance);
+        }
+        if (!ratios.empty()) now += std::log(percentileOf(ratios, 0.5));
+        least = std::min(least, now);
+        most = std::max(most, now);
+    }
+    return most - least;
+}
+
+// The median of the known values of each px.
+cv::Mat medianDepth(const std::vector<cv::Mat>& depths) {
+    cv::Mat result(depths.front().size(), CV_32FC1);
+    overRows(result.rows, [&](int y) {
+        std::vector<float> known;
+        for (int x = 0; x < result.cols; ++x) {
+            known.clear();
+            for (const cv::Mat& depth : depths) {
+                const float value = depth.at<float>(y, x);
+                if (!std::isnan(value)) known.push_back(value);
+            }
+            std::sort(known.begin(), known.end());
+            const std::size_t half = known.size() / 2;
+            float& to = result.at<float>(y, x);
+            if (known.empty())
+                to = std::numeric_limits<float>::quiet_NaN();
+            else
+                to = known.size() % 2 == 1 ? known[half] : (known[half - 1] + known[half]) / 2;
+        }
+    });
+    return result;
+}
+
+// Whether the camera turns about as much as it takes to follow what it passes.
+bool followsAThing(const SlidePath& path) {
+    constexpr double kMuch = 0.3; // of the turn that keeps a point of median depth in its column
+    const auto count = static_cast<double>(path.cameras.size());
+    double places = 0;
+    for (const SlideCamera& camera : path.cameras)
+        places += camera.place[0] / count;
+    double products = 0;
+    double squares = 0;
+    for (const SlideCamera& camera : path.cameras) {
+        const double from = camera.place[0] - places;
+        products += from * camera.turn(0, 2);
+        squares += from * from;
+    }
+    std::vector<double> depths;
+    for (const SlidePoint& point : path.points)
+        depths.push_back(point.q);
+    // or its pictures were shifted so, which puts points behind infinity
+    const double least = percentileOf(depths, 0.05);
+    return std::abs(products / squares) > kMuch * std::abs(percentileOf(depths, 0.5)) ||
+           least < -0.1 * (percentileOf(depths, 0.95) - least);
+}
+
+// A picture of a stretch of the path.
+struct Stop {
+    int number = 0; // in the clip
+    SlideCamera camera;
+    double gain = 1;
+
+    double position() const { return camera.place[0]; }
+};
+
+// The longest part of the path in one direction; steps back that are small do not end it.
+std::vector<std::size_t> longestStretch(const std::vector<SlideCamera>& cameras) {
+    constexpr double kBack = 0.02; // of the path
+    std::size_t bestBegin = 0;
+    std::size_t bestEnd = 0;
+    double bestSign = 1;
+    double best = -1;
+    for (const double sign : {1.0, -1.0}) {
+        const auto at = [&](std::size_t i) { return sign * cameras[i].place[0]; };
+        for (std::size_t begin = 0; begin < cameras.size(); ++begin) {
+            double farthest = at(begin);
+            for (std::size_t i = begin; i < cameras.size() && at(i) >= farthest - kBack; ++i) {
+                farthest = std::max(farthest, at(i));
+                if (at(i) - at(begin) <= best) continue;
+                best = at(i) - at(begin);
+                bestBegin = begin;
+                bestEnd = i;
+                bestSign = sign;
+            }
+        }
+    }
+    std::vector<std::size_t> stretch;
+    for (std::size_t i = bestBegin; i <= bestEnd; ++i) {
+        const auto goesOn = [&] {
+            return bestSign * (cameras[i].place[0] - cameras[stretch.back()].place[0]) > 1e-4;
+        };
+        if (stretch.empty() || goesOn()) stretch.push_back(i);
+    }
+    return stretch;
+}
+
+} // namespace
+
+void validate(const SlideOptions& options) {
+    if (options.focus) checkRange("focus", *options.focus, 0, 1);
+    if (options.aspect != 0) checkRange("aspect", options.aspect, 0.01, 100);
+    checkRange("longestSide", options.longestSide, 16, 16384, " px");
+    checkRange("mostParallax", options.mostParallax, 0, 1e6);
+    if (options.viewDegrees != 0) checkRange("viewDegrees", options.viewDegrees, 1, 150);
+}
+
+SlidePictureSource slideVideo(std::filesystem::path file, Notes* notes) {
+    return [file = std::move(file), notes](const std::function<bool(const cv::Mat&)>& take) {
+        VideoReader reader(file);
+        VideoFrame frame;
+        while (reader.read(frame)) {
+            const double aspect = frame.sampleAspect.isKnown() ? frame.sampleAspect.value() : 1;
+            if (std::abs(aspect - 1) > 1e-3)
+                cv::resize(frame.picture, frame.picture, {}, aspect, 1, cv::INTER_AREA);
+            if (!take(frame.picture)) break;
+        }
+        addNotes(notes, reader.notes());
+    };
+}
+
+SlidePictureSource slidePhotos(std::vector<std::filesystem::path> files, Notes* notes) {
+    return [files = std::move(files), notes](const std::function<bool(const cv::Mat&)>& take) {
+        cv::Size first;
+        for (const std::filesystem::path& file : files) {
+            Notes own;
+            const cv::Mat photo = readPhoto(PhotoFile(file), &own);
+            putNameBefore(own, file);
+            addNotes(notes, own);
+            if (first.empty()) first = photo.size();
+            checkSize(photo.size(), first, file.string(), "like the first photo ");
+            if (!take(photo)) break;
+        }
+    };
+}
+
+std::vector<std::string> SlideReport::lines() const {
+    const std::string straight =
+        text(", up to %.1f %% of the path off a straight line, turned up to %.1f°", awayPercent,
+             turnDegrees);
+    return {text("path: parallax %.1f %% of the width", parallaxPercent) +
+                (fromRight ? ", from right to left" : ", from left to right") + straight,
+            "pictures: " + std::to_string(used) + " of " + std::to_string(pictures) +
+                text(" used, %.0f %% of the way of the camera", stretchPercent),
+            text("residual: %.2f px down, %.2f px across in the worst picture", verticalPixels,
+                 horizontalPixels) +
+                text("; %.0f %% of the corners do not fit", misfitPercent),
+            text("speed: the largest step is %.1f times the median", speedRatio),
+            text("focus: depth %.2f (0 = farthest, 1 = nearest)", focus)};
+}
+
+struct CameraSlide::Impl {
+    SlidePictureSource source;
+    SlideOptions options;
+    std::string name;
+    SlideReport report;
+    Notes notes;
+    double aspect = 1; // height : width of the pictures
+    SlideLens lens;
+    std::vector<Stop> stops; // in the order of time
+    SlideWindow window;
+    double low = 0; // inverse depths of the scene
+    double high = 0;
+    double from = 0; // positions of the outermost views
+    double to = 1;
+
+    [[noreturn]] void refuse(const std::string& problem) const {
+        throw Error(ErrorCode::BadFormat, name, problem);
+    }
+
+    // Reads and measures.
+    void find();
+    void findStretch(const std::vector<SlidePicture>& pictures,
+                     const std::vector<std::size_t>& chosen, const SlideTracks& corners,
+                     const SlidePath& path);
+    void requireMotion(const PictureSteps& found, cv::Size size) const;
+    void requireCorners(int corners) const;
+    bool looksReversed(const std::vector<SlidePicture>& pictures) const;
+    void requireSlide(const SlidePath& path, double zoom, double parallax) const;
+    void chooseWindow(double pictureWidth);
+    SlideWindow windowOf(double share, double pictureWidth) const;
+
+    std::size_t nearestTo(double position) const; // of the stops
+    // Gives the frames of the stops with these indices (ascending) to a function.
+    void readStops(const std::vector<std::size_t>& wanted,
+                   const std::function<void(std::size_t, SlideFrame)>& take) const;
+    SlideFrame frameOf(const cv::Mat& picture, const Stop& stop) const;
+};
+
+void CameraSlide::Impl::requireMotion(const PictureSteps& found, cv::Size size) const {
+    constexpr double kStill = 0.01; // of the width
+    constexpr double kFast = 0.3;   // px from picture to picture: it follows a thing
+    cv::Point2d at(0, 0);
+    cv::Point2d least(0, 0);
+    cv::Point2d most(0, 0);
+    for (const cv::Point2d& step : found.steps) {
+        at += step;
+        least = {std::min(least.x, at.x), std::min(least.y, at.y)};
+        most = {std::max(most.x, at.x), std::max(most.y, at.y)};
+    }
+    const double way = std::hypot(most.x - least.x, most.y - least.y) / size.width;
+    if (way < kStill && found.fastest < kFast && !options.turntable) {
+        refuse(text("the camera stands: what it sees moves by %.2f %% of the width, expected a "
+                    "camera that moves sideways (1 %% or more)",
+                    100 * way));
+    }
+}
+
+// Whether what hides what says that near and far are exchanged.
+bool CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures) const {
+    const auto viewAt = [&](double share) {
+        const Stop& stop = stops[nearestTo(from + share * (to - from))];
+        const auto isIt = [&](const SlidePicture& one) { return one.number == stop.number; };
+        SlideFrame frame;
+        cv::cvtColor(std::find_if(pictures.begin(), pictures.end(), isIt)->grey, frame.picture,
+                     cv::COLOR_GRAY2BGR);
+        frame.camera = stop.camera;
+        frame.aspect = aspect;
+        return viewFrom(frame, lens, window, stop.position());
+    };
+    cv::Mat disparity;
+    const StereoMatch match = matchStereo(viewAt(0.3), viewAt(0.7), disparity);
+    return match.isReliable && match.looksSwapped;
+}
+
+void CameraSlide::Impl::requireCorners(int corners) const {
+    constexpr int kFewest = 30;
+    if (corners >= kFewest) return;
+    refuse("only " + std::to_string(corners) +
+           " corners can be followed from one picture to the next, expected " +
+           std::to_string(kFewest) + " or more: a sharp scene with texture, in small steps");
+}
+
+// @param zoom range of the logarithm of the magnification
+// @param parallax between near and far over the path, widths
+void CameraSlide::Impl::requireSlide(const SlidePath& path, double zoom, double parallax) const {
+    constexpr double kMostMisfits = 0.3; // of the corners
+    constexpr double kLeast = 0.01;      // of the width
+    constexpr double kSideways = 0.7;    // cosine
+    const char* const expected =
+        ", expected a camera that moves sideways (parallax of 1 % of the width or more)";
+    if (path.misfitShare > kMostMisfits) {
+        refuse(text("the scene moves, or stabilisation warps the pictures: %.0f %% of the corners "
+                    "do not fit a scene at rest, expected %.0f %% at most",
+                    100 * path.misfitShare, 100 * kMostMisfits));
+    }
+    if (path.forwards > kSideways || zoom > 0.1) {
+        refuse(text("the camera zooms or moves forwards: what it sees grows by %.0f %%",
+                    100 * (std::exp(zoom) - 1)) +
+               expected);
+    }
+    if (parallax < kLeast) {
+        refuse("the path is too short, or the camera turns instead of moving: " +
+               text("the parallax is %.2f %% of the width", 100 * parallax) + expected);
+    }
+}
+
+void CameraSlide::Impl::find() {
+    using Clock = std::chrono::steady_clock;
+    auto begin = Clock::now();
+    const auto lap = [&](int stage) {
+        const auto now = Clock::now();
+        report.seconds[stage] += std::chrono::duration<double>(now - begin).count();
+        begin = now;
+    };
+    SlidePictures reduced;
+    cv::Size size;
+    source([&](const cv::Mat& picture) {
+        checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
+        if (size.empty()) size = picture.size();
+        checkSize(picture.size(), size, "picture", "like the first one ");
+        reduced.add(picture);
+        return true;
+    });
+    lap(0);
+    report.pictures = reduced.count();
+    if (report.pictures < 2)
+        refuse("holds " + std::to_string(report.pictures) + " picture" +
+               (report.pictures == 1 ? "" : "s") +
+               ", expected a video or several photos of a camera that moves sideways");
+    std::vector<SlidePicture>& pictures = reduced.kept();
+    const PictureSteps found = stepsOf(pictures);
+    requireCorners(found.corners);
+    requireMotion(found, pictures.front().grey.size());
+    std::vector<cv::Point2d> steps = found.steps;
+    cv::Point2d way(0, 0);
+    for (const cv::Point2d& step : steps)
+        way += step;
+    if (!options.turntable && std::abs(way.y) > std::abs(way.x)) {
+        report.turned = true;
+        addNote(&notes, NoteCode::Converted,
+                "the camera moves upright: the pictures are turned by a quarter; to see them "
+                "upright, turn the phone or move it sideways");
+        for (SlidePicture& picture : pictures)
+            cv::rotate(picture.grey, picture.grey, cv::ROTATE_90_CLOCKWISE);
+        size = {size.height, size.width};
+    }
+    aspect = static_cast<double>(size.height) / size.width;
+    if (options.turntable) // most corners may be those of the room, which stands
+        std::fill(steps.begin(), steps.end(), cv::Point2d(1, 0));
+    const std::vector<std::size_t> chosen = choosePictures(pictures, steps, kMostChosen);
+    std::vector<SlidePicture*> followed;
+    for (const std::size_t i : chosen)
+        followed.push_back(&pictures[i]);
+    SlideTracks tracks = followCorners(followed, aspect);
+    if (options.turntable) removeStill(tracks);
+    lap(1);
+    requireCorners(tracks.fewest);
+    SlideGuess guess;
+    guess.pixel = 1.0 / pictures.front().grey.cols;
+    guess.isTurntable = options.turntable;
+    if (options.viewDegrees != 0) {
+        guess.lens.focal = 0.5 / std::tan(options.viewDegrees / 2 * CV_PI / 180);
+        guess.isLensKnown = true;
+    }
+    SlidePath path = findPath(tracks.tracks, static_cast<int>(chosen.size()), guess);
+    const auto use = [&] {
+        findStretch(pictures, chosen, tracks, path);
+        chooseWindow(size.width);
+    };
+    use();
+    if (!options.turntable && followsAThing(path) && looksReversed(pictures)) {
+        path = reversedPath(path, tracks.tracks, guess);
+        use();
+    }
+    lap(2);
+    double worst = 0;
+    double worstAcross = 0;
+    for (const cv::Vec2d& r : path.residual) {
+        worstAcross = std::max(worstAcross, r[0]);
+        worst = std::max(worst, r[1]);
+    }
+    const double perWidth = window.focal / lens.focal;
+    report.verticalPixels = worst * perWidth;
+    report.horizontalPixels = worstAcross * perWidth;
+}
+
+void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
+                                    const std::vector<std::size_t>& chosen,
+                                    const SlideTracks& corners, const SlidePath& path) {
+    lens = path.lens;
+    report.misfitPercent = 100 * path.misfitShare;
+    stops.clear();
+    report.positions.clear();
+    std::vector<double> depths;
+    for (std::size_t t = 0; t < path.points.size(); ++t)
+        if (path.fits[t] != 0) depths.push_back(path.points[t].q);
+    low = percentileOf(depths, 0.01);
+    high = percentileOf(depths, 0.99);
+    const double nearFar = percentileOf(depths, 0.95) - percentileOf(depths, 0.05);
+    window.focus = options.focus ? low + *options.focus * (high - low) : percentileOf(depths, 0.5);
+    report.focus = (window.focus - low) / std::max(high - low, 1e-9);
+    const double parallax = lens.focal * nearFar;
+    double turn = 0;
+    for (const SlideCamera& camera : path.cameras)
+        turn = std::max(turn, std::acos(std::clamp(camera.turn(2, 2), -1.0, 1.0)));
+    report.turnDegrees = turn * 180 / CV_PI;
+    requireSlide(path, growthOf(corners.tracks, static_cast<int>(chosen.size())), parallax);
+
+    double wholeWay = 0;
+    for (std::size_t i = 1; i < path.cameras.size(); ++i)
+        wholeWay += std::abs(path.cameras[i].place[0] - path.cameras[i - 1].place[0]);
+    const std::vector<std::size_t> stretch = longestStretch(path.cameras);
+    std::vector<double> gains;
+    std::vector<double> speeds;
+    for (const std::size_t i : stretch) {
+        Stop stop;
+        stop.number = pictures[chosen[i]].number;
+        stop.camera = path.cameras[i];
+        stop.gain = corners.gains[i];
+        gains.push_back(stop.gain);
+        if (!stops.empty())
+            speeds.push_back(std::abs(stop.position() - stops.back().position()) /
+                             (stop.number - stops.back().number));
+        stops.push_back(stop);
+    }
+    const double usual = percentileOf(gains, 0.5);
+    for (Stop& stop : stops)
+        stop.gain /= usual;
+    report.fromRight = stops.back().position() < stops.front().position();
+    from = std::min(stops.front().position(), stops.back().position());
+    to = std::max(stops.front().position(), stops.back().position());
+    report.stretchPercent = 100 * std::min(1.0, (to - from) / std::max(wholeWay, 1e-9));
+    report.speedRatio = speeds.empty() ? 1
+                                       : *std::max_element(speeds.begin(), speeds.end()) /
+                                             std::max(percentileOf(speeds, 0.5), 1e-9);
+    double away = 0;
+    for (const Stop& stop : stops)
+        away = std::max({away, std::abs(stop.camera.place[1]), std::abs(stop.camera.place[2])});
+    report.awayPercent = 100 * away / (to - from);
+    report.parallaxPercent = 100 * parallax * (to - from);
+}
+
+// The window of the middle part of the path.
+SlideWindow CameraSlide::Impl::windowOf(double share, double pictureWidth) const {
+    const double middle = (from + to) / 2;
+    const double reach = (to - from) / 2 * share + 1e-6;
+    std::vector<SlideCamera> cameras;
+    for (const Stop& stop : stops)
+        if (std::abs(stop.position() - middle) <= reach) cameras.push_back(stop.camera);
+    cv::Rect2d part = commonPart(cameras, lens, aspect, window.focus);
+    if (options.aspect != 0 && part.width > 0 && part.height > 0) {
+        const double width = std::min(part.width, part.height * options.aspect);
+        const double height = std::min(part.height, part.width / options.aspect);
+        part = {part.x + (part.width - width) / 2, part.y + (part.height - height) / 2, width,
+                height};
+    }
+    SlideWindow result;
+    result.focus = window.focus;
+    if (part.width <= 0 || part.height <= 0) return result;
+    const double longest = std::max(part.width, part.height);
+    result.focal = std::min(lens.focal * pictureWidth, options.longestSide / longest);
+    result.size = {std::max(16, static_cast<int>(result.focal * part.width)),
+                   std::max(16, static_cast<int>(result.focal * part.height))};
+    result.middle = cv::Point2d(-part.x, -part.y) * result.focal;
+    return result;
+}
+
+std::size_t CameraSlide::Impl::nearestTo(double position) const {
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < stops.size(); ++i)
+        if (std::abs(stops[i].position() - position) < std::abs(stops[best].position() - position))
+            best = i;
+    return best;
+}
+
+void CameraSlide::Impl::chooseWindow(double pictureWidth) {
+    constexpr double kSmallest = 0.3; // of a side of the pictures
+    const double side = std::max(high - window.focus, window.focus - low);
+    const auto isGood = [&](double share) {
+        const SlideWindow at = windowOf(share, pictureWidth);
+        if (at.size.empty()) return false;
+        const double perWidth = at.focal / lens.focal;
+        if (at.size.height < kSmallest * aspect * perWidth && at.size.width < kSmallest * perWidth)
+            return false;
+        return options.mostParallax == 0 ||
+               at.focal * side * share * (to - from) <= options.mostParallax * at.size.width;
+    };
+    double share = 1;
+    if (!isGood(1)) {
+        double bad = 1;
+        share = 0;
+        for (int round = 0; round < 12; ++round) {
+            const double middle = (share + bad) / 2;
+            (isGood(middle) ? share : bad) = middle;
+        }
+        if (share == 0)
+            refuse("the pictures have nothing in common, expected a camera that sees the "
+                   "same things all the way");
+        addNote(
+            &notes, NoteCode::LeftOut,
+            text("the path is too long for the display: its middle %.0f %% are used", 100 * share));
+    }
+    window = windowOf(share, pictureWidth);
+    const double middle = (from + to) / 2;
+    const double reach = (to - from) / 2 * share;
+    from = middle - reach;
+    to = middle + reach;
+    report.parallaxPercent *= share * window.focal / lens.focal / window.size.width;
+    report.stretchPercent *= share;
+    for (const Stop& stop : stops)
+        if (std::abs(stop.position() - middle) <= reach + 1e-9)
+            report.positions.emplace_back(stop.number, (stop.position() - from) / (to - from));
+    report.used = static_cast<int>(report.positions.size());
+    if (report.awayPercent > 100 * kTold)
+        addNote(
+            &notes, NoteCode::Doubtful,
+            text("the camera leaves a straight line by %.0f %% of the path", report.awayPercent));
+}
+
+SlideFrame CameraSlide::Impl::frameOf(const cv::Mat& picture, const Stop& stop) const {
+    SlideFrame frame;
+    frame.camera = stop.camera;
+    frame.aspect = aspect;
+    frame.picture = picture;
+    if (report.turned) cv::rotate(picture, frame.picture, cv::ROTATE_90_CLOCKWISE);
+    const double scale = window.focal / (lens.focal * frame.picture.cols);
+    cv::Mat sized;
+    if (scale < 0.95) { // else cubic sampling suffices
+        cv::resize(frame.picture, sized,
+                   {cvRound(frame.picture.cols * scale), cvRound(frame.picture.rows * scale)}, 0, 0,
+                   cv::INTER_AREA);
+        frame.picture = sized;
+    }
+    cv::Mat equal;
+    frame.picture.convertTo(equal, CV_8U, 1 / stop.gain);
+    frame.picture = equal;
+    return frame;
+}
+
+void CameraSlide::Impl::readStops(const std::vector<std::size_t>& wanted,
+                                  const std::function<void(std::size_t, SlideFrame)>& take) const {
+    int number = 0;
+    std::size_t next = 0;
+    source([&](const cv::Mat& picture) {
+        if (number++ == stops[wanted[next]].number) {
+            take(wanted[next], frameOf(picture, stops[wanted[next]]));
+            ++next;
+        }
+        return next < wanted.size();
+    });
+    if (next < wanted.size())
+        refuse("gives fewer pictures when it is read again, expected the same ones");
+}
+
+CameraSlide::CameraSlide(SlidePictureSource source, const SlideOptions& options,
+                         const std::string& name) try
+    : impl_(std::make_unique<Impl>()) {
+    validate(options);
+    impl_->source = std::move(source);
+    impl_->options = options;
+    impl_->name = name;
+    impl_->find();
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+CameraSlide::~CameraSlide() = default;
+CameraSlide::CameraSlide(CameraSlide&&) noexcept = default;
+CameraSlide& CameraSlide::operator=(CameraSlide&&) noexcept = default;
+
+const SlideReport& CameraSlide::report() const {
+    return impl_->report;
+}
+const Notes& CameraSlide::notes() const {
+    return impl_->notes;
+}
+cv::Size CameraSlide::viewSize() const {
+    return impl_->window.size;
+}
+
+void CameraSlide::makeViews(int count,
+                            const std::function<void(int view, const cv::Mat& picture)>& take) try {
+    checkRange("count", count, 1, 1000);
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<Stop>& stops = impl_->stops;
+    const bool isBetween = impl_->options.views == SlideViews::Between;
+    // what each view is made of, in the order of time
+    struct Plan {
+        int view;
+        double position;
+        std::size_t first; // the same as `last` for the nearest one
+        std::size_t last;
+    };
+    std::vector<Plan> plans;
+    const double step = count > 1 ? (impl_->to - impl_->from) / (count - 1) : 0;
+    for (int k = 0; k < count; ++k) {
+        const int view = impl_->report.fromRight ? count - 1 - k : k;
+        const double position =
+            count > 1 ? impl_->from + step * view : (impl_->from + impl_->to) / 2;
+        Plan plan{view, position, impl_->nearestTo(position), 0};
+        plan.last = plan.first;
+        if (isBetween) {
+            const double sign = impl_->report.fromRight ? -1 : 1;
+            // the parallax of closer ones is too small to match well (docs/lab/slide.md)
+            plan.first = impl_->nearestTo(position - sign * step * 2);
+            plan.last = impl_->nearestTo(position + sign * step * 2);
+            if (plan.first == plan.last) {
+                const bool isAfter = sign * (stops[plan.first].position() - position) > 0;
+                if ((isAfter && plan.first > 0) || plan.first + 1 == stops.size())
+                    --plan.first;
+                else
+                    ++plan.last;
+            }
+        }
+        plans.push_back(plan);
+    }
+    std::vector<std::size_t> wanted;
+    for (const Plan& plan : plans) {
+        wanted.push_back(plan.first);
+        wanted.push_back(plan.last);
+    }
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    std::map<std::size_t, SlideFrame> frames;
+    std::map<std::pair<std::size_t, std::size_t>, SlideDepths> depths; // of the last pair
+    std::size_t next = 0;
+    impl_->readStops(wanted, [&](std::size_t stop, SlideFrame frame) {
+        frames.emplace(stop, std::move(frame));
+        for (; next < plans.size() && plans[next].last <= stop; ++next) {
+            const Plan& plan = plans[next];
+            frames.erase(frames.begin(), frames.lower_bound(plan.first));
+            const SlideFrame& first = frames.at(plan.first);
+            if (plan.first == plan.last) {
+                take(plan.view, viewFrom(first, impl_->lens, impl_->window, plan.position));
+                continue;
+            }
+            const SlideFrame& last = frames.at(plan.last);
+            const SlideFrame& left = impl_->report.fromRight ? last : first;
+            const SlideFrame& right = impl_->report.fromRight ? first : last;
+            if (depths.count({plan.first, plan.last}) == 0) {
+                depths.clear();
+                depths[{plan.first, plan.last}] =
+                    matchFrames(left, right, impl_->lens, impl_->window, impl_->low, impl_->high);
+            }
+            take(plan.view, viewBetween(left, right, impl_->lens, impl_->window, plan.position,
+                                        depths.begin()->second));
+        }
+    });
+    impl_->report.seconds[3] +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
+void CameraSlide::makeDepth(cv::Mat& photo, cv::Mat& depth) try {
+    const std::vector<Stop>& stops = impl_->stops;
+    const double path = impl_->to - impl_->from;
+    const std::size_t middle = impl_->nearestTo((impl_->from + impl_->to) / 2);
+    std::vector<std::size_t> wanted = {middle};
+    for (const double away : {-0.25, -0.12, 0.12, 0.25}) // of the path
+        wanted.push_back(impl_->nearestTo(stops[middle].position() + away * path));
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    std::vector<std::pair<std::size_t, SlideFrame>> frames;
+    impl_->readStops(wanted, [&](std::size_t stop, SlideFrame frame) {
+        frames.emplace_back(stop, std::move(frame));
+    });
+    const auto isMiddle = [&](const auto& one) { return one.first == middle; };
+    const SlideFrame& here = std::find_if(frames.begin(), frames.end(), isMiddle)->second;
+    std::vector<cv::Mat> found;
+    for (const auto& [stop, frame] : frames) {
+        if (stop == middle) continue;
+        const bool isLeft = stops[stop].position() < stops[middle].position();
+        const SlideDepths depths = matchFrames(isLeft ? frame : here, isLeft ? here : frame,
+                                               impl_->lens, impl_->window, impl_->low, impl_->high);
+        found.push_back(isLeft ? depths.right : depths.left);
+    }
+    depth = medianDepth(found);
+    photo = viewFrom(here, impl_->lens, impl_->window, stops[middle].position());
+    if (cv::countNonZero(depth == depth) == 0) depth.setTo(cv::Scalar::all(impl_->window.focus));
+    fillFromBehind(depth, photo);
+    photo = viewFrom(here, impl_->lens, impl_->window, stops[middle].position(), depth);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
+} // namespace altiro3D

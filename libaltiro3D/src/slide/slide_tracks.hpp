@@ -1,0 +1,62 @@
+#pragma once
+
+#include "slide/slide_path.hpp"
+
+#include <cstddef>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace altiro3D {
+
+constexpr int kTrackSide =
+    800; ///< px of the longer side of pictures in which corners are followed.
+
+/// A reduced picture of a clip.
+struct SlidePicture {
+    int number = 0; ///< In the clip, from 0.
+    cv::Mat grey;   ///< [at most kTrackSide, CV_8UC1]
+    double sharpness = 0;
+};
+
+/// Keeps reduced pictures of a clip: all, or every second, fourth, ... of a long one.
+class SlidePictures {
+  public:
+    /// @param picture [rows x cols, CV_8UC3, BGR], the next one
+    void add(const cv::Mat& picture);
+    std::vector<SlidePicture>& kept() { return kept_; }
+    int count() const { return count_; }
+
+  private:
+    std::vector<SlidePicture> kept_;
+    int count_ = 0;
+    int stride_ = 1;
+};
+
+/// How pictures differ from those before them.
+struct PictureSteps {
+    std::vector<cv::Point2d> steps; ///< Of each picture, the median of its corners, px; first: 0.
+    int corners = 0;                ///< That were followed: the median of all pictures.
+    double fastest = 0; ///< Way of the fastest tenth of the corners, the median of all pictures.
+};
+PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
+
+/// Chooses pictures at equal steps of the way, of each step the sharpest one.
+/// @param most their number at most @return indices, ascending
+std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& pictures,
+                                        const std::vector<cv::Point2d>& steps, int most);
+
+/// Corners followed through pictures, in which brightness is made equal.
+struct SlideTracks {
+    std::vector<SlideTrack> tracks;
+    std::vector<double> gains; ///< Brightness of each picture; that of the first one is 1.
+    int fewest = 0;            ///< Corners that were followed at least between two pictures.
+};
+
+/// Follows corners (pyramidal Lucas-Kanade, forwards and back). Each place is found again in the
+/// picture in which the track begins, so errors do not add up; where that fails, the track ends.
+/// @param pictures their greys become equally bright
+/// @param aspect height : width of the pictures of the clip
+SlideTracks followCorners(const std::vector<SlidePicture*>& pictures, double aspect);
+
+} // namespace altiro3D

@@ -1,0 +1,58 @@
+#pragma once
+
+#include "slide/slide_path.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace altiro3D {
+
+/// The row of virtual cameras that look alike, along the path, not turned, and their common window.
+/// A camera at position s sees a point of inverse depth q in the column
+///
+///     focal (x - s (q - focus)) + middle.x
+///
+/// so points whose q is `focus` stay in their columns.
+struct SlideWindow {
+    cv::Size size;      ///< Of the views, px.
+    double focal = 0;   ///< px
+    cv::Point2d middle; ///< Of the picture of the camera at 0, px.
+    double focus = 0;
+};
+
+/// The same window with views of another size.
+SlideWindow scaled(const SlideWindow& window, cv::Size size);
+
+/// A picture of the clip and its camera.
+struct SlideFrame {
+    cv::Mat picture;   ///< [any size, CV_8UC3, BGR]
+    double aspect = 1; ///< Height : width before its size was rounded.
+    SlideCamera camera;
+};
+
+/// The view of a camera at `position`, made of one frame.
+/// @param depth [window size, CV_32FC1] inverse depth of each px; empty: all have that of the focus
+cv::Mat viewFrom(const SlideFrame& frame, const SlideLens& lens, const SlideWindow& window,
+                 double position, const cv::Mat& depth = {});
+
+/// The part of the plane of the focus that all cameras see: in px of a window whose focal length is
+/// 1 and whose middle is at 0. @param aspect height : width of the frames
+cv::Rect2d commonPart(const std::vector<SlideCamera>& cameras, const SlideLens& lens, double aspect,
+                      double focus);
+
+/// The inverse depth of what two frames see, by matching them.
+struct SlideDepths {
+    cv::Mat left;  ///< [window size, CV_32FC1, NaN = unknown], as the camera at the position of the
+                   ///< left frame sees it
+    cv::Mat right; ///< The same of the right frame.
+};
+/// @param left the frame with the smaller position
+/// @param low,high range of inverse depth in the scene
+SlideDepths matchFrames(const SlideFrame& left, const SlideFrame& right, const SlideLens& lens,
+                        const SlideWindow& window, double low, double high);
+
+/// The view of a camera between two frames: each px of both is moved to its place in it; what only
+/// one of them shows comes from that one.
+cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const SlideLens& lens,
+                    const SlideWindow& window, double position, const SlideDepths& depths);
+
+} // namespace altiro3D

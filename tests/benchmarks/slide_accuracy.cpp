@@ -1,0 +1,260 @@
+// Views of a camera that is slid by hand, beside the truth. Prints the tables of docs/lab/slide.md.
+//
+//     altiro3D_slide_accuracy make VIDEO boards|terrace PICTURES METRES
+//     altiro3D_slide_accuracy judge VIDEO boards|terrace PICTURES METRES
+
+#include "altiro3D/camera_slide.hpp"
+#include "altiro3D/video_io.hpp"
+#include "support/hand_slide.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+#include <string>
+
+using namespace altiro3D;
+using namespace altiro3D::test;
+
+namespace {
+
+constexpr int kViews = 48;
+
+struct Case {
+    std::string file;
+    const World& world;
+    HandSlide hand;
+    cv::Size size;
+};
+
+void make(const Case& one) {
+    VideoWriterOptions options;
+    options.size = one.size;
+    options.compatible = true;
+    options.crf = 20;
+    options.preset = EncoderPreset::Medium;
+    options.timeBase = {1, 30};
+    VideoWriter writer(one.file, options);
+    std::int64_t time = 0;
+    for (const HandCamera& camera : handSlide(one.hand))
+        writer.write({one.world.photograph(one.size, camera), time++, 1});
+    writer.finish();
+}
+
+// Points of one picture and the same ones in another.
+struct Pairs {
+    std::vector<cv::Point2f> from;
+    std::vector<cv::Point2f> to;
+};
+Pairs pairsOf(const cv::Mat& from, const cv::Mat& to) {
+    cv::Mat a;
+    cv::Mat b;
+    cv::cvtColor(from, a, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(to, b, cv::COLOR_BGR2GRAY);
+    const cv::Size all(std::max(a.cols, b.cols), std::max(a.rows, b.rows));
+    for (cv::Mat* grey : {&a, &b})
+        cv::copyMakeBorder(*grey, *grey, 0, all.height - grey->rows, 0, all.width - grey->cols,
+                           cv::BORDER_REPLICATE);
+    std::vector<cv::Point2f> points;
+    cv::goodFeaturesToTrack(a, points, 1500, 0.003, 5);
+    std::vector<cv::Point2f> there;
+    std::vector<cv::Point2f> back;
+    std::vector<uchar> isFound;
+    std::vector<uchar> isBack;
+    std::vector<float> errors;
+    const cv::TermCriteria end(3, 40, 0.001);
+    cv::calcOpticalFlowPyrLK(a, b, points, there, isFound, errors, {15, 15}, 5, end);
+    cv::calcOpticalFlowPyrLK(b, a, there, back, isBack, errors, {15, 15}, 5, end);
+    Pairs pairs;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const cv::Point2f off = back[i] - points[i];
+        if (isFound[i] == 0 || isBack[i] == 0 || std::hypot(off.x, off.y) > 0.2F) continue;
+        pairs.from.push_back(points[i]);
+        pairs.to.push_back(there[i]);
+    }
+    return pairs;
+}
+
+// Root mean square of the residual rows of a view against the middle one, without the worst 5 %.
+double rowsOff(const cv::Mat& middle, const cv::Mat& view) {
+    const Pairs pairs = pairsOf(middle, view);
+    std::vector<double> squares;
+    for (std::size_t i = 0; i < pairs.from.size(); ++i)
+        squares.push_back(std::pow(static_cast<double>(pairs.to[i].y - pairs.from[i].y), 2));
+    std::sort(squares.begin(), squares.end());
+    squares.resize(squares.size() * 95 / 100);
+    double sum = 0;
+    for (const double square : squares)
+        sum += square;
+    return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, squares.size())));
+}
+
+// PSNR inside a border; brightness is made equal first, as the hand's light is not known.
+double likeness(const cv::Mat& view, const cv::Mat& truth) {
+    const cv::Rect inside(16, 16, view.cols - 32, view.rows - 32);
+    const cv::Scalar a = cv::mean(view(inside));
+    const cv::Scalar b = cv::mean(truth(inside));
+    cv::Mat equal;
+    cv::multiply(view(inside), cv::Scalar(b[0] / a[0], b[1] / a[1], b[2] / a[2]), equal);
+    return cv::PSNR(equal, truth(inside));
+}
+
+cv::Matx33d homography(const cv::Mat& from, const cv::Mat& to, double reach) {
+    Pairs pairs = pairsOf(from, to);
+    for (std::size_t i = 0; i < pairs.from.size(); ++i) { // middles of px: + .5
+        pairs.from[i] += cv::Point2f(0.5F, 0.5F);
+        pairs.to[i] += cv::Point2f(0.5F, 0.5F);
+    }
+    return cv::findHomography(pairs.from, pairs.to, cv::RANSAC, reach);
+}
+
+void judge(const Case& one) {
+    const World& world = one.world;
+    const std::vector<HandCamera> hands = handSlide(one.hand);
+    SlideOptions options;
+    options.aspect = 0.75;
+    options.longestSide = 560;
+    CameraSlide slide(slideVideo(one.file), options);
+    const SlideReport& report = slide.report();
+    std::vector<cv::Mat> views(kViews);
+    slide.makeViews(kViews, [&](int view, const cv::Mat& picture) {
+        views[static_cast<std::size_t>(view)] = picture.clone();
+    });
+    for (const std::string& line : report.lines())
+        std::cout << "  " << line << "\n";
+    for (const Note& note : slide.notes())
+        std::cout << "  note: " << note.text << "\n";
+    std::printf("  seconds: read %.1f, corners %.1f, path %.1f, views %.1f\n", report.seconds[0],
+                report.seconds[1], report.seconds[2], report.seconds[3]);
+
+    // true places as a line of the positions found
+    double n = 0, sum = 0, sumSquares = 0;
+    cv::Vec3d places(0, 0, 0);
+    cv::Vec3d products(0, 0, 0);
+    for (const auto& [number, position] : report.positions) {
+        const cv::Vec3d& place = hands[static_cast<std::size_t>(number)].place;
+        n += 1;
+        sum += position;
+        sumSquares += position * position;
+        places += place;
+        products += place * position;
+    }
+    const cv::Vec3d perPosition =
+        (products * n - places * sum) * (1 / (n * sumSquares - sum * sum));
+    const cv::Vec3d first = (places - perPosition * sum) * (1 / n);
+    double worst = 0, squares = 0;
+    for (const auto& [number, position] : report.positions) {
+        const double off =
+            (hands[static_cast<std::size_t>(number)].place[0] - first[0]) / perPosition[0] -
+            position;
+        worst = std::max(worst, std::abs(off));
+        squares += off * off;
+    }
+    std::printf("  positions: %.2f %% of a step rms, %.2f %% at most; path %.4f m\n",
+                100 * (kViews - 1) * std::sqrt(squares / n), 100 * (kViews - 1) * worst,
+                perPosition[0]);
+    double rows = 0;
+    const cv::Mat& middle = views[kViews / 2];
+    for (const cv::Mat& view : views)
+        rows = std::max(rows, rowsOff(middle, view));
+    std::printf("  rows of the views: %.3f px rms in the worst view\n", rows);
+
+    // The axes of the middle view, by a homography to the true view that is near it.
+    const auto placeOf = [&](int view) { return first + perPosition * (view / (kViews - 1.0)); };
+    const cv::Size size = views[0].size();
+    const double focal = world.focalWidths() * one.size.width;
+    const cv::Matx33d still(1 / focal, 0, -one.size.width / 2.0 / focal, 0, -1 / focal,
+                            one.size.height / 2.0 / focal, 0, 0, 1);
+    cv::Matx33d axes =
+        still * homography(middle, world.shown(one.size, placeOf(kViews / 2), still), 1);
+    axes = axes * homography(middle, world.shown(size, placeOf(kViews / 2), axes), 0.3);
+    // The shift of the focus, by the outermost view.
+    double perMetre = 0;
+    for (int round = 0; round < 2; ++round) {
+        const auto at = [&](double shift) {
+            return axes + cv::Matx33d(0, 0, shift, 0, 0, 0, 0, 0, 0);
+        };
+        const double way = placeOf(0)[0] - placeOf(kViews / 2)[0];
+        if (round == 0) { // a first guess by the points in the middle of the picture's depth
+            double best = -1;
+            for (double trial = -1.0; trial <= 0.0; trial += 0.02) {
+                const cv::Size small(size.width / 8, size.height / 8);
+                cv::Mat little;
+                cv::resize(views[0], little, small, 0, 0, cv::INTER_AREA);
+                const cv::Matx33d eighth(8, 0, 0, 0, 8, 0, 0, 0, 1);
+                cv::Mat truth =
+                    world.shown(small, placeOf(0), at(trial * way * axes(2, 2)) * eighth);
+                const double like = cv::PSNR(little, truth);
+                if (like > best) {
+                    best = like;
+                    perMetre = trial * axes(2, 2);
+                }
+            }
+        }
+        const Pairs pairs = pairsOf(views[0], world.shown(size, placeOf(0), at(perMetre * way)));
+        std::vector<float> off;
+        for (std::size_t i = 0; i < pairs.from.size(); ++i)
+            off.push_back(pairs.to[i].x - pairs.from[i].x);
+        std::nth_element(off.begin(), off.begin() + static_cast<long>(off.size() / 2), off.end());
+        perMetre += static_cast<double>(off[off.size() / 2]) * axes(0, 0) / way;
+    }
+    std::vector<cv::Mat> frames;
+    slideVideo(one.file)([&](const cv::Mat& frame) {
+        frames.push_back(frame.clone());
+        return true;
+    });
+    double made = 0, raw = 0, least = 1e9;
+    int count = 0;
+    for (int view = 1; view < kViews; view += 22) {
+        const double way = placeOf(view)[0] - placeOf(kViews / 2)[0];
+        const cv::Matx33d at = axes + cv::Matx33d(0, 0, perMetre * way, 0, 0, 0, 0, 0, 0);
+        const cv::Mat truth = world.shown(size, placeOf(view), at);
+        std::size_t nearest = 0;
+        for (std::size_t i = 0; i < hands.size(); ++i)
+            if (std::abs(hands[i].place[0] - placeOf(view)[0]) <
+                std::abs(hands[nearest].place[0] - placeOf(view)[0]))
+                nearest = i;
+        // both are laid on the true view, by one projective map each
+        const auto laidOn = [&](const cv::Mat& picture) {
+            const cv::Matx33d half(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1);
+            const cv::Matx33d map = half.inv() * homography(truth, picture, 2) * half;
+            cv::Mat laid;
+            cv::warpPerspective(picture, laid, map, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
+                                cv::BORDER_REPLICATE);
+            return laid;
+        };
+        const double like = likeness(laidOn(views[static_cast<std::size_t>(view)]), truth);
+        const cv::Mat aligned = laidOn(frames[nearest]);
+        const double likeRaw = likeness(aligned, truth);
+        made += like;
+        raw += likeRaw;
+        least = std::min(least, like - likeRaw);
+        ++count;
+    }
+    std::printf(
+        "  PSNR: made %.2f dB, aligned raw frames %.2f dB, gain %.2f dB, at least %.2f dB\n",
+        made / count, raw / count, (made - raw) / count, least);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 6) {
+        std::cerr
+            << "usage: altiro3D_slide_accuracy make|judge VIDEO boards|terrace PICTURES METRES\n";
+        return 2;
+    }
+    const Boards boards;
+    const RayWorld terrace(sampleScene());
+    const bool isBoards = std::string(argv[3]) == "boards";
+    const Case one{argv[2], isBoards ? static_cast<const World&>(boards) : terrace,
+                   shakyHand(std::atoi(argv[4]), std::atof(argv[5])), cv::Size(480, 640)};
+    if (std::string(argv[1]) == "make")
+        make(one);
+    else
+        judge(one);
+}

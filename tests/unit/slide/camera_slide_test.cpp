@@ -1,0 +1,300 @@
+#include "altiro3D/camera_slide.hpp"
+
+#include "support/files.hpp"
+#include "support/hand_slide.hpp"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+namespace altiro3D::test {
+
+namespace {
+
+const cv::Size kSize(320, 240);
+
+// Pictures of a slide by a shaky hand, rendered once.
+struct Clip {
+    Clip() {
+        cameras = handSlide(shakyHand(24, 0.6));
+        for (const HandCamera& camera : cameras)
+            pictures.push_back(boards.photograph(kSize, camera));
+    }
+    Boards boards;
+    std::vector<HandCamera> cameras;
+    std::vector<cv::Mat> pictures;
+};
+const Clip& clip() {
+    static const Clip made;
+    return made;
+}
+
+SlidePictureSource sourceOf(std::vector<cv::Mat> pictures) {
+    return [pictures](const std::function<bool(const cv::Mat&)>& take) {
+        for (const cv::Mat& picture : pictures)
+            if (!take(picture)) return;
+    };
+}
+
+std::vector<cv::Mat> viewsOf(CameraSlide& slide, int count) {
+    std::vector<cv::Mat> views(static_cast<std::size_t>(count));
+    slide.makeViews(count, [&](int view, const cv::Mat& picture) {
+        EXPECT_TRUE(views[static_cast<std::size_t>(view)].empty());
+        views[static_cast<std::size_t>(view)] = picture.clone();
+    });
+    return views;
+}
+
+std::string refusal(const std::vector<cv::Mat>& pictures) {
+    return errorOf([&] { const CameraSlide slide(sourceOf(pictures)); });
+}
+
+// How corners move from one view to another, px.
+std::vector<cv::Point2d> movesOf(const cv::Mat& from, const cv::Mat& to) {
+    cv::Mat a;
+    cv::Mat b;
+    cv::cvtColor(from, a, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(to, b, cv::COLOR_BGR2GRAY);
+    std::vector<cv::Point2f> points;
+    cv::goodFeaturesToTrack(a, points, 400, 0.01, 6);
+    std::vector<cv::Point2f> there;
+    std::vector<cv::Point2f> back;
+    std::vector<uchar> isFound;
+    std::vector<uchar> isBack;
+    std::vector<float> errors;
+    cv::calcOpticalFlowPyrLK(a, b, points, there, isFound, errors, {15, 15});
+    cv::calcOpticalFlowPyrLK(b, a, there, back, isBack, errors, {15, 15});
+    std::vector<cv::Point2d> moves;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const cv::Point2f off = back[i] - points[i];
+        if (isFound[i] != 0 && isBack[i] != 0 && std::hypot(off.x, off.y) < 0.2F)
+            moves.emplace_back(there[i] - points[i]);
+    }
+    EXPECT_GT(moves.size(), 100U);
+    return moves;
+}
+
+double percentileOf(std::vector<double> values, double share) {
+    std::sort(values.begin(), values.end());
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+// @param get what of a move
+template <class Get>
+double percentileOf(const std::vector<cv::Point2d>& moves, double share, Get get) {
+    std::vector<double> values;
+    for (const cv::Point2d& move : moves)
+        values.push_back(get(move));
+    return percentileOf(values, share);
+}
+double across(const cv::Point2d& move) {
+    return move.x;
+}
+
+// Largest error of the positions found, as share of the path.
+double positionError(const SlideReport& report, const std::vector<HandCamera>& cameras) {
+    const auto placeOf = [&](const std::pair<int, double>& picture) {
+        return cameras[static_cast<std::size_t>(picture.first)].place[0];
+    };
+    const auto& all = report.positions;
+    const double scale =
+        (all.back().second - all.front().second) / (placeOf(all.back()) - placeOf(all.front()));
+    double worst = 0;
+    for (const auto& picture : all)
+        worst = std::max(worst, std::abs(picture.second - all.front().second -
+                                         scale * (placeOf(picture) - placeOf(all.front()))));
+    return worst;
+}
+
+} // namespace
+
+TEST(CameraSlide, FindsThePathOfAShakyHand) {
+    const CameraSlide slide(sourceOf(clip().pictures));
+    const SlideReport& report = slide.report();
+    EXPECT_EQ(report.pictures, 24);
+    EXPECT_EQ(report.used, 24);
+    EXPECT_FALSE(report.fromRight);
+    EXPECT_FALSE(report.turned);
+    EXPECT_LT(report.verticalPixels, 0.3);
+    EXPECT_LT(positionError(report, clip().cameras), 0.005);
+    EXPECT_NEAR(report.turnDegrees, 1.4, 0.5); // about two axes
+    EXPECT_NEAR(report.awayPercent, 2, 1);
+    EXPECT_EQ(report.lines().size(), 5U);
+    EXPECT_TRUE(slide.notes().empty()) << textOf(slide.notes());
+}
+
+TEST(CameraSlide, PointsMoveInTheirRowsByEqualSteps) {
+    CameraSlide slide(sourceOf(clip().pictures));
+    const std::vector<cv::Mat> views = viewsOf(slide, 9);
+    EXPECT_EQ(views[0].size(), slide.viewSize());
+    // of the nearest and the farthest points, per step
+    std::vector<double> near;
+    std::vector<double> far;
+    for (int i = 0; i < 9; ++i) {
+        if (i == 4) continue;
+        const std::vector<cv::Point2d> moves =
+            movesOf(views[4], views[static_cast<std::size_t>(i)]);
+        EXPECT_LT(percentileOf(moves, 0.5, [](const auto& m) { return std::abs(m.y); }), 0.3) << i;
+        EXPECT_LT(percentileOf(moves, 0.9, [](const auto& m) { return std::abs(m.y); }), 0.6) << i;
+        near.push_back(percentileOf(moves, i > 4 ? 0.05 : 0.95, across) / (i - 4));
+        far.push_back(percentileOf(moves, i > 4 ? 0.95 : 0.05, across) / (i - 4));
+    }
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        EXPECT_LT(near[i], -0.5) << i; // the camera moves to the right
+        EXPECT_GT(far[i], 0.2) << i;
+        EXPECT_NEAR(far[i], percentileOf(far, 0.5), 0.1 * percentileOf(far, 0.5)) << i;
+    }
+}
+
+TEST(CameraSlide, FromRightToLeftGivesTheSameOrder) {
+    std::vector<cv::Mat> pictures = clip().pictures;
+    CameraSlide there(sourceOf(pictures));
+    std::reverse(pictures.begin(), pictures.end());
+    CameraSlide back(sourceOf(pictures));
+    EXPECT_TRUE(back.report().fromRight);
+    const std::vector<cv::Mat> a = viewsOf(there, 3);
+    const std::vector<cv::Mat> b = viewsOf(back, 3);
+    const auto parallax = [](const std::vector<cv::Mat>& views) {
+        const std::vector<cv::Point2d> moves = movesOf(views[0], views[2]);
+        return percentileOf(moves, 0.9, across) - percentileOf(moves, 0.1, across);
+    };
+    EXPECT_NEAR(parallax(a), parallax(b), 1.5);
+}
+
+// Pictures shifted so that the middle depth stays: near things move to the left, far ones to the
+// right, as if near and far were exchanged and the camera went the other way. What hides what
+// tells.
+TEST(CameraSlide, PicturesThatFollowAThingHaveTheRightOrder) {
+    HandSlide steady;
+    steady.pictures = 20;
+    steady.length = 0.8;
+    std::vector<cv::Mat> pictures;
+    for (const HandCamera& camera : handSlide(steady)) {
+        const cv::Mat picture = clip().boards.photograph({640, 480}, camera);
+        const cv::Matx23d shift(1, 0, camera.place[0] * 640 / 3.5, 0, 1, 0);
+        cv::Mat shifted;
+        cv::warpAffine(picture, shifted, shift, picture.size(), cv::INTER_CUBIC);
+        pictures.push_back(shifted(cv::Rect(80, 60, 480, 360)).clone());
+    }
+    EXPECT_FALSE(CameraSlide(sourceOf(pictures)).report().fromRight);
+    std::reverse(pictures.begin(), pictures.end());
+    EXPECT_TRUE(CameraSlide(sourceOf(pictures)).report().fromRight);
+}
+
+TEST(CameraSlide, AnUprightSlideIsTurnedAndSaysSo) {
+    std::vector<cv::Mat> pictures;
+    for (const cv::Mat& picture : clip().pictures) {
+        pictures.emplace_back();
+        cv::rotate(picture, pictures.back(), cv::ROTATE_90_COUNTERCLOCKWISE);
+    }
+    const CameraSlide slide(sourceOf(pictures));
+    EXPECT_TRUE(slide.report().turned);
+    EXPECT_FALSE(slide.report().fromRight);
+    EXPECT_LT(positionError(slide.report(), clip().cameras), 0.005);
+    EXPECT_TRUE(contains(textOf(slide.notes()), "moves upright"));
+}
+
+TEST(CameraSlide, OfBackAndForthTheLongestStretchIsUsed) {
+    std::vector<cv::Mat> pictures = clip().pictures;
+    for (int i = 22; i >= 8; --i)
+        pictures.push_back(clip().pictures[static_cast<std::size_t>(i)]);
+    const CameraSlide slide(sourceOf(pictures));
+    EXPECT_FALSE(slide.report().fromRight);
+    EXPECT_EQ(slide.report().positions.front().first, 0);
+    EXPECT_NEAR(slide.report().positions.back().first, 23, 1);
+    EXPECT_NEAR(slide.report().stretchPercent, 60, 10);
+}
+
+TEST(CameraSlide, ALongPathIsCutToTheParallaxAllowed) {
+    SlideOptions options;
+    options.mostParallax = 0.1;
+    const CameraSlide slide(sourceOf(clip().pictures), options);
+    EXPECT_TRUE(contains(textOf(slide.notes()), "too long for the display: its middle"));
+    EXPECT_LT(slide.report().parallaxPercent, 20);
+    EXPECT_LT(slide.report().used, 24);
+}
+
+// The boards are at 2 to 6 m.
+TEST(CameraSlide, DepthOfTheMiddleViewIsInverseDistance) {
+    CameraSlide slide(sourceOf(clip().pictures));
+    cv::Mat photo;
+    cv::Mat depth;
+    slide.makeDepth(photo, depth);
+    EXPECT_EQ(photo.size(), slide.viewSize());
+    ASSERT_EQ(depth.size(), slide.viewSize());
+    std::vector<double> values;
+    for (int y = 0; y < depth.rows; ++y)
+        for (int x = 0; x < depth.cols; ++x)
+            values.push_back(static_cast<double>(depth.at<float>(y, x)));
+    const double wall = percentileOf(values, 0.1);
+    const double front = percentileOf(values, 0.995);
+    EXPECT_NEAR(front / wall, 6 / 2.2, 0.3);
+    // half of the picture shows the wall
+    EXPECT_NEAR(percentileOf(values, 0.3), wall, 0.02 * wall);
+}
+
+TEST(CameraSlide, RefusesOnePicture) {
+    EXPECT_EQ(refusal({clip().pictures[0]}),
+              "slide: holds 1 picture, expected a video or several photos of a camera that moves "
+              "sideways");
+    EXPECT_TRUE(contains(refusal({}), "holds 0 pictures"));
+}
+
+TEST(CameraSlide, RefusesACameraThatStands) {
+    EXPECT_TRUE(contains(refusal(std::vector<cv::Mat>(10, clip().pictures[0])),
+                         "the camera stands: what it sees moves by 0.00 % of the width"));
+}
+
+TEST(CameraSlide, RefusesPlainPictures) {
+    EXPECT_TRUE(
+        contains(refusal(std::vector<cv::Mat>(10, cv::Mat(kSize, CV_8UC3, cv::Scalar::all(90)))),
+                 "only 0 corners can be followed"));
+}
+
+TEST(CameraSlide, RefusesACameraThatTurnsOrZooms) {
+    std::vector<cv::Mat> turns;
+    std::vector<cv::Mat> zooms;
+    std::vector<cv::Mat> flat;
+    for (int i = 0; i < 12; ++i) {
+        HandCamera camera;
+        camera.panDegrees = i - 5.5;
+        turns.push_back(clip().boards.photograph(kSize, camera));
+        camera.panDegrees = 0;
+        camera.zoom = 1 + 0.03 * i;
+        zooms.push_back(clip().boards.photograph(kSize, camera));
+    }
+    EXPECT_TRUE(contains(refusal(turns), "turns instead of moving: the parallax is 0."));
+    EXPECT_TRUE(
+        contains(refusal(zooms), "the camera zooms or moves forwards: what it sees grows by 3"));
+}
+
+TEST(CameraSlide, RefusesASceneThatMoves) {
+    // leaves in the wind: blocks that move on their own
+    std::vector<cv::Mat> pictures;
+    for (std::size_t i = 0; i < clip().pictures.size(); ++i) {
+        cv::Mat picture = clip().pictures[i].clone();
+        for (int block = 0; block < 12; ++block) {
+            const cv::Rect part(100 + 50 * (block % 4), 20 + 70 * (block / 4), 50, 70);
+            const double phase = 0.5 * static_cast<double>(i) + 1.7 * block;
+            const cv::Matx23d sway(1, 0, 6 * std::sin(1.3 * phase), 0, 1, 6 * std::sin(phase));
+            cv::Mat moved;
+            cv::warpAffine(clip().pictures[i], moved, sway, kSize, cv::INTER_LINEAR,
+                           cv::BORDER_REFLECT);
+            moved(part).copyTo(picture(part));
+        }
+        pictures.push_back(picture);
+    }
+    EXPECT_TRUE(contains(refusal(pictures), "the scene moves"));
+}
+
+TEST(CameraSlide, ChecksItsOptions) {
+    SlideOptions options;
+    options.focus = 2;
+    EXPECT_TRUE(startsWith(errorOf([&] { validate(options); }), "focus: is 2, expected 0..1"));
+    options = {};
+    options.viewDegrees = 170;
+    EXPECT_TRUE(startsWith(errorOf([&] { validate(options); }), "viewDegrees: is 170"));
+}
+
+} // namespace altiro3D::test

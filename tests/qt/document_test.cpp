@@ -3,6 +3,8 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "cli/folders.hpp"
 #include "support/compare.hpp"
+#include "support/files.hpp"
+#include "support/hand_slide.hpp"
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/stereo_scene.hpp"
@@ -248,6 +250,26 @@ TEST(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
     const Document views = readDocument({folder.path(), {}, Reading::Automatic}, display);
     EXPECT_EQ(views.kind, Kind::Quilt);
     EXPECT_EQ(views.picture.at<cv::Vec3b>(views.layout.tile(47).tl())[0], 235);
+}
+
+TEST(ViewerDocument, PhotosOfAMovingCameraBecomeRealViews) {
+    const TemporaryDirectory folder;
+    const Boards boards;
+    int number = 0;
+    for (const HandCamera& camera : handSlide(shakyHand(16, 0.4)))
+        writeImage(folder / ("IMG_" + std::to_string(number++) + ".png"),
+                   boards.photograph({320, 240}, camera));
+    const Display display = sampleDisplay({48, 64});
+    const Document views = readDocument({folder.path(), {}, Reading::Slide}, display);
+    EXPECT_EQ(views.kind, Kind::Quilt);
+    EXPECT_FALSE(views.video);
+    EXPECT_EQ(views.layout, display.quilt);
+    EXPECT_TRUE(contains(textOf(views.notes), "pictures: 16 of 16 used"));
+    EXPECT_TRUE(
+        contains(errorOf([&] {
+                     (void)readDocument({folder / "IMG_3.png", {}, Reading::Slide}, display);
+                 }),
+                 "IMG_3.png: holds 1 picture, expected a video or several photos"));
 }
 
 // The files of a folder by name, "photo+depth" for pairs.

@@ -86,6 +86,23 @@ Document documentOfViews(const Source& source, const Display& display) {
     return document;
 }
 
+Document documentOfSlide(const Source& source, const Display& display) {
+    Document document;
+    document.source = source;
+    document.kind = Kind::Quilt;
+    document.layout = display.quilt;
+    std::vector<fs::path> files;
+    CameraSlide slide(tools::slideOf({source.file}, files, &document.notes),
+                      tools::slideOptionsFor(document.layout, display.aspect(), FitMode::Cover),
+                      source.file.string());
+    document.picture =
+        tools::quiltOfSlide(slide, document.layout, display.aspect(), FitMode::Cover);
+    document.notes = slide.notes();
+    for (const std::string& line : slide.report().lines())
+        document.notes.push_back({NoteCode::Chosen, line});
+    return document;
+}
+
 // The left picture is shown; pairs that do not match have no depth.
 void addPair(Document& document, const StereoPair& pair) {
     document.picture = pair.left;
@@ -319,6 +336,7 @@ std::optional<DepthSide> depthSideOf(const Source& video) {
 }
 
 Document readDocument(const Source& source, const Display& display) {
+    if (source.reading == Reading::Slide) return documentOfSlide(source, display);
     if (tools::isDirectory(source.file)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);

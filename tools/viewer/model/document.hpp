@@ -25,7 +25,8 @@ enum class Reading {
     EyesRightLeft,
     EyesTopBottom,
     Quilt,
-    Native
+    Native,
+    Slide ///< A video or a folder of photos from a camera that moves sideways: real views.
 };
 
 /// A file to open.

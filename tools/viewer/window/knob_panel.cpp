@@ -230,7 +230,8 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                         {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
                         {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
                         {tr("Quilt"), int(Reading::Quilt)},
-                        {tr("Native"), int(Reading::Native)}});
+                        {tr("Native"), int(Reading::Native)},
+                        {tr("Real views from a moving camera"), int(Reading::Slide)}});
     fit_ = choices("fit", tr("Shape"),
                    {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
                     {tr("Fill, keep the subject"), kAutoFit},
@@ -451,7 +452,6 @@ void KnobPanel::show(const Document* document, const QString& depthSource) {
     scene_ = document != nullptr && document->kind == Kind::Scene;
     depthImage_->setEnabled(scene_ && !document->video); // its own, not that of the whole group
     choose(*reading_, int(document != nullptr ? document->source.reading : Reading::Automatic));
-    reading_->setEnabled(document != nullptr);
     depthSource_->setText(depthSource.isEmpty() ? tr("–") : tr("Used: %1").arg(depthSource));
     enable();
 }

@@ -2,8 +2,10 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/eyes_options.hpp"
+#include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
 #include "cli/picture_options.hpp"
+#include "cli/print_options.hpp"
 #include "cli/views_folder.hpp"
 #include "photo/sway_options.hpp"
 
@@ -35,6 +37,7 @@ struct SlideJob {
     DisplayOptions display;
     QuiltRequest layout;
     QuiltSampling sampling;
+    std::optional<PrintOptions> print;
 };
 
 SlideJob slideJob(const CommandLine& commandLine) {
@@ -43,7 +46,8 @@ SlideJob slideJob(const CommandLine& commandLine) {
     SlideJob job;
     job.inputs.assign(names.begin(), names.end() - 1);
     job.native = names.back();
-    requirePictureName(job.native);
+    job.print = printOptions(commandLine);
+    requireNativeName(job.native, job.print.has_value());
     job.quilt = commandLine.value("save-quilt").value_or("");
     job.views = commandLine.value("save-views").value_or("");
     job.photo = commandLine.value("save-photo").value_or("");
@@ -78,7 +82,8 @@ int makeNative(const SlideJob& job, Messages& messages) {
     outputs.addInputs(files);
     outputs.addNative(job.native);
     StageTimes times;
-    const ChosenDisplay display = findDisplay(job.display, messages);
+    ChosenDisplay display = findDisplay(job.display, messages);
+    const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     outputs.addInputs(display.files);
     const QuiltLayout layout = chooseQuilt(job.layout, display, messages);
     const int count = layout.viewCount;
@@ -141,7 +146,7 @@ int makeNative(const SlideJob& job, Messages& messages) {
                            ViewFilter::Nearest, job.sway);
     times.end("other outputs");
     const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
-    makeNativeFile(renderer, quilt, job.native, messages, times);
+    makeNativeFile(renderer, quilt, job.native, print, messages, times);
     if (!quiltOutput.empty()) messages.say(quiltOutput.string() + ": quilt");
     messages.detail(times.text());
     return kExitDone;
@@ -185,6 +190,7 @@ int main(int argc, char** argv) {
     commandLine.add({"y"}, "Replace outputs that exist.");
     commandLine.addSection("Video of --lg");
     addSwayOptions(commandLine);
+    addPrintOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine, "linear");
     commandLine.addNote(

@@ -43,6 +43,7 @@ std::string lensText(const LensGeometry& g, int views) {
 void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& layout,
                const Messages& messages) {
     const double lensColumns = g.lensPeriodSubpixels / 3;
+    const bool isLying = g.isLying(); // what is counted along a row then says nothing
     if (c.sheet) tellSheet(c, messages);
     messages.say("panel         " + std::to_string(g.panelWidth) + " x " +
                  std::to_string(g.panelHeight) + " px, " + number(c.DPI, 6) + " dpi, " +
@@ -54,15 +55,23 @@ void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.say("lenses (P)    " + number(g.periodsPerWidth) + " across the panel's width");
     messages.say("tilt (T)      " + number(g.tilt) + " panel widths over the panel's height");
     messages.say("sub-pixel     " + number(g.subpixelStep) + " panel widths");
-    messages.say("lens (Px)     " + number(g.lensPeriodSubpixels) + " sub-pixels, " +
-                 number(lensColumns, 6) + " px");
+    if (isLying) {
+        messages.say("lens          " +
+                     number(g.panelHeight / (std::abs(g.tilt) * g.periodsPerWidth), 6) +
+                     " px down; the lenses lie");
+    } else {
+        messages.say("lens (Px)     " + number(g.lensPeriodSubpixels) + " sub-pixels, " +
+                     number(lensColumns, 6) + " px");
+    }
     messages.say("offset (i_off) " + number(g.offsetSubpixels) + " sub-pixels");
     messages.say("view order    " +
                  std::string(g.inverted ? "reversed under each lens" : "as it is"));
-    messages.say("views per px  " + number(layout.viewCount / lensColumns, 6) + " with " +
-                 std::to_string(layout.viewCount) + " views");
-    messages.say("one lens     " + lensText(g, layout.viewCount) +
-                 "  (views of red, green, blue; px by px in the panel's middle)");
+    if (!isLying) {
+        messages.say("views per px  " + number(layout.viewCount / lensColumns, 6) + " with " +
+                     std::to_string(layout.viewCount) + " views");
+        messages.say("one lens     " + lensText(g, layout.viewCount) +
+                     "  (views of red, green, blue; px by px in the panel's middle)");
+    }
     messages.say("default quilt " + defaultQuilt(c).text());
     messages.say("fingerprint   " + fingerprintText(fingerprint(c)));
 }
@@ -135,7 +144,10 @@ int makeLensFile(const CommandLine& commandLine, Messages& messages) {
                        " is about a calibration that exists, expected --lens without it");
     const std::filesystem::path file =
         commandLine.files().empty() ? "" : commandLine.files().front();
-    if (!pitchSheet.empty()) requireNativeName(pitchSheet, true);
+    if (pitchSheet.empty())
+        commandLine.refuse({"around", "step"}, " is of a pitch sheet, expected --pitch-sheet");
+    else
+        requireNativeName(pitchSheet, true);
     PitchSheetOptions pitches;
     pitches.around = commandLine.number("around", 1, 5000).value_or(0);
     pitches.step = commandLine.number("step", 1e-6, 100).value_or(0);
@@ -146,6 +158,13 @@ int makeLensFile(const CommandLine& commandLine, Messages& messages) {
     tellSheet(calibration, messages);
     if (!pitchSheet.empty()) {
         writePitchSheet(pitchSheet, calibration, pitches);
+        const double lenses = pitchSheetReach(calibration, pitches);
+        if (lenses < 1) {
+            messages.warn("the outermost bands differ from the middle one by only " +
+                          fixed(lenses, 2) +
+                          " of a lens over the width: make the sheet wider or "
+                          "the step larger to see where the tone changes");
+        }
         messages.say(pitchSheet.string() + ": pitch sheet of " + std::to_string(kPitchBands) +
                      " bands; under the lenses the right one has one tone from end to end");
     }

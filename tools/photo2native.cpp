@@ -110,6 +110,9 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     setup.end("plan");
     PhotoRun photoRun = openPhotoRun(job, display, layout, setup, messages);
     photoRun.print = print;
+    if (print && lensGeometry(display.calibration).isLying())
+        messages.warn("lenses that lie show both eyes the same view: the print has no depth, and "
+                      "changes as it is tilted");
     if (print && !job.isStrengthGiven)
         photoRun.mostStrength = sharpStrength(display.calibration, messages);
     if (part != nullptr) part->requireSame(photoRun);

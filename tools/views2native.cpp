@@ -56,6 +56,8 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     job.fit = fitOption(commandLine);
     job.print = printOptions(commandLine);
     requireNativeName(job.native, job.print.has_value());
+    if (commandLine.has("flip") && names.size() == 2 && !isDirectory(names.front()))
+        throw UsageError("--flip shows several pictures, expected two or more, or a directory");
     if (names.size() == 2) {
         job.directory = names.front();
     } else if (isDirectory(names.front())) {

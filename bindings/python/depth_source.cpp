@@ -94,12 +94,7 @@ void bindDepthSource(py::module_& m) {
             "raw_depth", [](const PhotoDepth& found) { return Out{arrayOf(found.rawDepth)}; },
             "Raw numbers [any size]; None: depth must be estimated. Not copied.")
         .def_readonly("kind", &PhotoDepth::kind, "Meaning of the numbers.")
-        .def_readonly("text", &PhotoDepth::text, "Where the depth comes from, for people.")
-        .def("__repr__", [](const PhotoDepth& found) {
-            return "<PhotoDepth: " + std::to_string(found.photo.rows) + " rows x " +
-                   std::to_string(found.photo.cols) + " columns, depth " +
-                   (found.rawDepth.empty() ? "to be estimated" : found.text) + ">";
-        });
+        .def_readonly("text", &PhotoDepth::text, "Where the depth comes from, for people.");
     py::class_<DepthSource, PythonSource, std::shared_ptr<DepthSource>>(
         m, "DepthSource",
         "A source of depth for photos and video frames. To use your own, derive a class with the\n"

@@ -32,9 +32,6 @@ void bindLut(py::module_& m) {
             "The table of red (0), green (1) or blue (2): uint16 [panel rows x panel columns x "
             "2],\n"
             "x and y in px of the quilt, y from the top. Do not change it.");
-    m.def("require_same_display", &requireSameDisplay, py::arg("lut"), py::arg("lut_name"),
-          py::arg("calibration"), py::arg("calibration_name"),
-          "Raises Error Mismatch unless the table was built from this calibration.");
 }
 
 void bindOptions(py::module_& m) {

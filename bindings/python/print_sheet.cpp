@@ -59,24 +59,34 @@ void bindPrintSheet(py::module_& m) {
         "crop marks and a line of text. Immutable; threads may share it.")
         .def(py::init<const Display&, PrintOptions>(), py::arg("display"), py::kw_only(),
              py::arg_v("options", PrintOptions(), "PrintOptions()"))
-        .def_property_readonly("display", &PrintSheet::display, "With bleed, for NativeMaker.")
+        .def_property_readonly("display", &PrintSheet::display, "The print with its bleed.")
         .def("size", &PrintSheet::size, "Width and height of the sheet, px.")
         .def("picture", &PrintSheet::picture, "(x, y, width, height) that remain when it is cut.")
         .def(
             "write",
-            [](const PrintSheet& self, const std::filesystem::path& file, const NativeMaker& maker,
-               const Placement& placed) {
+            [](const PrintSheet& self, const std::filesystem::path& file, const Scene& scene,
+               const NativeOptions& options) {
                 unlocked([&] {
+                    const NativeMaker maker(self.display(), options);
+                    const bool isDirect = maker.path() == NativePath::Direct;
+                    const Placement placed =
+                        placeScene(scene, self.display().aspect(),
+                                   isDirect ? maker.workSize() : maker.quiltSize(), options);
                     cv::Mat quilt;
-                    if (maker.path() == NativePath::OverQuilt) maker.makeQuilt(placed.scene, quilt);
+                    if (!isDirect) maker.makeQuilt(placed.scene, quilt);
                     self.write(file, [&](const RowSink& sink) {
-                        maker.makeNative(placed.scene, quilt, sink);
+                        maker.makeNative(placed.scene, quilt, [&](const cv::Mat& rows) {
+                            sink(rows);
+                            const py::gil_scoped_acquire locked;
+                            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+                        });
                     });
                 });
             },
-            py::arg("file"), py::arg("maker"), py::arg("placed"),
-            "Writes a .png, .tif or .pdf in bands of rows.\n\n"
-            "maker: NativeMaker(sheet.display); placed: from place_scene() for its work_size().");
+            py::arg("file"), py::arg("scene"), py::kw_only(),
+            py::arg_v("options", NativeOptions(), "NativeOptions()"),
+            "Fits a scene of any size and writes its print, a .png, .tif or .pdf, in bands of "
+            "rows.");
     m.def(
         "write_pitch_sheet",
         [](const std::filesystem::path& file, const Calibration& print, double around,

@@ -31,11 +31,9 @@ class Prints(Case):
             sheet = altiro3d.PrintSheet(
                 self.display, options=altiro3d.PrintOptions(has_marks=marks, bleed=bleed))
             self.assertEqual(sheet.size(), size)
-            maker = altiro3d.NativeMaker(sheet.display, options=options)
-            placed = altiro3d.place_scene(random_scene(60, 40), sheet.display.aspect(),
-                                          maker.work_size(), options.placement())
-            sheet.write(self.folder / "print.png", maker, placed)
-            native = maker.make_native(placed)
+            scene = random_scene(60, 40)
+            sheet.write(self.folder / "print.png", scene, options=options)
+            native = altiro3d.NativeMaker(sheet.display, options=options).make_native(scene)
             whole = altiro3d.read_photo(self.folder / "print.png")
             x, y, width, height = sheet.picture()
             self.assertEqual((width, height), (354, 236))

@@ -1,3 +1,4 @@
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/print_sheet.hpp"
 #include "sandbox.hpp"
@@ -6,6 +7,7 @@
 #include "support/random_pictures.hpp"
 #include "support/texts.hpp"
 
+#include <csignal>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
@@ -112,10 +114,36 @@ TEST_F(Print, AFlipShowsOnePictureAfterTheOther) {
 
 TEST_F(Print, APitchSheetIsMade) {
     EXPECT_TRUE(isDone(studio_.run("altiro3Dnative", {"--lens", kLens, "--pitch-sheet", "a.png",
-                                                      "--around", "37.6", "--step", "0.01"})));
+                                                      "--around", "37.6", "--step", "0.1"})));
     EXPECT_EQ(readBack(studio_ / "a.png").size(), cv::Size(354, 236));
     EXPECT_TRUE(
         fails(studio_.run("altiro3Dnative", "--around 3 small.json"), 2, "expected --lens"));
+    EXPECT_TRUE(fails(studio_.run("altiro3Dnative", {"--lens", kLens, "--around", "3", "b.json"}),
+                      2, "expected --pitch-sheet"));
+    // ten steps of .075 LPI over 30 mm
+    EXPECT_TRUE(holds(studio_
+                          .run("altiro3Dnative",
+                               {"--lens", "lpi=60,dpi=720,size=30x20mm", "--pitch-sheet", "c.png"})
+                          .err,
+                      "by only 0.89 of a lens over the width"));
+}
+
+TEST_F(Print, LyingLensesAreTold) {
+    lens("lying.json", "lpi=37.5,dpi=300,size=30x20mm,horizontal=yes");
+    EXPECT_TRUE(holds(run("--print -c lying.json -d p.png d.png a.png").err, "has no depth"));
+    const Outcome info = studio_.run("altiro3Dnative", "--info lying.json");
+    EXPECT_TRUE(holds(info.out, "lens          8 px down; the lenses lie"));
+    EXPECT_FALSE(holds(info.out, "one lens"));
+}
+
+TEST_F(Print, ASignalEndsAPrintAndKeepsTheOldFile) {
+    lens("huge.json", "lpi=37.5,dpi=1440,size=600x600mm"); // seconds of work
+    writeFile(studio_ / "a.png", "old");
+    const Outcome stopped = studio_.run(
+        "photo2native", "--print -y --save-depth depth.png -c huge.json -d p.png d.png a.png",
+        SIGINT, [&] { return fs::exists(studio_ / "depth.png"); }); // the print follows it
+    EXPECT_EQ(stopped.status, 130) << stopped.text();
+    EXPECT_EQ(slurp(studio_ / "a.png"), "old");
 }
 
 TEST_F(Print, WhatIsNoPrintIsNamed) {
@@ -124,6 +152,17 @@ TEST_F(Print, WhatIsNoPrintIsNamed) {
                       "print with -c; altiro3Dnative --lens makes it"));
     EXPECT_TRUE(holds(run("--print -c lens.json -d p.png d.png a.jpg").err,
                       "a.jpg: is not the name of a print, expected .png, .tif or .pdf"));
+    EXPECT_TRUE(holds(run("--print --plan plan -c lens.json -d p.png d.png out").err, "--plan"));
+    EXPECT_TRUE(says(run("--strength 7 -c lens.json -d p.png d.png native.png"),
+                     "the calibration is that of a print: with --print"));
+    EXPECT_TRUE(holds(run({"--print", "--print-text", "für Ü", "-c", "lens.json", "-d", "p.png",
+                           "d.png", "a.png"})
+                          .err,
+                      "text: is too long or has other characters than those of ASCII"));
+    EXPECT_TRUE(fails(studio_.run("views2native", "--flip hard -c lens.json p.png f.png"), 2,
+                      "--flip shows several pictures"));
+    EXPECT_TRUE(fails(studio_.run("altiro3Dnative", "--lens lpi=60,lpi=61 a.json"), 2,
+                      "lpi is given twice"));
     EXPECT_TRUE(holds(run("--bleed 3 -c lens.json -d p.png d.png a.png").err,
                       "--bleed is for prints, expected --print with it"));
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));

@@ -55,9 +55,13 @@ LensNumbers lensOption(const CommandLine& commandLine) {
     bool hasLpi = false;
     bool hasDpi = false;
     bool hasSize = false;
+    std::vector<std::string> keys;
     for (std::string part; std::getline(parts, part, ',');) {
         const std::size_t equals = std::min(part.find('='), part.size());
         const std::string key = part.substr(0, equals);
+        if (std::find(keys.begin(), keys.end(), key) != keys.end())
+            throw UsageError("--lens: " + key + " is given twice, expected once");
+        keys.push_back(key);
         const std::string value = part.substr(std::min(equals + 1, part.size()));
         const auto word = [&](const std::vector<std::string>& words) {
             const auto found = std::find(words.begin(), words.end(), value);

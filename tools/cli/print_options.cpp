@@ -36,7 +36,12 @@ std::optional<PrintOptions> printOptions(const CommandLine& commandLine) {
 
 std::optional<PrintSheet> printSheet(const std::optional<PrintOptions>& options,
                                      ChosenDisplay& display, Messages& messages) {
-    if (!options) return std::nullopt;
+    if (!options) {
+        if (display.calibration.sheet && display.calibration.sheet->isPrint)
+            messages.say("the calibration is that of a print: with --print the picture gets its "
+                         "size in mm, bleed and marks");
+        return std::nullopt;
+    }
     if (!display.calibration.sheet || !display.calibration.sheet->isPrint) {
         throw UsageError("--print: " + display.source +
                          " is the calibration of a display, expected that of a print with -c; "

@@ -165,6 +165,7 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     requireSwayFile(commandLine);
     job.display = displayOptions(commandLine);
     job.print = printOptions(commandLine);
+    commandLine.exclude("print", "plan");
     job.isStrengthGiven =
         commandLine.has("camera") || commandLine.value("strength").value_or("auto") != "auto";
     job.quilt = quiltRequest(commandLine);

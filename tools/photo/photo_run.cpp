@@ -364,8 +364,12 @@ MadePhoto describe(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& 
 void writeNative(const PhotoItem& item, const PhotoRun& run, const NativeMaker& maker,
                  const Scene& fitted, StageTimes& times) {
     if (run.print) {
-        run.print->write(item.native,
-                         [&](const RowSink& rows) { maker.makeNative(fitted, run.quilt, rows); });
+        run.print->write(item.native, [&](const RowSink& rows) {
+            maker.makeNative(fitted, run.quilt, [&](const cv::Mat& band) {
+                endIfStopWanted();
+                rows(band);
+            });
+        });
     } else {
         writePicture(item.native, run.native, ImageMark::Native);
     }

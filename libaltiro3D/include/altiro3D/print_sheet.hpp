@@ -15,7 +15,8 @@ namespace altiro3D {
 struct PrintOptions {
     double bleed = 5;      ///< More of the picture at each side, which is cut off: 0..50 mm.
     bool hasMarks = true;  ///< Alignment strips, crop marks and a line of text.
-    std::string text = {}; ///< Added to that line: the printer, for example.
+    std::string text = {}; ///< Added to that line: the printer, for example. At most 80 characters
+                           ///< of ASCII.
 };
 
 /// A print: a Native with bleed, alignment strips along the lenses (two lenses black, two white),
@@ -69,6 +70,15 @@ struct PitchSheetOptions {
 
 /// Number of bands of a pitch sheet.
 constexpr int kPitchBands = 21;
+
+/// By how many lenses the outermost bands of a pitch sheet differ from the middle one over the
+/// sheet. Below 1, hardly anything shows which band is right.
+/// @param print calibration of a print
+/// @param options the pitches
+/// @return lens periods
+/// @throws Error as writePitchSheet()
+[[nodiscard]] ALTIRO3D_EXPORT double pitchSheetReach(const Calibration& print,
+                                                     const PitchSheetOptions& options = {});
 
 /// Writes a sheet of bands of lines, each of another pitch and labelled: under the lenses, the one
 /// of the right pitch has one tone from end to end.

@@ -193,8 +193,8 @@ std::optional<LensSheet> readSheet(const FieldReader& reader, double dpi,
 }
 
 void validateSheet(const LensSheet& sheet, const std::string& source) {
-    require(std::isfinite(sheet.dpiDown) && sheet.dpiDown > 0, source, "dpiDown", sheet.dpiDown,
-            kExpectedDpi);
+    require(sheet.dpiDown >= 10 && sheet.dpiDown <= 10000, source, "dpiDown", sheet.dpiDown,
+            "px per inch, 10..10000");
     require(sheet.views == 0 || (sheet.views >= 2 && sheet.views <= kMaxSheetViews), source,
             "views", sheet.views, kExpectedViews);
     for (const SheetNumber& of : kSheetNumbers) {

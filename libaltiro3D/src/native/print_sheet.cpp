@@ -33,6 +33,7 @@ constexpr double kCropLength = 6;
 constexpr double kCropWidth = 0.2;
 constexpr double kTextLine = 6; // below the other marks
 constexpr double kTextHeight = 2.5;
+constexpr std::size_t kMostText = 80; // characters of one's own
 
 // Lens periods at a px of a print, not modulo 1: (1.4) without stripes.
 class LensPlaces {
@@ -133,6 +134,12 @@ void drawLines(const cv::Rect& rectangle, cv::Mat& rows, int first, const IsBlac
     });
 }
 
+// LPI from band to band.
+double stepOf(const LensFacts& facts, const PitchSheetOptions& options) {
+    if (options.step != 0) return options.step;
+    return facts.lpi * (options.around != 0 ? 0.000125 : 0.00125);
+}
+
 std::string today() {
     const std::time_t now = std::time(nullptr);
     std::tm local{};
@@ -155,6 +162,12 @@ PrintSheet::PrintSheet(const Display& print, PrintOptions options)
     Calibration& c = display_.calibration;
     requirePrint(c);
     checkRange("bleed", options_.bleed, 0, 50, " mm");
+    check(options_.text.size() <= kMostText &&
+              std::all_of(options_.text.begin(), options_.text.end(),
+                          [](char one) { return one >= ' ' && one <= '~'; }),
+          "text",
+          "is too long or has other characters than those of ASCII, expected at most " +
+              std::to_string(kMostText));
     const Millimetres px(dpiOf(c));
     bleed_ = {px.across(options_.bleed), px.down(options_.bleed)};
     // the lenses stay where they are
@@ -172,8 +185,9 @@ PrintSheet::PrintSheet(const Display& print, PrintOptions options)
     sheet_ = inSheet_.size() + margin + margin + cv::Size(0, textRows);
     if (!options_.hasMarks) return;
     const LensFacts facts = lensFacts(print.calibration);
-    const std::string text = numbersText(c) + ", " + numberText(std::round(facts.width), 4) +
-                             " x " + numberText(std::round(facts.height), 4) + " mm, " + today() +
+    const std::string text = numbersText(c) + ", " +
+                             numberText(std::round(10 * facts.width) / 10, 5) + " x " +
+                             numberText(std::round(10 * facts.height) / 10, 5) + " mm, " + today() +
                              (options_.text.empty() ? "" : ", " + options_.text);
     line_ = textPicture(text, kTextHeight, dpiOf(c), CV_8UC3);
     const double room = sheet_.width - picture().x; // of small prints
@@ -261,15 +275,21 @@ void PrintSheet::write(const fs::path& file,
     out.finish();
 }
 
+double pitchSheetReach(const Calibration& print, const PitchSheetOptions& options) {
+    validate(print);
+    requirePrint(print);
+    const LensFacts facts = lensFacts(print);
+    const double across = lensGeometry(print).isLying() ? facts.height : facts.width;
+    return kMiddleBand * stepOf(facts, options) * across / kMmPerInch;
+}
+
 void writePitchSheet(const fs::path& file, const Calibration& print,
                      const PitchSheetOptions& options) {
     validate(print);
     requirePrint(print);
     const LensFacts facts = lensFacts(print);
-    const bool isSecond = options.around != 0;
-    const double middle = isSecond ? options.around : facts.lpi;
-    const double step =
-        options.step != 0 ? options.step : facts.lpi * (isSecond ? 0.000125 : 0.00125);
+    const double middle = options.around != 0 ? options.around : facts.lpi;
+    const double step = stepOf(facts, options);
     const double highest = facts.lpi * facts.usefulViews / 2;
     const double reach = kMiddleBand * step;
     checkNumber(step > 0, "step", step, "LPI, above 0");

@@ -192,11 +192,10 @@ class ByteWindow {
 #if ALTIRO3D_AVX512_BYTES
         return hn::Vec<Bytes>{_mm512_permutexvar_epi8(places.raw, tables_[0].raw)};
 #else
-        auto found = hn::TableLookupBytesOr0(tables_[0], kTables > 1 ? inTable(places) : places);
+        auto found = lookUp(tables_[0], kTables > 1 ? inTable(places) : places);
         for (int k = 1; k < kTables; ++k) {
             places = hn::Sub(places, hn::Set(Bytes(), 16));
-            found = hn::Or(found, hn::TableLookupBytesOr0(
-                                      tables_[k], k + 1 < kTables ? inTable(places) : places));
+            found = hn::Or(found, lookUp(tables_[k], k + 1 < kTables ? inTable(places) : places));
         }
         return found;
 #endif
@@ -211,6 +210,14 @@ class ByteWindow {
     }
 
   private:
+    static HWY_INLINE hn::Vec<Bytes> lookUp(hn::Vec<Bytes> table, hn::Vec<Bytes> places) {
+#if HWY_TARGET == HWY_WASM // a loop in Highway 1.0.3
+        return hn::Vec<Bytes>{wasm_i8x16_swizzle(table.raw, places.raw)};
+#else
+        return hn::TableLookupBytesOr0(table, places);
+#endif
+    }
+
     // Indices of a table of 16 bytes that give 0 for places of later tables. Highway promises 0
     // from 128 on.
     static HWY_INLINE hn::Vec<Bytes> inTable(hn::Vec<Bytes> places) {

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <opencv2/core/types.hpp>
 #include <string>
@@ -11,9 +15,32 @@ namespace altiro3D {
 /// A number as people write it ("0.75"), independent of the locale.
 inline std::string numberText(double value, int significantDigits = 6) {
     char text[64];
+#ifdef __cpp_lib_to_chars
     const auto end = std::to_chars(text, text + sizeof text, value, std::chars_format::general,
                                    significantDigits);
     return {text, end.ptr};
+#else // the library of Emscripten, which has one locale
+    std::snprintf(text, sizeof text, "%.*g", significantDigits, value);
+    return text;
+#endif
+}
+
+/// Reads the number at the begin of a text ("0.75", "1."), independent of the locale.
+/// @param text begins with a digit; has no exponent
+/// @return the number of characters that were read; 0 if the number is out of range
+inline std::size_t readNumber(std::string_view text, double& number) {
+#ifdef __cpp_lib_to_chars
+    const auto [end, error] =
+        std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
+    return error == std::errc() ? static_cast<std::size_t>(end - text.data()) : 0;
+#else
+    const std::size_t point = std::min(text.find_first_not_of("0123456789"), text.size());
+    std::size_t end = point;
+    if (point < text.size() && text[point] == '.')
+        end = std::min(text.find_first_not_of("0123456789", point + 1), text.size());
+    number = std::strtod(std::string(text.substr(0, end)).c_str(), nullptr);
+    return std::isfinite(number) ? end : 0;
+#endif
 }
 
 /// "1536 x 2048": width x height, or any other pair.

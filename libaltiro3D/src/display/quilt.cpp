@@ -40,10 +40,9 @@ struct Reading {
     std::optional<double> number() {
         double number = 0;
         if (left.empty() || !isDigit(left.front())) return std::nullopt;
-        const auto [end, error] = std::from_chars(left.data(), left.data() + left.size(), number,
-                                                  std::chars_format::fixed);
-        if (error != std::errc()) return std::nullopt;
-        left.remove_prefix(static_cast<std::size_t>(end - left.data()));
+        const std::size_t read = readNumber(left, number);
+        if (read == 0) return std::nullopt;
+        left.remove_prefix(read);
         return number;
     }
 };

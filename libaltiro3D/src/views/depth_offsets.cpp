@@ -21,13 +21,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 // About ten operations per vector of doubles limit the speed.
 void offsetsFromFocusOn(const float* HWY_RESTRICT depth, std::size_t count, double focus,
                         float* HWY_RESTRICT offsets) {
+    std::size_t i = 0;
+#if HWY_HAVE_FLOAT64 // WebAssembly's set of Highway has no doubles
     const hn::ScalableTag<double> wide;
     const hn::Rebind<float, decltype(wide)> d;
     const auto zero = hn::Zero(d);
     const auto one = hn::Set(d, 1.0F);
     const auto middle = hn::Set(d, static_cast<float>(focus));
     const auto exactMiddle = hn::Set(wide, focus);
-    std::size_t i = 0;
     for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) {
         const auto value = hn::LoadU(d, depth + i);
         const auto positive = hn::IfThenElseZero(hn::Gt(value, zero), value); // not NaN
@@ -35,6 +36,7 @@ void offsetsFromFocusOn(const float* HWY_RESTRICT depth, std::size_t count, doub
         const auto away = hn::DemoteTo(d, hn::Sub(hn::PromoteTo(wide, inRange), exactMiddle));
         hn::StoreU(hn::IfThenZeroElse(hn::Eq(inRange, middle), away), d, offsets + i);
     }
+#endif
     for (; i < count; ++i)
         offsets[i] = offsetFromFocus(depth[i], focus);
 }

@@ -4,10 +4,10 @@
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "depth/network/network_graph.hpp"
+#include "depth/network/network_input.hpp"
 
 #include <algorithm>
 #include <opencv2/core.hpp>
-#include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string_view>
 
@@ -121,27 +121,19 @@ struct DepthNetwork::Impl {
     fs::path file;
     NetworkProfile profile;
     InferenceTarget target = InferenceTarget::Cpu;
-    cv::Size size;                                  // size of the input for the last photo
     InferenceEngine engine = InferenceEngine::Best; // after load(): the engine in use
     std::unique_ptr<NetworkGraph> graph;
-    cv::Mat narrowed; // [photo's rows x input's cols, CV_32FC3, BGR, 8-bit values times scale]
-    cv::Mat resized;  // [input's size, CV_32FC3, BGR, as narrowed]
-    cv::Mat blob;     // [1 x 3 x size, CV_32F, planes in channelOrder]
-
+    NetworkInput input;
     cv::Size nominal; // size of the input as chosen in the constructor
 
-    bool followsPhoto() const { return profile.inputShape == InputShape::Photo; }
     bool isOtherSize() const {
         return nominal != cv::Size(profile.inputWidth, profile.inputHeight);
     }
-    bool mayVary() const { return isOtherSize() || followsPhoto(); }
+    bool mayVary() const { return isOtherSize() || profile.inputShape == InputShape::Photo; }
     int longerSide() const { return std::max(nominal.width, nominal.height); }
-    cv::Size sizeFor(cv::Size photo, int side) const;
     void load();
     InferenceEngine chooseEngine(const OnnxFacts& facts) const;
     void infer(const cv::Mat& photo, int side, cv::Mat& raw);
-    void resample(const cv::Mat& photo);
-    void fillBlob(const cv::Mat& photo);
 };
 
 void DepthNetwork::Impl::load() {
@@ -195,9 +187,9 @@ InferenceEngine DepthNetwork::Impl::chooseEngine(const OnnxFacts& facts) const {
     return open || !mayVary() ? InferenceEngine::OnnxRuntime : InferenceEngine::OpenCv;
 }
 
-// The input's size for a photo; with InputShape::Photo its longer side is `side`.
-cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo, int side) const {
-    if (!followsPhoto()) return nominal;
+cv::Size networkInputSize(const NetworkProfile& profile, cv::Size nominal, cv::Size photo,
+                          int side) {
+    if (profile.inputShape != InputShape::Photo) return nominal;
     const bool wide = photo.width >= photo.height;
     const double shape = wide ? static_cast<double>(photo.height) / photo.width
                               : static_cast<double>(photo.width) / photo.height;
@@ -206,62 +198,63 @@ cv::Size DepthNetwork::Impl::sizeFor(cv::Size photo, int side) const {
     return wide ? cv::Size(side, shorter) : cv::Size(shorter, side);
 }
 
-// Scales the values, then resamples them as float without keeping the aspect. Result: `resized`.
+// Scales the values, then resamples them as float without keeping the aspect. Result: `resized_`.
 //
 // The kernels are separable, and OpenCV's weight is exactly 1 along an axis that keeps its size.
 // Resampling the rows first and then the columns therefore gives the same numbers as cv::resize,
 // and the whole photo is never held as float (12 bytes per px).
-void DepthNetwork::Impl::resample(const cv::Mat& photo) {
+void NetworkInput::resample(const NetworkProfile& profile, const cv::Mat& photo, cv::Size size) {
     const int kernel = interpolation(profile.resizeKernel);
     if (photo.cols <= size.width || photo.rows <= size.height) {
         // If either axis grows, OpenCV uses another area kernel, which is not separable.
         cv::Mat scaled;
         photo.convertTo(scaled, CV_32F, profile.scale);
-        cv::resize(scaled, resized, size, 0, 0, kernel);
+        cv::resize(scaled, resized_, size, 0, 0, kernel);
         return;
     }
     constexpr int kBandRows = 32;
-    narrowed.create(photo.rows, size.width, CV_32FC3);
+    narrowed_.create(photo.rows, size.width, CV_32FC3);
     const int bands = (photo.rows + kBandRows - 1) / kBandRows;
     cv::parallel_for_(cv::Range(0, bands), [&](const cv::Range& range) {
         cv::Mat scaled;
         for (int band = range.start; band < range.end; ++band) {
             const cv::Range rows(band * kBandRows, std::min((band + 1) * kBandRows, photo.rows));
             photo.rowRange(rows).convertTo(scaled, CV_32F, profile.scale);
-            cv::Mat part = narrowed.rowRange(rows);
+            cv::Mat part = narrowed_.rowRange(rows);
             cv::resize(scaled, part, part.size(), 0, 0, kernel);
         }
     });
-    cv::resize(narrowed, resized, size, 0, 0, kernel);
+    cv::resize(narrowed_, resized_, size, 0, 0, kernel);
 }
 
 // Scales, resamples, then applies mean and std, in the same order as the networks' own tools. Cubic
 // resampling of floats may exceed 0..1, as it does there.
-void DepthNetwork::Impl::fillBlob(const cv::Mat& photo) {
-    resample(photo);
+const cv::Mat& NetworkInput::make(const NetworkProfile& profile, const cv::Mat& photo,
+                                  cv::Size size) {
+    resample(profile, photo, size);
     const int shape[] = {1, 3, size.height, size.width};
-    blob.create(4, shape, CV_32F);
+    blob_.create(4, shape, CV_32F);
     std::array<cv::Mat, 3> planes;
     const bool swap = profile.channelOrder == ChannelOrder::Rgb;
     for (int i = 0; i < 3; ++i) {
         cv::Mat& plane = planes[static_cast<std::size_t>(swap ? 2 - i : i)];
-        plane = cv::Mat(size, CV_32FC1, blob.ptr<float>(0, i));
+        plane = cv::Mat(size, CV_32FC1, blob_.ptr<float>(0, i));
     }
-    cv::split(resized, planes.data());
+    cv::split(resized_, planes.data());
     for (int i = 0; i < 3; ++i) {
         const double mean = profile.mean[static_cast<std::size_t>(i)];
         const double std = profile.std[static_cast<std::size_t>(i)];
         if (mean == 0 && std == 1) continue;
-        cv::Mat plane(size, CV_32FC1, blob.ptr<float>(0, i));
+        cv::Mat plane(size, CV_32FC1, blob_.ptr<float>(0, i));
         plane.convertTo(plane, CV_32F, 1 / std, -mean / std);
     }
+    return blob_;
 }
 
 void DepthNetwork::Impl::infer(const cv::Mat& photo, int side, cv::Mat& raw) {
     const std::string name = file.string();
-    size = sizeFor(photo.size(), side);
-    fillBlob(photo);
-    const cv::Mat output = graph->run(blob);
+    const cv::Size size = networkInputSize(profile, nominal, photo.size(), side);
+    const cv::Mat output = graph->run(input.make(profile, photo, size));
     const bool image = output.dims == 3 || (output.dims == 4 && output.size[1] == 1);
     if (!image || output.size[0] != 1 || output.type() != CV_32FC1 || output.empty()) {
         throw Error(ErrorCode::NetworkFailed, name,
@@ -347,13 +340,6 @@ void DepthNetwork::estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide
     normalizeDepth(raw, depth, options);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
-}
-
-InferenceTarget bestInferenceTarget() {
-    const std::pair cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
-    const auto offered = cv::dnn::getAvailableBackends();
-    const bool isOffered = std::find(offered.begin(), offered.end(), cuda) != offered.end();
-    return isOffered ? InferenceTarget::Cuda : InferenceTarget::Cpu;
 }
 
 } // namespace altiro3D

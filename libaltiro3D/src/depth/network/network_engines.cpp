@@ -7,6 +7,7 @@
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
 
+#include <algorithm>
 #include <new>
 #include <opencv2/core.hpp>
 #include <opencv2/dnn.hpp>
@@ -15,7 +16,6 @@
 #include <vector>
 
 #ifdef ALTIRO3D_HAVE_ONNXRUNTIME
-#include <algorithm>
 #include <limits>
 #include <onnxruntime_cxx_api.h>
 #endif
@@ -232,5 +232,12 @@ std::unique_ptr<NetworkGraph> loadWithOnnxRuntime(const std::string& file,
 }
 
 #endif
+
+InferenceTarget bestInferenceTarget() {
+    const std::pair cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
+    const auto offered = cv::dnn::getAvailableBackends();
+    const bool isOffered = std::find(offered.begin(), offered.end(), cuda) != offered.end();
+    return isOffered ? InferenceTarget::Cuda : InferenceTarget::Cpu;
+}
 
 } // namespace altiro3D

@@ -53,10 +53,9 @@ cv::Mat withEdgesOf(const cv::Mat& guide, const cv::Mat& depth) {
 }
 
 // The longer side of the larger copy; 0 if there is none.
-int detailSide(const DepthNetwork& network) {
-    const NetworkProfile& profile = network.profile();
+int detailSide(const NetworkProfile& profile, cv::Size inputSize) {
     const int own = std::max(profile.inputWidth, profile.inputHeight);
-    const int chosen = std::max(network.inputSize().width, network.inputSize().height);
+    const int chosen = std::max(inputSize.width, inputSize.height);
     if (profile.inputShape != InputShape::Photo || chosen < own) return 0;
     if (chosen > own) return chosen;
     const double multiples = own * kDetailSize / profile.multipleOf;
@@ -64,15 +63,10 @@ int detailSide(const DepthNetwork& network) {
            profile.multipleOf;
 }
 
-cv::Mat runTwice(DepthNetwork& network, const cv::Mat& photo, int detail, cv::Size size) {
-    cv::Mat layout;
-    network.estimate(photo, layout,
-                     std::max(network.profile().inputWidth, network.profile().inputHeight));
-    cv::Mat mirrored;
-    cv::flip(photo, mirrored, 1);
+// The depth of both runs of a photo.
+cv::Mat joined(const cv::Mat& layout, const cv::Mat& mirrored, cv::Size size) {
     cv::Mat edges;
-    network.estimate(mirrored, edges, detail);
-    cv::flip(edges, edges, 1);
+    cv::flip(mirrored, edges, 1);
     edges = resized(edges, size);
     cv::Mat mean;
     cv::addWeighted(resized(layout, size), kLayoutShare, edges, 1 - kLayoutShare, 0, mean);
@@ -248,23 +242,37 @@ double lengthOf(const cv::Vec4f& line) {
 
 } // namespace
 
-cv::Mat estimatePhoto(DepthNetwork& network, const cv::Mat& photo) {
-    const cv::Mat read = downscale(photo, kReadSide);
-    const cv::Size size = downscaledSize(photo.size(), kPhotoSide);
-    const int detail = detailSide(network);
-    cv::Mat depth;
+std::vector<NetworkRun> runsOfPhoto(const NetworkProfile& profile, cv::Size inputSize,
+                                    const cv::Mat& photo) {
+    const int own = std::max(profile.inputWidth, profile.inputHeight);
+    const int detail = detailSide(profile, inputSize);
+    std::vector<NetworkRun> runs{{downscale(photo, kReadSide), detail > 0 ? own : 0}};
     if (detail > 0) {
-        depth = runTwice(network, read, detail, size);
-    } else {
-        network.estimate(read, depth);
-        depth = resized(depth, size);
+        cv::Mat mirrored;
+        cv::flip(runs.front().photo, mirrored, 1);
+        runs.push_back({mirrored, detail});
     }
+    return runs;
+}
+
+cv::Mat depthOfRuns(cv::Size photo, const cv::Mat& read, const std::vector<cv::Mat>& depths) {
+    const cv::Size size = downscaledSize(photo, kPhotoSide);
+    cv::Mat depth =
+        depths.size() > 1 ? joined(depths[0], depths[1], size) : resized(depths[0], size);
     const cv::Mat seen = resized(read, size);
     const std::vector<cv::Vec4f> lines = findLines(seen);
     straightenLines(lines, depth);
     decideContours(seen, depth);
     straightenLines(lines, depth);
     return depth;
+}
+
+cv::Mat estimatePhoto(DepthNetwork& network, const cv::Mat& photo) {
+    const std::vector<NetworkRun> runs = runsOfPhoto(network.profile(), network.inputSize(), photo);
+    std::vector<cv::Mat> depths(runs.size());
+    for (std::size_t i = 0; i < runs.size(); ++i)
+        network.estimate(runs[i].photo, depths[i], runs[i].longerSide);
+    return depthOfRuns(photo.size(), runs.front().photo, depths);
 }
 
 cv::Mat estimateFrame(DepthNetwork& network, const cv::Mat& frame) {

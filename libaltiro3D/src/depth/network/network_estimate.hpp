@@ -8,6 +8,26 @@
 
 namespace altiro3D {
 
+/// A run of a network.
+struct NetworkRun {
+    cv::Mat photo;      ///< [rows x cols, CV_8UC3, BGR]
+    int longerSide = 0; ///< As for DepthNetwork::estimate().
+};
+
+/// The runs of a network for a photo.
+/// @param inputSize as DepthNetwork::inputSize()
+/// @return one run of the photo, of at most 1024 px; and one of its larger mirrored copy for
+///         networks that follow the photo's shape
+[[nodiscard]] std::vector<NetworkRun> runsOfPhoto(const NetworkProfile& profile, cv::Size inputSize,
+                                                  const cv::Mat& photo);
+
+/// The depth of a photo by the results of runsOfPhoto(); as of estimatePhoto().
+/// @param photo its size, px
+/// @param read NetworkRun::photo of the first run
+/// @param depths of each run, as of DepthNetwork::estimate()
+[[nodiscard]] cv::Mat depthOfRuns(cv::Size photo, const cv::Mat& read,
+                                  const std::vector<cv::Mat>& depths);
+
 /// Depth of a photo. Networks that follow the photo's shape run twice, on the photo and on a larger
 /// mirrored copy, whose edges the result takes. Then straight lines become straight, and steps for
 /// which there is evidence become hard (below, and depth_steps.hpp).

@@ -36,6 +36,13 @@ HWY_INLINE V gatherBytes4([[maybe_unused]] D d, const void* base, V offsets) {
     const __m256i all = _mm256_cmpgt_epi32(offsets.raw, _mm256_set1_epi32(INT32_MIN));
     return V{_mm256_mask_i32gather_epi32(_mm256_setzero_si256(), static_cast<const int*>(base),
                                          offsets.raw, all, 1)};
+#elif HWY_TARGET == HWY_WASM // Highway 1.0.3 goes through memory
+    const auto* const from = static_cast<const char*>(base);
+    auto found = wasm_v128_load32_zero(from + wasm_i32x4_extract_lane(offsets.raw, 0));
+    found = wasm_v128_load32_lane(from + wasm_i32x4_extract_lane(offsets.raw, 1), found, 1);
+    found = wasm_v128_load32_lane(from + wasm_i32x4_extract_lane(offsets.raw, 2), found, 2);
+    found = wasm_v128_load32_lane(from + wasm_i32x4_extract_lane(offsets.raw, 3), found, 3);
+    return V{found};
 #else
     return hn::GatherOffset(d, static_cast<const std::int32_t*>(base), offsets);
 #endif
@@ -46,6 +53,19 @@ template <class D, class I = hn::Vec<hn::RebindToSigned<D>>>
 HWY_INLINE hn::Vec<D> gatherFloats(D d, const float* table, I indices) {
     const hn::RebindToSigned<D> whole;
     return hn::BitCast(d, gatherBytes4(whole, table, hn::ShiftLeft<2>(indices)));
+}
+
+// The lanes of `values` with the numbers `indices`.
+template <class D, class V = hn::Vec<D>, class I = hn::Vec<hn::RebindToSigned<D>>>
+HWY_INLINE V lanesAt(D d, V values, I indices) {
+#if HWY_TARGET == HWY_WASM // a loop in Highway 1.0.3
+    const hn::RebindToSigned<D> whole;
+    const I bytes = hn::Add(hn::Mul(indices, hn::Set(whole, 0x04040404)),
+                            hn::Set(whole, 0x03020100)); // of each lane
+    return hn::BitCast(d, I{wasm_i8x16_swizzle(hn::BitCast(whole, values).raw, bytes.raw)});
+#else
+    return hn::TableLookupLanes(values, hn::IndicesFromVec(d, indices));
+#endif
 }
 
 // Squared difference of the upper 16 bits plus squared difference of the lower 16 bits, of each

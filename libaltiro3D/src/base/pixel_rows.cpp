@@ -33,8 +33,7 @@ HWY_INLINE void pickColumnsAs(D d, const std::int32_t* HWY_RESTRICT columns, std
             continue;
         }
         const auto index = hn::Sub(hn::LoadU(whole, columns + i), hn::Set(whole, from));
-        const auto picked =
-            hn::TableLookupLanes(hn::LoadU(d, values + from), hn::IndicesFromVec(d, index));
+        const auto picked = lanesAt(d, hn::LoadU(d, values + from), index);
         if constexpr (sizeof(U) == sizeof(T)) {
             hn::StoreU(picked, result, out + i);
         } else {

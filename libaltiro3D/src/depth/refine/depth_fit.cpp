@@ -54,9 +54,7 @@ class Taps {
     template <bool kNear, typename T, class D = hn::ScalableTag<T>>
     HWY_INLINE hn::Vec<D> read(const T* row) const {
         const D d;
-        if (kNear) {
-            return hn::TableLookupLanes(hn::LoadU(d, row + first_), hn::IndicesFromVec(d, inside_));
-        }
+        if (kNear) return lanesAt(d, hn::LoadU(d, row + first_), inside_);
         return hn::BitCast(d, gatherBytes4(Wholes(), row, hn::ShiftLeft<2>(taps_)));
     }
 

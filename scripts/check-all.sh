@@ -30,6 +30,9 @@ static() { # compiler
         cmake --build "$folder" &&
         ctest --test-dir "$folder" -j "$(nproc)" --output-on-failure -L 'cli|install|qt'
 }
+web() {
+    scripts/install-dependencies.sh web && scripts/check-web.sh
+}
 cluster() { # slurm or ssh; a skipped test is a failure here
     scripts/install-dependencies.sh cluster &&
         tests/cli/cluster_faults_test.sh "$PWD/build/dev/tools" "$PWD" "$1"
@@ -48,6 +51,7 @@ part "valgrind" scripts/check-valgrind.sh
 part "Clang, shared library" built clang
 part "same bytes from GCC and Clang, on any processor" scripts/compare-builds.sh build/dev build/clang
 part "arm64, in an emulator" scripts/check-arm64.sh
+part "WebAssembly, in Chromium" web
 part "tools that are killed 200 times each" tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
 part "fuzzing, $fuzz s a target" scripts/fuzz.sh $((fuzz * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
 part "lines of the readers that inputs of fuzzing reach" scripts/fuzz-coverage.sh

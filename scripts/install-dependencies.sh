@@ -5,6 +5,7 @@
 #   scripts/install-dependencies.sh test     and to run all tests and checks
 #   scripts/install-dependencies.sh cluster  to run altiro3Dcluster on Slurm and by ssh, all on this machine
 #   scripts/install-dependencies.sh arm64    to build for arm64 and to run it in an emulator (scripts/check-arm64.sh)
+#   scripts/install-dependencies.sh web      to build and check the library for browsers (scripts/build-web.sh)
 #   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
 #
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
@@ -22,6 +23,7 @@ tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valg
        xauth)
 cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
+web=(emscripten cmake ninja-build dpkg-dev nlohmann-json3-dev brotli chromium)
 packages=(lintian debootstrap dpkg-dev file git)
 optional=(libonnxruntime-dev) # where the distribution has them
 
@@ -30,9 +32,13 @@ build) wanted=("${build[@]}") ;;
 test) wanted=("${build[@]}" "${tests[@]}") ;;
 cluster) wanted=("${build[@]}" "${tests[@]}" "${cluster[@]}") ;;
 arm64) wanted=("${arm64[@]}") ;;
+web)
+    wanted=("${web[@]}")
+    command -v npm >/dev/null || wanted+=(nodejs npm)
+    ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
 *)
-    echo "usage: $0 [build|test|cluster|arm64|package]" >&2
+    echo "usage: $0 [build|test|cluster|arm64|web|package]" >&2
     exit 2
     ;;
 esac

@@ -1,0 +1,339 @@
+// Checks the package and the page in Chromium: node check.mjs BUILD PHOTO2NATIVE EXAMPLES [WORD...]
+// Runs the checks whose names contain one of the words; default: all.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join, resolve } from "node:path";
+import { crc32, deflateSync } from "node:zlib";
+import { serve } from "../serve.mjs";
+
+const [build, photo2native, examples, ...words] = process.argv.slice(2);
+const { chromium } = createRequire(resolve(build, "npm/package.json"))("playwright-core");
+const calibration = resolve(build, "page/portrait-sample.json");
+const sample = resolve(examples, "sample.jpg");
+const made = resolve(build, "check");
+mkdirSync(made, { recursive: true });
+const server = await serve(resolve(build), 0);
+const site = `http://localhost:${server.address().port}`;
+const browser = await chromium.launch({ executablePath: "/usr/bin/chromium" });
+
+// A grey PNG of 16 bits.
+function greyPng(width, height, values) {
+  const rows = Buffer.alloc(height * (2 * width + 1));
+  for (let y = 0; y < height; ++y)
+    for (let x = 0; x < width; ++x) rows.writeUInt16BE(values(x, y), y * (2 * width + 1) + 1 + 2 * x);
+  const chunk = (type, contents) => {
+    const body = Buffer.concat([Buffer.from(type), contents]);
+    const whole = Buffer.alloc(body.length + 8);
+    whole.writeUInt32BE(contents.length);
+    body.copy(whole, 4);
+    whole.writeUInt32BE(crc32(body), body.length + 4);
+    return whole;
+  };
+  const head = Buffer.alloc(13);
+  head.writeUInt32BE(width);
+  head.writeUInt32BE(height, 4);
+  head[8] = 16;
+  const signature = Buffer.from("\x89PNG\r\n\x1a\n", "latin1");
+  return Buffer.concat([signature, chunk("IHDR", head), chunk("IDAT", deflateSync(rows)), chunk("IEND", Buffer.alloc(0))]);
+}
+
+// An empty page with what the checks of the package share.
+async function packagePage() {
+  const page = await browser.newPage();
+  await page.route("**/blank", (route) =>
+    route.fulfill({
+      contentType: "text/html",
+      headers: { "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Embedder-Policy": "require-corp" },
+      body: "<!doctype html><title>blank</title>",
+    }),
+  );
+  await page.goto(`${site}/blank`);
+  await page.evaluate(() => {
+    globalThis.pixels = async (url) => {
+      const bitmap = await createImageBitmap(await (await fetch(url)).blob());
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", { alpha: false });
+      context.drawImage(bitmap, 0, 0);
+      return context.getImageData(0, 0, bitmap.width, bitmap.height);
+    };
+    globalThis.prepare = async (threads) => {
+      const { load } = await import("/package/index.js");
+      const altiro3d = await load(threads);
+      const text = await (await fetch("/page/portrait-sample.json")).text();
+      const display = new altiro3d.Display(text, "visual.json");
+      const photo = await pixels("/check/photo.png");
+      const width = photo.width >> 1;
+      const height = photo.height >> 1;
+      const data = new Uint16Array(width * height);
+      for (let i = 0; i < data.length; ++i) data[i] = depthAt(i % width, Math.floor(i / width));
+      const scene = new altiro3d.Scene(photo, { data, width, height });
+      return { altiro3d, display, photo, scene };
+    };
+    // Blocks at different depths over a slope.
+    globalThis.depthAt = (x, y) => 20 * y + ((x >> 6) + (y >> 6)) % 3 * 9000;
+  });
+  return page;
+}
+const depthAt = (x, y) => 20 * y + (((x >> 6) + (y >> 6)) % 3) * 9000; // as in the page
+
+async function openedPage(context) {
+  const page = await context.newPage();
+  await page.goto(`${site}/page/`);
+  await page.waitForSelector("body[data-ready]");
+  return page;
+}
+
+async function choose(page, kind, file) {
+  const chooser = page.waitForEvent("filechooser");
+  await page.click(`aside [data-open=${kind}]`);
+  await (await chooser).setFiles(file);
+  await page.waitForFunction(() => document.body.ariaBusy === "false", undefined, { timeout: 120e3 });
+}
+
+const text = (page, id) => page.textContent(`#${id}`);
+
+const checks = {
+  async "same pixels as photo2native"() {
+    const page = await packagePage();
+    // what the browser decodes of the sample photo is what both read
+    const decoded = await page.evaluate(async (bytes) => {
+      const blob = new Blob([Uint8Array.from(atob(bytes), (c) => c.charCodeAt(0))]);
+      const photo = await pixels(URL.createObjectURL(blob));
+      const canvas = new OffscreenCanvas(photo.width, photo.height);
+      canvas.getContext("2d", { alpha: false }).putImageData(photo, 0, 0);
+      const png = new Uint8Array(await (await canvas.convertToBlob()).arrayBuffer());
+      let binary = "";
+      for (const byte of png) binary += String.fromCharCode(byte);
+      return { png: btoa(binary), width: photo.width, height: photo.height };
+    }, readFileSync(sample).toString("base64"));
+    writeFileSync(join(made, "photo.png"), Buffer.from(decoded.png, "base64"));
+    writeFileSync(join(made, "depth.png"), greyPng(decoded.width >> 1, decoded.height >> 1, depthAt));
+    const settings = [
+      ["fast", { method: "fast", detail: "view" }, ["--method", "fast"]],
+      ["layered", { method: "layered", detail: "view" }, ["--method", "layered"]],
+      ["real", { method: "real", detail: "view" }, ["-g"]],
+      ["usual", {}, []],
+      ["best", { detail: "panel" }, ["--best"]],
+      ["given", { fit: "cover", focus: 0.3, strength: 14, detail: "view" }, "--quick --fit cover --focus 0.3 --strength 14".split(" ")],
+    ];
+    for (const [name, , options] of settings) {
+      const files = ["photo.png", "depth.png", `${name}.png`].map((file) => join(made, file));
+      execFileSync(photo2native, ["-y", "-c", calibration, ...options, "-d", ...files], { stdio: "pipe" });
+    }
+    for (const threads of [1, 4]) {
+      const results = await page.evaluate(
+        async ({ threads, settings }) => {
+          const { altiro3d, display, scene } = await prepare(threads);
+          const results = [];
+          for (const [name, options] of settings) {
+            const rendering = new altiro3d.Rendering(display, scene, options);
+            const begin = performance.now();
+            const native = rendering.native();
+            const milliseconds = Math.round(performance.now() - begin);
+            const png = URL.createObjectURL(new Blob([rendering.nativePng()], { type: "image/png" }));
+            const saved = await pixels(png);
+            rendering.delete();
+            const expected = await pixels(`/check/${name}.png`);
+            const count = (picture) => picture.data.reduce((sum, value, i) => sum + (value !== expected.data[i]), 0);
+            const size = `${native.width} x ${native.height}`;
+            results.push({ name, size, milliseconds, different: count(native) + count(saved) });
+          }
+          return results;
+        },
+        { threads, settings },
+      );
+      for (const { name, size, milliseconds, different } of results) {
+        console.log(`    ${name}, ${threads} threads: ${milliseconds} ms, ${different} values differ`);
+        assert.equal(size, "1536 x 2048");
+        assert.equal(different, 0, `${name}: values differ`);
+      }
+    }
+    await page.close();
+  },
+
+  async "memory stays flat over 500 renderings"() {
+    const page = await packagePage();
+    const used = await page.evaluate(async () => {
+      const { altiro3d, display, scene } = await prepare(1);
+      const used = [];
+      for (let i = 0; i < 500; ++i) {
+        const rendering = new altiro3d.Rendering(display, scene, { method: i % 2 ? "fast" : "layered", detail: "view" });
+        rendering.native();
+        rendering.view(0.5, 200);
+        rendering.delete();
+        try {
+          new altiro3d.Rendering(display, scene, { method: "none" });
+        } catch {
+          // also errors must not leak
+        }
+        if (i === 99 || i === 499) used.push(altiro3d.memoryInUse());
+      }
+      return used;
+    });
+    console.log(`    in use after 100: ${used[0]} bytes, after 500: ${used[1]}`);
+    assert.ok(Math.abs(used[1] - used[0]) < 16384);
+    await page.close();
+  },
+
+  async "errors are sentences"() {
+    const page = await packagePage();
+    const errors = await page.evaluate(async () => {
+      const { altiro3d, display, photo, scene } = await prepare(1);
+      const told = (work) => {
+        try {
+          return work();
+        } catch (error) {
+          return `${error.constructor.name}: ${error.message}`;
+        }
+      };
+      return [
+        told(() => new altiro3d.Display('{"pitch": 1}', "visual.json")),
+        told(() => new altiro3d.Scene(photo, { data: new Float32Array(5), width: 2, height: 2 })),
+        told(() => new altiro3d.Scene(photo, { data: [1], width: 1, height: 1 })),
+        told(() => new altiro3d.Rendering(display, scene, { method: "slow" })),
+        told(() => new altiro3d.Rendering(display, scene, { focus: 2 })),
+      ];
+    });
+    for (const error of errors) {
+      console.log(`    ${error}`);
+      assert.match(error, /^Error: .*: .*, expected /);
+    }
+    await page.close();
+  },
+
+  async "a photo is opened, sways, and is saved"() {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
+    const page = await openedPage(context);
+    assert.equal(await page.evaluate(() => crossOriginIsolated), true);
+    await page.screenshot({ path: join(made, "start.png") });
+    const begin = performance.now();
+    await page.evaluate(async (url) => {
+      const data = new DataTransfer();
+      data.items.add(new File([await (await fetch(url)).blob()], "sample.jpg"));
+      window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+    }, `data:image/jpeg;base64,${readFileSync(sample).toString("base64")}`);
+    await page.waitForFunction(() => document.getElementById("view").dataset.position !== undefined);
+    console.log(`    first picture after ${Math.round(performance.now() - begin)} ms: ${await text(page, "status")}`);
+    assert.equal(await page.isHidden("#error"), true);
+    const seen = async (x) => {
+      const box = await page.locator("#view").boundingBox();
+      await page.mouse.move(box.x + x * box.width, box.y + box.height / 2);
+      const position = (2 * x - 1).toFixed(1);
+      await page.waitForFunction((wanted) => Math.abs(document.getElementById("view").dataset.position - wanted) < 0.02, position);
+      return page.evaluate(() => document.getElementById("view").toDataURL());
+    };
+    const left = await seen(0.05);
+    const right = await seen(0.95);
+    assert.notEqual(left, right);
+    assert.equal(await seen(0.05), left);
+    await page.screenshot({ path: join(made, "light.png") });
+    for (const [kind, name] of [["native", "sample-native.png"], ["quilt", "sample_qs8x6a0.75.png"], ["rgbd", "sample_rgbd.png"], ["video", "sample.webm"]]) {
+      const download = page.waitForEvent("download");
+      await page.click(`[data-save=${kind}]`);
+      const file = await download;
+      assert.equal(file.suggestedFilename(), name);
+      await file.saveAs(join(made, name));
+    }
+    await page.emulateMedia({ colorScheme: "dark" });
+    await page.screenshot({ path: join(made, "dark.png") });
+    await context.close();
+  },
+
+  async "broken files are told, and nothing is lost"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    await choose(page, "photo", sample);
+    const broken = join(made, "broken.jpg");
+    writeFileSync(broken, readFileSync(sample).subarray(0, 300));
+    writeFileSync(join(made, "broken.json"), "{");
+    writeFileSync(join(made, "altiro3d-depth.onnx"), "no network");
+    for (const [kind, file] of [["photo", broken], ["calibration", join(made, "broken.json")], ["network", join(made, "altiro3d-depth.onnx")], ["depth", broken]]) {
+      await choose(page, kind, file);
+      const error = await text(page, "error");
+      console.log(`    ${error}`);
+      assert.match(error, /^[^ ]+: .*, expected /);
+      assert.equal(await page.isVisible("#view"), true);
+    }
+    await choose(page, "depth", join(made, "depth.png"));
+    assert.equal(await page.isHidden("#error"), true);
+    await context.close();
+  },
+
+  async "a calibration is kept; F shows px by px"() {
+    const context = await browser.newContext({ viewport: { width: 1536, height: 2048 }, screen: { width: 1536, height: 2048 } });
+    const page = await openedPage(context);
+    assert.equal(await page.isVisible("#sample"), true);
+    await choose(page, "calibration", calibration);
+    await page.reload();
+    await page.waitForSelector("body[data-ready]");
+    assert.equal(await page.isVisible("#sample"), false);
+    await choose(page, "photo", sample);
+    await page.keyboard.press("f");
+    await page.waitForFunction(() => document.fullscreenElement?.id === "panel" && document.getElementById("native").width === 1536);
+    const shown = await page.evaluate(() => {
+      const box = document.getElementById("native").getBoundingClientRect();
+      return [box.x, box.y, box.width, box.height, devicePixelRatio];
+    });
+    assert.deepEqual(shown, [0, 0, 1536, 2048, 1]);
+    await context.close();
+  },
+
+  async "works without network after the first visit"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    await page.evaluate(() => navigator.serviceWorker.ready);
+    await page.reload();
+    await page.waitForSelector("body[data-ready]");
+    await context.setOffline(true);
+    await page.reload();
+    await page.waitForSelector("body[data-ready]");
+    await choose(page, "photo", sample);
+    assert.equal(await page.isHidden("#error"), true);
+    await context.close();
+  },
+
+  async "a photo of 12 MP needs less than 1 GB"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    const large = await page.evaluate(async (url) => {
+      const bitmap = await createImageBitmap(await (await fetch(url)).blob());
+      const canvas = new OffscreenCanvas(3000, 4000);
+      canvas.getContext("2d").drawImage(bitmap, 0, 0, 3000, 4000);
+      const bytes = new Uint8Array(await (await canvas.convertToBlob({ type: "image/jpeg" })).arrayBuffer());
+      let binary = "";
+      for (const byte of bytes) binary += String.fromCharCode(byte);
+      return btoa(binary);
+    }, `${site}/check/photo.png`);
+    writeFileSync(join(made, "large.jpg"), Buffer.from(large, "base64"));
+    await choose(page, "photo", join(made, "large.jpg"));
+    assert.equal(await page.isHidden("#error"), true);
+    let most = 0; // kB, of the largest process
+    for (const id of readdirSync("/proc").filter((name) => /^\d+$/.test(name))) {
+      try {
+        if (readFileSync(`/proc/${id}/cmdline`, "latin1").includes("--type=renderer"))
+          most = Math.max(most, Number(/VmHWM:\s+(\d+)/.exec(readFileSync(`/proc/${id}/status`, "latin1"))[1]));
+      } catch {
+        // has ended
+      }
+    }
+    console.log(`    ${await text(page, "status")}; at most ${Math.round(most / 1024)} MiB`);
+    assert.ok(most > 0 && most < 1024 * 1024);
+    await context.close();
+  },
+};
+
+let failed = 0;
+for (const [name, check] of Object.entries(checks)) {
+  if (words.length && !words.some((word) => name.includes(word))) continue;
+  console.log(name);
+  try {
+    await check();
+  } catch (error) {
+    console.log(`    FAILED: ${error.stack}`);
+    ++failed;
+  }
+}
+await browser.close();
+server.close();
+process.exitCode = failed ? 1 : 0;

@@ -4,6 +4,8 @@
 //     altiro3D_slide_accuracy judge VIDEO boards|terrace PICTURES METRES
 
 #include "altiro3D/camera_slide.hpp"
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_map.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/hand_slide.hpp"
 
@@ -12,6 +14,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -207,6 +210,16 @@ void judge(const Case& one) {
         frames.push_back(frame.clone());
         return true;
     });
+    // the other way: views of the middle one and its depth, by the best of several strengths
+    altiro3D::Scene scene;
+    slide.makeDepth(scene.photo, scene.depth);
+    normalizeDepth(scene.depth, scene.depth);
+    std::map<double, double> byDepth; // sum of PSNR of each strength, %
+    for (int tenths = 4; tenths <= 16; ++tenths)
+        byDepth[tenths / 10.0 * report.parallaxPercent] = 0;
+    QuiltLayout layout;
+    layout.columns = layout.rows = layout.viewCount = 1;
+    layout.tileSize = size;
     double made = 0, raw = 0, least = 1e9;
     int count = 0;
     for (int view = 1; view < kViews; view += 22) {
@@ -227,6 +240,14 @@ void judge(const Case& one) {
                                 cv::BORDER_REPLICATE);
             return laid;
         };
+        for (auto& [strength, likes] : byDepth) {
+            ViewOptions ways;
+            ways.method = ViewMethod::Layered;
+            ways.strengthPercent = std::min(strength, 100.0);
+            cv::Mat rendered;
+            Depth2Quilt(layout, ways).renderView(scene, 2.0 * view / (kViews - 1) - 1, rendered);
+            likes += likeness(laidOn(rendered), truth);
+        }
         const double like = likeness(laidOn(views[static_cast<std::size_t>(view)]), truth);
         const cv::Mat aligned = laidOn(frames[nearest]);
         const double likeRaw = likeness(aligned, truth);
@@ -238,6 +259,10 @@ void judge(const Case& one) {
     std::printf(
         "  PSNR: made %.2f dB, aligned raw frames %.2f dB, gain %.2f dB, at least %.2f dB\n",
         made / count, raw / count, (made - raw) / count, least);
+    const auto best = std::max_element(byDepth.begin(), byDepth.end(),
+                                       [](auto& a, auto& b) { return a.second < b.second; });
+    std::printf("  PSNR of the middle view and its depth, layered, strength %.1f %%: %.2f dB\n",
+                best->first, best->second / count);
 }
 
 } // namespace

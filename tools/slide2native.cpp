@@ -201,9 +201,9 @@ int main(int argc, char** argv) {
                         ", in the order in which they were taken: by name in a folder, as given "
                         "otherwise.");
     commandLine.addExample("clip.mp4 native.png", "Make a Native of a filmed slide.");
-    commandLine.addExample("--save-quilt scene.png photos native.png",
+    commandLine.addExample("--save-quilt scene.png photos native-p.png",
                            "The same of a folder of photos, and write the quilt.");
-    commandLine.addExample("--save-photo m.png --save-depth d.png clip.mp4 native.png",
+    commandLine.addExample("--save-photo m.png --save-depth d.png clip.mp4 native-d.png",
                            "Also write the middle view and its depth, for photo2native -d.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         return makeNative(slideJob(given), messages);

@@ -61,6 +61,7 @@ TEST_F(DisplayChoice, TheFirstOneFoundIsUsed) {
 // The first line of each tool, in order: model, serial number, panel, file.
 TEST_F(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
     studio_.makeClip();
+    studio_.makeSlide();
     for (const std::string& tool : allTools()) {
         const Outcome outcome =
             studio_.run(tool, studio_.goodCall(tool, outputName(tool, tool + "-first")));
@@ -222,6 +223,7 @@ TEST_F(DisplayChoice, MapAndCalibrationGiveTheSameNative) {
 
 TEST_F(DisplayChoice, AMapOfAnotherDisplayIsRefused) {
     studio_.makeClip();
+    studio_.makeSlide();
     writeCalibration(studio_ / "other.json", {96, 128}, 50);
     ASSERT_TRUE(isDone(
         studio_.run("altiro3Dnative", Arguments("-m a.map") + kQuilt + Arguments{"other.json"})));
@@ -236,6 +238,7 @@ TEST_F(DisplayChoice, AMapOfAnotherDisplayIsRefused) {
 
 TEST_F(DisplayChoice, AMapForAnotherQuiltIsRefusedWithBothSizes) {
     studio_.makeClip();
+    studio_.makeSlide();
     ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", "-m a.map -q 2x3 -r 30x20 small.json")));
     for (const std::string& tool : allTools()) {
         if (tool == "altiro3Dnative" || tool == "quilt2video") continue; // make or need no map

@@ -4,6 +4,7 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "support/hand_slide.hpp"
 #include "support/texts.hpp"
 #include "support/tiny_network.hpp"
 
@@ -269,6 +270,17 @@ void SmallStudio::makeClip() const {
     EXPECT_TRUE(isDone(run("quilt2video", goodCall("quilt2video", "clip.mp4"))));
 }
 
+void SmallStudio::makeSlide() const {
+    const Boards boards;
+    std::vector<cv::Mat> pictures;
+    fs::create_directory(*this / "photos");
+    for (const HandCamera& camera : handSlide(shakyHand(12, 0.4))) {
+        pictures.push_back(boards.photograph({320, 240}, camera));
+        writeImage(*this / "photos" / (std::to_string(pictures.size()) + ".png"), pictures.back());
+    }
+    writeLossless(*this / "slide.mkv", pictures);
+}
+
 Arguments fixedWay(Arguments given) {
     const std::pair<const char*, const char*> options[] = {
         {"--fit", "cover"}, {"--focus", "0.5"}, {"--strength", "10"}};
@@ -287,6 +299,7 @@ Arguments SmallStudio::goodCall(const std::string& tool, const std::string& outp
         return display() + Arguments{"-d", "photo.png", "depth.png", output};
     if (tool == "quilt2native") return display() + Arguments{"quilt.png", output};
     if (tool == "native2view") return display() + Arguments{"panel.png", output};
+    if (tool == "slide2native") return display() + Arguments{"slide.mkv", output};
     if (tool == "quilt2video") return kSway + Arguments{"quilt.png", output};
     if (tool == "video2native") return display() + Arguments{"--codec", "ffv1", "clip.mp4", output};
     return display() + Arguments{"views", output};
@@ -294,8 +307,8 @@ Arguments SmallStudio::goodCall(const std::string& tool, const std::string& outp
 
 const std::vector<std::string>& allTools() {
     static const std::vector<std::string> tools{"altiro3Dnative", "native2view", "photo2native",
-                                                "quilt2native",   "quilt2video", "video2native",
-                                                "views2native"};
+                                                "quilt2native",   "quilt2video", "slide2native",
+                                                "video2native",   "views2native"};
     return tools;
 }
 

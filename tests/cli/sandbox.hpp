@@ -125,6 +125,7 @@ class SmallStudio : public Sandbox {
     void makeMap(const std::string& name = "a.map") const;
     /// Makes clip.mp4, which video2native reads.
     void makeClip() const;
+    void makeSlide() const; ///< slide.mkv and the same in photos/, for slide2native.
     /// The arguments of a run that succeeds and writes one file.
     Arguments goodCall(const std::string& tool, const std::string& output) const;
 };
@@ -163,6 +164,7 @@ class ToolTest : public ::testing::TestWithParam<std::string> {
   protected:
     ToolTest() {
         if (tool() == "video2native") studio_.makeClip();
+        if (tool() == "slide2native") studio_.makeSlide();
     }
     const std::string& tool() const { return GetParam(); }
     /// A name for the tool's output, with the extension that it writes.

@@ -698,7 +698,9 @@ void CameraSlide::makeDepth(cv::Mat& photo, cv::Mat& depth) try {
     }
     depth = medianDepth(found);
     photo = viewFrom(here, impl_->lens, impl_->window, stops[middle].position());
-    if (cv::countNonZero(depth == depth) == 0) depth.setTo(cv::Scalar::all(impl_->window.focus));
+    if (std::all_of(depth.begin<float>(), depth.end<float>(),
+                    [](float q) { return std::isnan(q); }))
+        depth.setTo(cv::Scalar::all(impl_->window.focus));
     fillFromBehind(depth, photo);
     photo = viewFrom(here, impl_->lens, impl_->window, stops[middle].position(), depth);
 } catch (const cv::Exception& exception) {

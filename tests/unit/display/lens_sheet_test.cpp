@@ -190,7 +190,7 @@ TEST(LensSheet, TheFileIsReadAsItWasWritten) {
     EXPECT_EQ(error("\"index\": 1.56", "\"index\": 0"),
               "lens.json: lensSheet: index is 0, expected thickness and index together");
     EXPECT_EQ(error("\"dpiDown\": 1440.0", "\"dpiDown\": -1"),
-              "lens.json: lensSheet: dpiDown is -1, expected px per inch, a number > 0");
+              "lens.json: lensSheet: dpiDown is -1, expected px per inch, 10..10000");
     EXPECT_EQ(error("\"distance\": 500.0", "\"distance\": [2]"),
               "lens.json: lensSheet: distance is a list, expected mm, 1..1e6, or 0");
     EXPECT_EQ(error("\"lensSheet\": {", "\"lensSheet\": 3, \"x\": {"),

@@ -184,7 +184,8 @@ void judge(const Case& one) {
         const double way = placeOf(0)[0] - placeOf(kViews / 2)[0];
         if (round == 0) { // a first guess by the points in the middle of the picture's depth
             double best = -1;
-            for (double trial = -1.0; trial <= 0.0; trial += 0.02) {
+            for (int fiftieth = -50; fiftieth <= 0; ++fiftieth) {
+                const double trial = fiftieth / 50.0;
                 const cv::Size small(size.width / 8, size.height / 8);
                 cv::Mat little;
                 cv::resize(views[0], little, small, 0, 0, cv::INTER_AREA);

@@ -30,7 +30,7 @@ const Clip& clip() {
     return made;
 }
 
-SlidePictureSource sourceOf(std::vector<cv::Mat> pictures) {
+SlidePictureSource sourceOf(const std::vector<cv::Mat>& pictures) {
     return [pictures](const std::function<bool(const cv::Mat&)>& take) {
         for (const cv::Mat& picture : pictures)
             if (!take(picture)) return;

@@ -163,6 +163,7 @@ class Outputs : public StudioTest {
 
 TEST_F(Outputs, ADirectoryIsNoOutputFile) {
     studio_.makeClip();
+    studio_.makeSlide();
     for (const std::string& tool : allTools()) {
         if (tool == "photo2native") continue; // uses it as the directory for outputs
         const std::string name = outputName(tool, "dir");

@@ -33,7 +33,14 @@ if [[ ! -e $out/sources/done ]]; then
     echo "Downloading the sources of OpenCV, Highway and zlib"
     rm -rf -- "$out/sources"
     mkdir -p "$out"/sources/{list,state/partial}
-    printf '%s\n' "Types: deb-src" "URIs: https://deb.debian.org/debian" "Suites: bookworm" "Components: main" \
+    # from where this system has its packages
+    site=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' 'Codename: bookworm' 'Origin: Debian' |
+        head -n 1)
+    if [[ -z $site ]]; then
+        echo "$0: apt has no packages of Debian 12 (bookworm), expected Debian 12" >&2
+        exit 1
+    fi
+    printf '%s\n' "Types: deb-src" "URIs: $site" "Suites: bookworm" "Components: main" \
         "Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg" >"$out/sources/list/debian.sources"
     apt=(apt-get -q -oAPT::Sandbox::User=root -oDir::Etc::sourcelist=/dev/null
          -oDir::Etc::sourceparts="$out/sources/list" -oDir::State::lists="$out/sources/state")

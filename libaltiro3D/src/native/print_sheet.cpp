@@ -161,6 +161,8 @@ PrintSheet::PrintSheet(const Display& print, PrintOptions options)
     : display_(print), options_(std::move(options)) {
     Calibration& c = display_.calibration;
     requirePrint(c);
+    check(lensFacts(c).usefulViews >= 2, "calibration",
+          "has fewer than two px under a lens, expected a smaller pitch or more dpi");
     checkRange("bleed", options_.bleed, 0, 50, " mm");
     check(options_.text.size() <= kMostText &&
               std::all_of(options_.text.begin(), options_.text.end(),

@@ -221,6 +221,9 @@ TEST(PrintSheet, MarksAreWhereTheyAreToBe) {
     const PrintSheet plain(print, {0, false, {}});
     EXPECT_EQ(plain.size(), print.panelSize());
     EXPECT_TRUE(contains(errorOf([&] { const PrintSheet bad(print, {51}); }), "bleed: is 51"));
+    Display fine = print;
+    fine.calibration.pitch = 201; // of 400 dpi
+    EXPECT_TRUE(contains(errorOf([&] { const PrintSheet bad(fine, {}); }), "fewer than two px"));
     EXPECT_TRUE(contains(errorOf([&] { const PrintSheet bad(Display(), {}); }),
                          "expected that of a print"));
 }

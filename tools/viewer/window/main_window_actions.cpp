@@ -246,10 +246,10 @@ void MainWindow::buildEyesMenu(QMenu& view) {
         options.strengthPercent = std::clamp(options.strengthPercent + by, 0.0, kMaxEyesStrength);
         controller_.setEyes(options);
     };
-    QAction* const more = action(eyes, tr("&More depth"), QKeySequence(Qt::SHIFT + Qt::Key_Up),
-                                 [deeper] { deeper(kStep); });
-    QAction* const less = action(eyes, tr("&Less depth"), QKeySequence(Qt::SHIFT + Qt::Key_Down),
-                                 [deeper] { deeper(-kStep); });
+    QAction* const more =
+        action(eyes, tr("&More depth"), QKeySequence("Shift+Up"), [deeper] { deeper(kStep); });
+    QAction* const less =
+        action(eyes, tr("&Less depth"), QKeySequence("Shift+Down"), [deeper] { deeper(-kStep); });
     for (QAction* entry : {swapEyes_, more, less})
         entry->setShortcutContext(Qt::ApplicationShortcut); // also over a full screen
 }
@@ -268,8 +268,7 @@ QAction* MainWindow::buildDisplayMenu() {
                            [this] { showOnDisplay(); });
     show->setIconText(tr("Show on display"));
     show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
-    action(display, tr("Show for two &eyes"), QKeySequence(Qt::SHIFT + Qt::Key_F11),
-           [this] { showForEyes(); });
+    action(display, tr("Show for two &eyes"), QKeySequence("Shift+F11"), [this] { showForEyes(); });
     action(
         display, tr("S&lide show…"), {}, [this] { showSlides(); }, "slideShowMenu");
     screens_ = display.addMenu(tr("S&creen"));

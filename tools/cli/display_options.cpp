@@ -113,7 +113,10 @@ void warnOfAnotherMounted(const ChosenDisplay& display, const VolumeSearch& sear
 
 // Warns if the number of a file's serial is not that of the volume that holds it: "655" of
 // LKG-P00655 and LKG-PORT-00655.
-void warnOfAnotherUnit(const fs::path& file, const std::string& serial, Messages& messages) {
+void warnOfAnotherUnit(const ChosenDisplay& display, Messages& messages) {
+    if (display.files.empty()) return; // of Looking Glass Bridge
+    const fs::path& file = display.files.front();
+    const std::string& serial = display.calibration.serial;
     const std::string volume = fs::absolute(file).parent_path().parent_path().filename().string();
     const auto number = [](const std::string& name) {
         return name.substr(name.find_last_not_of("0123456789") + 1);
@@ -343,7 +346,7 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
         display = chooseCalibration(options, volumes, messages);
         if (use == DisplayUse::Describe && !display.isSample) {
             if (!options.calibration.empty()) warnOfAnotherMounted(display, volumes, messages);
-            warnOfAnotherUnit(display.files.front(), display.calibration.serial, messages);
+            warnOfAnotherUnit(display, messages);
         }
         tellDisplay(display, use, volumes.isWindow, messages);
         return display;

@@ -298,9 +298,9 @@ struct type_caster<std::filesystem::path> {
     }
     static handle cast(const std::filesystem::path& path, return_value_policy /*policy*/,
                        handle /*parent*/) {
-        const std::string& name = path.native();
+        const std::string& own = path.native();
         const auto text = reinterpret_steal<object>(
-            PyUnicode_DecodeFSDefaultAndSize(name.data(), static_cast<Py_ssize_t>(name.size())));
+            PyUnicode_DecodeFSDefaultAndSize(own.data(), static_cast<Py_ssize_t>(own.size())));
         return module_::import("pathlib").attr("Path")(text).release();
     }
 };

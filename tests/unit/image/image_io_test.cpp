@@ -62,11 +62,16 @@ std::string jpegWithExif(const cv::Mat& picture, unsigned orientation, bool litt
     return encoded(".jpg", picture).insert(2, segment);
 }
 
+// A number of a WebP chunk.
+std::string threeBytes(int value) {
+    return littleEndian(static_cast<unsigned>(value), 3);
+}
+
 std::string webPWithExif(const cv::Mat& picture, unsigned orientation) {
     const std::string simple = encoded(".webp", picture); // lossless by default
     const std::string exif = exifBlock(orientation, true);
     const std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x08\0\0\0", 4) +
-                             littleEndian(picture.cols - 1, 3) + littleEndian(picture.rows - 1, 3) +
+                             threeBytes(picture.cols - 1) + threeBytes(picture.rows - 1) +
                              simple.substr(12) + "EXIF" + littleEndian(exif.size()) + exif;
     return "RIFF" + littleEndian(body.size()) + body;
 }
@@ -660,17 +665,16 @@ TEST_F(ImageIo, OfSeveralPagesTheFirstIsReadWithANote) {
 
 // A frame of an animation: the chunks of a WebP file at a place.
 std::string webPFrame(const std::string& chunks, cv::Rect area) {
-    const std::string body = littleEndian(area.x / 2, 3) + littleEndian(area.y / 2, 3) +
-                             littleEndian(area.width - 1, 3) + littleEndian(area.height - 1, 3) +
-                             littleEndian(100, 3) + std::string(1, '\0') + chunks;
+    const std::string body = threeBytes(area.x / 2) + threeBytes(area.y / 2) +
+                             threeBytes(area.width - 1) + threeBytes(area.height - 1) +
+                             threeBytes(100) + std::string(1, '\0') + chunks;
     return "ANMF" + littleEndian(body.size()) + body;
 }
 
 std::string animatedWebP(cv::Size size, const std::string& frames) {
     const std::string body = "WEBPVP8X" + littleEndian(10) + std::string("\x12\0\0\0", 4) +
-                             littleEndian(size.width - 1, 3) + littleEndian(size.height - 1, 3) +
-                             "ANIM" + littleEndian(6) + std::string("\xff\xff\xff\xff\0\0", 6) +
-                             frames;
+                             threeBytes(size.width - 1) + threeBytes(size.height - 1) + "ANIM" +
+                             littleEndian(6) + std::string("\xff\xff\xff\xff\0\0", 6) + frames;
     return "RIFF" + littleEndian(body.size()) + body;
 }
 

@@ -260,7 +260,7 @@ TEST_F(Tiff, WhiteMayBeZero) {
     }
     kind.compression = COMPRESSION_CCITTFAX4;
     kind.bits = 1;
-    for (const unsigned order : {FILLORDER_MSB2LSB, FILLORDER_LSB2MSB}) {
+    for (const unsigned order : {unsigned{FILLORDER_MSB2LSB}, unsigned{FILLORDER_LSB2MSB}}) {
         kind.bitOrder = order;
         write(file, kind, [](int x, int y, unsigned s) { return share(x, y, s) < 0.5 ? 1 : 0; });
         EXPECT_EQ(readPhoto(file).at<cv::Vec3b>(0, 3)[0], share(3, 0, 0) < 0.5 ? 0 : 255);
@@ -320,7 +320,7 @@ TEST_F(Tiff, TheThumbnailBeforeThePhotoIsNotShown) {
         writePage(tiff, kind, levels(kind));
         TIFFWriteDirectory(tiff);
     };
-    for (const unsigned type : {FILETYPE_REDUCEDIMAGE, FILETYPE_MASK}) {
+    for (const unsigned type : {unsigned{FILETYPE_REDUCEDIMAGE}, unsigned{FILETYPE_MASK}}) {
         {
             const File tiff = create(file);
             add(tiff.get(), thumbnail, type);
@@ -376,7 +376,8 @@ TEST_F(Tiff, AlphaOfEachDepthIsComposedOverBlack) {
                 kind.photometric = colours == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB;
                 kind.samples = colours + place + 1;
                 kind.extras.resize(place + 1);
-                for (const unsigned type : {EXTRASAMPLE_UNASSALPHA, EXTRASAMPLE_ASSOCALPHA}) {
+                for (const unsigned type :
+                     {unsigned{EXTRASAMPLE_UNASSALPHA}, unsigned{EXTRASAMPLE_ASSOCALPHA}}) {
                     kind.extras[place] = static_cast<std::uint16_t>(type);
                     // alpha is 1 on the left, 0 on the right
                     const Samples samples = [&](int x, int y, unsigned s) {
@@ -454,7 +455,8 @@ TEST_F(Tiff, LabOfBothKindsBecomesColours) {
     const cv::Vec3d labs[] = {{54.29, 80.80, 69.89}, {53.585, 0, 0}, {29.57, 68.29, -112.03}};
     const cv::Vec3b colours[] = {{0, 0, 255}, {128, 128, 128}, {255, 0, 0}};
     for (const unsigned bits : {8U, 16U}) {
-        for (const unsigned photometric : {PHOTOMETRIC_CIELAB, PHOTOMETRIC_ICCLAB}) {
+        for (const unsigned photometric :
+             {unsigned{PHOTOMETRIC_CIELAB}, unsigned{PHOTOMETRIC_ICCLAB}}) {
             for (int i = 0; i < 3; ++i) {
                 Kind kind;
                 kind.bits = bits;
@@ -526,7 +528,7 @@ TEST_F(Tiff, LogLuvBecomesColours) {
 
 TEST_F(Tiff, JpegInTiffGivesItsColours) {
     if (TIFFIsCODECConfigured(COMPRESSION_JPEG) == 0) GTEST_SKIP() << "needs JPEG in libtiff";
-    for (const unsigned photometric : {PHOTOMETRIC_RGB, PHOTOMETRIC_YCBCR}) {
+    for (const unsigned photometric : {unsigned{PHOTOMETRIC_RGB}, unsigned{PHOTOMETRIC_YCBCR}}) {
         for (const bool isTiled : {false, true}) {
             Kind kind;
             kind.photometric = photometric;

@@ -226,8 +226,8 @@ void PictureView::wheelEvent(QWheelEvent* event) {
     if (wheelGesture_ == 0 || event->timestamp() - wheeledAt_ > kPauseMilliseconds)
         wheelGesture_ = nextGesture();
     wheeledAt_ = event->timestamp();
-    emit wheeled(at.x(), at.y(), static_cast<double>(turned) / QWheelEvent::DefaultDeltasPerStep,
-                 wheelGesture_);
+    constexpr double kStep = QWheelEvent::DefaultDeltasPerStep;
+    emit wheeled(at.x(), at.y(), turned / kStep, wheelGesture_);
 }
 
 WelcomeCard::WelcomeCard(QWidget* parent)

@@ -244,7 +244,7 @@ struct CameraSlide::Impl {
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
                      const SlidePath& path);
-    void requireMotion(const PictureSteps& found, cv::Size size) const;
+    void requireMotion(const std::vector<SlideTrack>& tracks) const;
     void requireCorners(int corners) const;
     bool looksReversed(const std::vector<SlidePicture>& pictures) const;
     void requireSlide(const SlidePath& path, double zoom, double parallax) const;
@@ -258,23 +258,21 @@ struct CameraSlide::Impl {
     SlideFrame frameOf(const cv::Mat& picture, const Stop& stop) const;
 };
 
-void CameraSlide::Impl::requireMotion(const PictureSteps& found, cv::Size size) const {
+void CameraSlide::Impl::requireMotion(const std::vector<SlideTrack>& tracks) const {
     constexpr double kStill = 0.01; // of the width
-    constexpr double kFast = 0.3;   // px from picture to picture: it follows a thing
-    cv::Point2d at(0, 0);
-    cv::Point2d least(0, 0);
-    cv::Point2d most(0, 0);
-    for (const cv::Point2d& step : found.steps) {
-        at += step;
-        least = {std::min(least.x, at.x), std::min(least.y, at.y)};
-        most = {std::max(most.x, at.x), std::max(most.y, at.y)};
+    std::vector<double> ways;
+    for (const SlideTrack& track : tracks) {
+        double way = 0;
+        for (const cv::Point2d& at : track.at)
+            way = std::max(way, cv::norm(at - track.at.front()));
+        ways.push_back(way);
     }
-    const double way = std::hypot(most.x - least.x, most.y - least.y) / size.width;
-    if (way < kStill && found.fastest < kFast && !options.turntable) {
+    // pictures may be shifted so that most of what they show stays in its place
+    const double way = percentileOf(ways, 0.9);
+    if (way < kStill)
         refuse(text("the camera stands: what it sees moves by %.2f %% of the width, expected a "
                     "camera that moves sideways (1 %% or more)",
                     100 * way));
-    }
 }
 
 // Whether what hides what says that near and far are exchanged.
@@ -285,6 +283,7 @@ bool CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures)
         SlideFrame frame;
         cv::cvtColor(std::find_if(pictures.begin(), pictures.end(), isIt)->grey, frame.picture,
                      cv::COLOR_GRAY2BGR);
+        frame.picture.convertTo(frame.picture, -1, 1 / stop.gain);
         frame.camera = stop.camera;
         frame.aspect = aspect;
         return viewFrom(frame, lens, window, stop.position());
@@ -352,7 +351,6 @@ void CameraSlide::Impl::find() {
     std::vector<SlidePicture>& pictures = reduced.kept();
     const PictureSteps found = stepsOf(pictures);
     requireCorners(found.corners);
-    requireMotion(found, pictures.front().grey.size());
     std::vector<cv::Point2d> steps = found.steps;
     cv::Point2d way(0, 0);
     for (const cv::Point2d& step : steps)
@@ -370,13 +368,14 @@ void CameraSlide::Impl::find() {
     if (options.turntable) // most corners may be those of the room, which stands
         std::fill(steps.begin(), steps.end(), cv::Point2d(1, 0));
     const std::vector<std::size_t> chosen = choosePictures(pictures, steps, kMostChosen);
-    std::vector<SlidePicture*> followed;
+    std::vector<const SlidePicture*> followed;
     for (const std::size_t i : chosen)
         followed.push_back(&pictures[i]);
     SlideTracks tracks = followCorners(followed, aspect);
     if (options.turntable) removeStill(tracks);
     lap(1);
     requireCorners(tracks.fewest);
+    if (!options.turntable) requireMotion(tracks.tracks);
     SlideGuess guess;
     guess.pixel = 1.0 / pictures.front().grey.cols;
     guess.isTurntable = options.turntable;
@@ -622,9 +621,9 @@ void CameraSlide::makeViews(int count,
         plan.last = plan.first;
         if (isBetween) {
             const double sign = impl_->report.fromRight ? -1 : 1;
-            // the parallax of closer ones is too small to match well (docs/lab/slide.md)
-            plan.first = impl_->nearestTo(position - sign * step * 2);
-            plan.last = impl_->nearestTo(position + sign * step * 2);
+            // closer ones have too little parallax to be matched well (docs/lab/slide.md)
+            plan.first = impl_->nearestTo(position - sign * step);
+            plan.last = impl_->nearestTo(position + sign * step);
             if (plan.first == plan.last) {
                 const bool isAfter = sign * (stops[plan.first].position() - position) > 0;
                 if ((isAfter && plan.first > 0) || plan.first + 1 == stops.size())

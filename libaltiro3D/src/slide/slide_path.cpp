@@ -21,7 +21,7 @@ constexpr double kAway = 0.05; // from a straight path, of its length
 constexpr double kZoom = 0.02;
 constexpr double kShear = 0.01;
 constexpr double kFocal = 0.5;
-constexpr double kBend = 0.001;
+constexpr double kBend = 0.01;
 constexpr double kDepth = 5; // of q about 1
 
 using Own = cv::Vec<double, kOwn>;
@@ -445,6 +445,8 @@ void solve(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, Slide
     constexpr double kFarReach = 3;    // px; first, while little is known
     constexpr double kNearReach = 0.7; // px
     constexpr double kFit = 1.5;       // px; root mean square of a track that fits
+    constexpr double kUsual = 2.5;     // of the median root mean square of those: used
+    constexpr double kExact = 0.1;     // px
     path.fits.assign(tracks.size(), 1);
     Solver solver(tracks, guess, path);
     solver.run(kFarReach, 15);
@@ -463,6 +465,14 @@ void solve(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, Slide
     }
     path.misfitShare =
         tracks.empty() ? 0 : static_cast<double>(misfits) / static_cast<double>(tracks.size());
+    solver.run(kNearReach, 40);
+    // those that are a little wrong: where an edge passes in front of another one
+    std::vector<double> misses;
+    for (std::size_t t = 0; t < tracks.size(); ++t)
+        if (path.fits[t] != 0) misses.push_back(squareOf(t));
+    const double most = kUsual * kUsual * std::max(kExact * kExact, medianOf(misses));
+    for (std::size_t t = 0; t < tracks.size(); ++t)
+        if (squareOf(t) > most) path.fits[t] = 0;
     solver.run(kNearReach, 40);
 
     path.residual.resize(path.cameras.size());

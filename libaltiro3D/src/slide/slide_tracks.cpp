@@ -37,6 +37,16 @@ std::vector<cv::Mat> pyramidOf(const cv::Mat& grey) {
     return pyramid;
 }
 
+// What is left without the brightness around each px, which the light changes.
+std::vector<cv::Mat> detailOf(const cv::Mat& grey) {
+    cv::Mat detail;
+    cv::blur(grey, detail, kWindow);
+    cv::addWeighted(grey, 1, detail, -1, 128, detail);
+    std::vector<cv::Mat> pyramid;
+    cv::buildOpticalFlowPyramid(detail, pyramid, kWindow, 0);
+    return pyramid;
+}
+
 // Points of one picture in another one.
 struct Followed {
     std::vector<cv::Point2f> to;
@@ -117,7 +127,6 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
     constexpr int kCorners = 120;
     PictureSteps result;
     result.steps.resize(pictures.size());
-    std::vector<double> ways;
     std::vector<cv::Mat> before;
     std::vector<double> counts;
     for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -127,22 +136,17 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
             const Followed found = followBothWays(before, now, points, {});
             std::vector<double> right;
             std::vector<double> down;
-            std::vector<double> lengths;
             for (std::size_t k = 0; k < points.size(); ++k) {
                 if (found.isFound[k] == 0) continue;
-                lengths.push_back(cv::norm(found.to[k] - points[k]));
                 right.push_back(static_cast<double>(found.to[k].x - points[k].x));
                 down.push_back(static_cast<double>(found.to[k].y - points[k].y));
             }
             counts.push_back(static_cast<double>(right.size()));
-            std::sort(lengths.begin(), lengths.end());
-            ways.push_back(lengths.empty() ? 0 : lengths[lengths.size() * 9 / 10]);
             result.steps[i] = {medianOf(right), medianOf(down)};
         }
         before = std::move(now);
     }
     result.corners = static_cast<int>(medianOf(counts));
-    result.fastest = medianOf(ways);
     return result;
 }
 
@@ -179,7 +183,7 @@ std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& picture
     return chosen;
 }
 
-SlideTracks followCorners(const std::vector<SlidePicture*>& pictures, double aspect) {
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect) {
     constexpr int kCorners = 500;
     const cv::Size size = pictures.front()->grey.size();
     const auto widths = [&](const cv::Point2f& p) {
@@ -197,27 +201,20 @@ SlideTracks followCorners(const std::vector<SlidePicture*>& pictures, double asp
     result.gains.assign(pictures.size(), 1);
     result.fewest = kCorners;
     std::vector<Live> live;
-    std::vector<std::vector<cv::Mat>> pyramids;
+    std::vector<cv::Mat> before;
+    std::vector<std::vector<cv::Mat>> details;
     const double apart = 0.7 * std::sqrt(static_cast<double>(size.area()) / kCorners);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
-        cv::Mat& grey = pictures[i]->grey;
+        const cv::Mat& grey = pictures[i]->grey;
+        std::vector<cv::Mat> now = pyramidOf(grey);
+        details.push_back(detailOf(grey));
         if (i > 0) {
             std::vector<cv::Point2f> points;
             for (const Live& one : live)
                 points.push_back(one.at);
-            const Followed found = followBothWays(pyramids[i - 1], pyramidOf(grey), points, {});
-            std::vector<double> ratios;
-            for (std::size_t k = 0; k < live.size(); ++k) {
-                if (found.isFound[k] == 0) continue;
-                const double before = brightnessAt(pictures[i - 1]->grey, points[k]);
-                const double now = brightnessAt(grey, found.to[k]);
-                if (before > 16 && before < 220 && now > 16 && now < 220)
-                    ratios.push_back(now / before);
-            }
-            result.gains[i] = ratios.empty() ? 1 : medianOf(ratios);
-            grey.convertTo(grey, CV_8U, 1 / result.gains[i]);
-            pyramids.push_back(pyramidOf(grey));
+            const Followed found = followBothWays(before, now, points, {});
             std::vector<Live> next;
+            std::vector<double> ratios;
             for (std::size_t origin = 0; origin < i; ++origin) {
                 std::vector<std::size_t> of;
                 std::vector<cv::Point2f> begins;
@@ -228,23 +225,26 @@ SlideTracks followCorners(const std::vector<SlidePicture*>& pictures, double asp
                     begins.push_back(live[k].begin);
                     guesses.push_back(found.to[k]);
                 }
-                const Followed exact = follow(pyramids[origin], pyramids[i], begins, guesses, 0);
+                const Followed exact = follow(details[origin], details[i], begins, guesses, 0);
                 for (std::size_t k = 0; k < of.size(); ++k) {
                     const cv::Point2f off = exact.to[k] - guesses[k];
                     if (exact.isFound[k] == 0 || std::hypot(off.x, off.y) > 1 ||
                         !isInside(exact.to[k], size))
                         continue;
                     Live one = live[of[k]];
+                    const double was = brightnessAt(pictures[i - 1]->grey, one.at);
                     one.at = exact.to[k];
+                    const double is = brightnessAt(grey, one.at);
+                    if (was > 16 && was < 220 && is > 16 && is < 220) ratios.push_back(is / was);
                     result.tracks[one.track].at.push_back(widths(one.at));
                     next.push_back(one);
                 }
             }
             live = std::move(next);
             result.fewest = std::min(result.fewest, static_cast<int>(live.size()));
-        } else {
-            pyramids.push_back(pyramidOf(grey));
+            result.gains[i] = result.gains[i - 1] * (ratios.empty() ? 1 : medianOf(ratios));
         }
+        before = std::move(now);
         if (i + 1 == pictures.size()) break;
         cv::Mat free(size, CV_8UC1, cv::Scalar(255));
         for (const Live& one : live)

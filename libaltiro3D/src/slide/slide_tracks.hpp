@@ -37,7 +37,6 @@ class SlidePictures {
 struct PictureSteps {
     std::vector<cv::Point2d> steps; ///< Of each picture, the median of its corners, px; first: 0.
     int corners = 0;                ///< That were followed: the median of all pictures.
-    double fastest = 0; ///< Way of the fastest tenth of the corners, the median of all pictures.
 };
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
 
@@ -46,17 +45,17 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
 std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& pictures,
                                         const std::vector<cv::Point2d>& steps, int most);
 
-/// Corners followed through pictures, in which brightness is made equal.
+/// Corners followed through pictures.
 struct SlideTracks {
     std::vector<SlideTrack> tracks;
     std::vector<double> gains; ///< Brightness of each picture; that of the first one is 1.
     int fewest = 0;            ///< Corners that were followed at least between two pictures.
 };
 
-/// Follows corners (pyramidal Lucas-Kanade, forwards and back). Each place is found again in the
-/// picture in which the track begins, so errors do not add up; where that fails, the track ends.
-/// @param pictures their greys become equally bright
+/// Follows corners (pyramidal Lucas-Kanade, forwards and back). Each place is then found by what is
+/// seen where the track begins, so errors do not add up, and without the brightness around it:
+/// else a change of the light moves the places. Where that fails, the track ends.
 /// @param aspect height : width of the pictures of the clip
-SlideTracks followCorners(const std::vector<SlidePicture*>& pictures, double aspect);
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect);
 
 } // namespace altiro3D

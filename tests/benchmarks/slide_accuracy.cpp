@@ -58,6 +58,7 @@ Pairs pairsOf(const cv::Mat& from, const cv::Mat& to) {
     cv::Mat b;
     cv::cvtColor(from, a, cv::COLOR_BGR2GRAY);
     cv::cvtColor(to, b, cv::COLOR_BGR2GRAY);
+    b.convertTo(b, -1, cv::mean(a)[0] / cv::mean(b)[0]); // corners are followed by brightness
     const cv::Size all(std::max(a.cols, b.cols), std::max(a.rows, b.rows));
     for (cv::Mat* grey : {&a, &b})
         cv::copyMakeBorder(*grey, *grey, 0, all.height - grey->rows, 0, all.width - grey->cols,
@@ -82,9 +83,10 @@ Pairs pairsOf(const cv::Mat& from, const cv::Mat& to) {
     return pairs;
 }
 
-// Root mean square of the residual rows of a view against the middle one, without the worst 5 %.
-double rowsOff(const cv::Mat& middle, const cv::Mat& view) {
-    const Pairs pairs = pairsOf(middle, view);
+// How far the rows of a view are from those of the truth, px: root mean square without the worst
+// 5 % of the corners.
+double rowsOff(const cv::Mat& view, const cv::Mat& truth) {
+    const Pairs pairs = pairsOf(truth, view);
     std::vector<double> squares;
     for (std::size_t i = 0; i < pairs.from.size(); ++i)
         squares.push_back(std::pow(static_cast<double>(pairs.to[i].y - pairs.from[i].y), 2));
@@ -150,21 +152,38 @@ void judge(const Case& one) {
         (products * n - places * sum) * (1 / (n * sumSquares - sum * sum));
     const cv::Vec3d first = (places - perPosition * sum) * (1 / n);
     double worst = 0, squares = 0;
+    std::vector<std::pair<double, double>> offs; // position found, error
     for (const auto& [number, position] : report.positions) {
         const double off =
             (hands[static_cast<std::size_t>(number)].place[0] - first[0]) / perPosition[0] -
             position;
+        offs.emplace_back(position, off);
         worst = std::max(worst, std::abs(off));
         squares += off * off;
     }
     std::printf("  positions: %.2f %% of a step rms, %.2f %% at most; path %.4f m\n",
                 100 * (kViews - 1) * std::sqrt(squares / n), 100 * (kViews - 1) * worst,
                 perPosition[0]);
-    double rows = 0;
+    // views are made of the pictures two steps to both sides
+    const auto offOf = [&](double position) {
+        const auto nearest = std::min_element(offs.begin(), offs.end(), [&](auto& a, auto& b) {
+            return std::abs(a.first - position) < std::abs(b.first - position);
+        });
+        return nearest->second;
+    };
+    double spacing = 0, worstSpacing = 0, before = 0;
+    for (int view = 0; view < kViews; ++view) {
+        const double at = view / (kViews - 1.0);
+        const double off = (offOf(at - 2 / (kViews - 1.0)) + offOf(at + 2 / (kViews - 1.0))) / 2;
+        if (view > 0) {
+            spacing += (off - before) * (off - before) / (kViews - 1);
+            worstSpacing = std::max(worstSpacing, std::abs(off - before));
+        }
+        before = off;
+    }
+    std::printf("  spacing of neighbouring views: %.2f %% of a step rms, %.2f %% at most\n",
+                100 * (kViews - 1) * std::sqrt(spacing), 100 * (kViews - 1) * worstSpacing);
     const cv::Mat& middle = views[kViews / 2];
-    for (const cv::Mat& view : views)
-        rows = std::max(rows, rowsOff(middle, view));
-    std::printf("  rows of the views: %.3f px rms in the worst view\n", rows);
 
     // The axes of the middle view, by a homography to the true view that is near it.
     const auto placeOf = [&](int view) { return first + perPosition * (view / (kViews - 1.0)); };
@@ -221,7 +240,7 @@ void judge(const Case& one) {
     QuiltLayout layout;
     layout.columns = layout.rows = layout.viewCount = 1;
     layout.tileSize = size;
-    double made = 0, raw = 0, least = 1e9;
+    double made = 0, raw = 0, least = 1e9, rows = 0;
     int count = 0;
     for (int view = 1; view < kViews; view += 22) {
         const double way = placeOf(view)[0] - placeOf(kViews / 2)[0];
@@ -232,14 +251,18 @@ void judge(const Case& one) {
             if (std::abs(hands[i].place[0] - placeOf(view)[0]) <
                 std::abs(hands[nearest].place[0] - placeOf(view)[0]))
                 nearest = i;
-        // both are laid on the true view, by one projective map each
-        const auto laidOn = [&](const cv::Mat& picture) {
+        // PSNR of a picture that is laid on the true view by the best of several projective maps
+        const auto likeOf = [&](const cv::Mat& picture) {
             const cv::Matx33d half(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1);
-            const cv::Matx33d map = half.inv() * homography(truth, picture, 2) * half;
-            cv::Mat laid;
-            cv::warpPerspective(picture, laid, map, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
-                                cv::BORDER_REPLICATE);
-            return laid;
+            double best = 0;
+            for (const double reach : {0.5, 1.0, 2.0, 4.0}) {
+                const cv::Matx33d map = half.inv() * homography(truth, picture, reach) * half;
+                cv::Mat laid;
+                cv::warpPerspective(picture, laid, map, size,
+                                    cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+                best = std::max(best, likeness(laid, truth));
+            }
+            return best;
         };
         for (auto& [strength, likes] : byDepth) {
             ViewOptions ways;
@@ -247,11 +270,11 @@ void judge(const Case& one) {
             ways.strengthPercent = std::min(strength, 100.0);
             cv::Mat rendered;
             Depth2Quilt(layout, ways).renderView(scene, 2.0 * view / (kViews - 1) - 1, rendered);
-            likes += likeness(laidOn(rendered), truth);
+            likes += likeOf(rendered);
         }
-        const double like = likeness(laidOn(views[static_cast<std::size_t>(view)]), truth);
-        const cv::Mat aligned = laidOn(frames[nearest]);
-        const double likeRaw = likeness(aligned, truth);
+        rows = std::max(rows, rowsOff(views[static_cast<std::size_t>(view)], truth));
+        const double like = likeOf(views[static_cast<std::size_t>(view)]);
+        const double likeRaw = likeOf(frames[nearest]);
         made += like;
         raw += likeRaw;
         least = std::min(least, like - likeRaw);
@@ -260,6 +283,8 @@ void judge(const Case& one) {
     std::printf(
         "  PSNR: made %.2f dB, aligned raw frames %.2f dB, gain %.2f dB, at least %.2f dB\n",
         made / count, raw / count, (made - raw) / count, least);
+    std::printf("  rows of the made views: %.2f px from those of the truth in the worst one\n",
+                rows);
     const auto best = std::max_element(byDepth.begin(), byDepth.end(),
                                        [](auto& a, auto& b) { return a.second < b.second; });
     std::printf("  PSNR of the middle view and its depth, layered, strength %.1f %%: %.2f dB\n",

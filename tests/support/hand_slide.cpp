@@ -38,7 +38,7 @@ cv::Mat spots(cv::Size size, int seed) {
     cv::RNG random(static_cast<std::uint64_t>(seed));
     cv::Mat sum(size, CV_32FC3, cv::Scalar::all(0));
     double weight = 40;
-    for (int grain = 40; grain >= 3; grain /= 2, weight *= 0.75) {
+    for (int grain = 40; grain >= 5; grain /= 2, weight *= 0.75) {
         cv::Mat noise(size.height / grain + 2, size.width / grain + 2, CV_32FC3);
         random.fill(noise, cv::RNG::UNIFORM, -weight, weight);
         cv::resize(noise, noise, size, 0, 0, cv::INTER_CUBIC);
@@ -117,7 +117,7 @@ Boards::Boards() {
 }
 
 cv::Mat Boards::shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& axes) const {
-    constexpr int kFiner = 2; // samples of a px, each way
+    constexpr int kFiner = 4; // samples of a px, each way
     const cv::Matx33d samples(kFiner, 0, -0.5, 0, kFiner, -0.5, 0, 0, 1);
     const cv::Matx33d view = samples * axes.inv();
     const cv::Size fine(size.width * kFiner, size.height * kFiner);

@@ -99,6 +99,8 @@ compare quilt2native "${display[@]}" "${sway[@]}" --lg out/sway.mp4 ../inputs/wi
 compare views2native "${display[@]}" --save-quilt out/quilt.png ../inputs/views out/native.png
 compare views2native -m ../inputs/portrait.map --reverse ../inputs/views out/native.png
 compare views2native "${small[@]}" --fit contain ../inputs/views out/native.png
+compare slide2native "${display[@]}" --save-quilt out/quilt.png --save-depth out/depth.png ../inputs/views out/native.png
+compare slide2native "${display[@]}" --method nearest --turntable ../inputs/views out/native.png
 compare native2view "${display[@]}" --angle 10 ../inputs/native.png out/seen.png
 compare native2view "${display[@]}" --eye ../inputs/native.png out/seen.png
 

@@ -2,10 +2,12 @@
 //
 //     altiro3D_slide_accuracy make VIDEO boards|terrace PICTURES METRES
 //     altiro3D_slide_accuracy judge VIDEO boards|terrace PICTURES METRES
+//     altiro3D_slide_accuracy field VIEW...      views of a light field, from the left
 
 #include "altiro3D/camera_slide.hpp"
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/hand_slide.hpp"
 
@@ -115,6 +117,83 @@ cv::Matx33d homography(const cv::Mat& from, const cv::Mat& to, double reach) {
         pairs.to[i] += cv::Point2f(0.5F, 0.5F);
     }
     return cv::findHomography(pairs.from, pairs.to, cv::RANSAC, reach);
+}
+
+// PSNR of a picture that is laid on the true view by the best of several projective maps.
+double likeOf(const cv::Mat& picture, const cv::Mat& truth) {
+    const cv::Matx33d half(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1);
+    double best = 0;
+    for (const double reach : {0.5, 1.0, 2.0, 4.0}) {
+        const cv::Matx33d map = half.inv() * homography(truth, picture, reach) * half;
+        cv::Mat laid;
+        cv::warpPerspective(picture, laid, map, truth.size(),
+                            cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+        best = std::max(best, likeness(laid, truth));
+    }
+    return best;
+}
+
+// The inner part of views of a light field that a hand has taken: it turns, rolls and zooms, and
+// the light changes. Of every four views one is left out, for judging.
+void judgeField(const std::vector<std::string>& files) {
+    constexpr double kInner = 0.85;
+    const auto count = static_cast<int>(files.size());
+    const std::vector<HandCamera> hands = handSlide(shakyHand(count, 0));
+    std::vector<cv::Mat> taken;
+    std::vector<int> placeOf;
+    std::map<int, cv::Mat> hidden;
+    for (int i = 0; i < count; ++i) {
+        const cv::Mat view = readPhoto(PhotoFile(files[static_cast<std::size_t>(i)]));
+        const cv::Size inner(cvRound(view.cols * kInner), cvRound(view.rows * kInner));
+        const cv::Rect middle({(view.cols - inner.width) / 2, (view.rows - inner.height) / 2},
+                              inner);
+        if (i % 4 == 2) {
+            hidden[i] = view(middle).clone();
+            continue;
+        }
+        const HandCamera& hand = hands[static_cast<std::size_t>(i)];
+        const double focal = 0.866 * view.cols;
+        const cv::Matx33d axes(1 / focal, 0, -view.cols / 2.0 / focal, 0, 1 / focal,
+                               -view.rows / 2.0 / focal, 0, 0, 1);
+        const cv::Matx33d zoomed(1 / focal / hand.zoom, 0, -inner.width / 2.0 / focal / hand.zoom,
+                                 0, 1 / focal / hand.zoom, -inner.height / 2.0 / focal / hand.zoom,
+                                 0, 0, 1);
+        const cv::Matx33d still(1, 0, 0, 0, -1, 0, 0, 0, 1); // y of a hand points up
+        cv::Mat shaken;
+        cv::warpPerspective(view, shaken, axes.inv() * still * axesOf(hand) * zoomed, inner,
+                            cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+        shaken.convertTo(shaken, CV_8U, hand.exposure);
+        taken.push_back(shaken);
+        placeOf.push_back(i);
+    }
+    CameraSlide slide([&](const std::function<bool(const cv::Mat&)>& take) {
+        for (const cv::Mat& picture : taken)
+            if (!take(picture)) return;
+    });
+    const SlideReport& report = slide.report();
+    for (const std::string& line : report.lines())
+        std::cout << "  " << line << "\n";
+    double worst = 0;
+    for (const auto& [number, position] : report.positions) {
+        const double at = report.fromRight ? 1 - position : position;
+        worst = std::max(worst,
+                         std::abs(at * placeOf.back() - placeOf[static_cast<std::size_t>(number)]));
+    }
+    std::printf("  positions: off by %.1f %% of a step at most\n", 100 * worst);
+    std::vector<cv::Mat> views(static_cast<std::size_t>(placeOf.back() + 1));
+    slide.makeViews(placeOf.back() + 1, [&](int view, const cv::Mat& picture) {
+        views[static_cast<std::size_t>(report.fromRight ? placeOf.back() - view : view)] =
+            picture.clone();
+    });
+    for (const auto& [place, truth] : hidden) {
+        const auto next = std::lower_bound(placeOf.begin(), placeOf.end(), place);
+        const double raw =
+            std::max(likeOf(taken[static_cast<std::size_t>(next - placeOf.begin())], truth),
+                     likeOf(taken[static_cast<std::size_t>(next - placeOf.begin()) - 1], truth));
+        const double made = likeOf(views[static_cast<std::size_t>(place)], truth);
+        std::printf("  view %d: made %.2f dB, aligned neighbour %.2f dB, gain %.2f dB\n", place,
+                    made, raw, made - raw);
+    }
 }
 
 void judge(const Case& one) {
@@ -251,30 +330,17 @@ void judge(const Case& one) {
             if (std::abs(hands[i].place[0] - placeOf(view)[0]) <
                 std::abs(hands[nearest].place[0] - placeOf(view)[0]))
                 nearest = i;
-        // PSNR of a picture that is laid on the true view by the best of several projective maps
-        const auto likeOf = [&](const cv::Mat& picture) {
-            const cv::Matx33d half(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1);
-            double best = 0;
-            for (const double reach : {0.5, 1.0, 2.0, 4.0}) {
-                const cv::Matx33d map = half.inv() * homography(truth, picture, reach) * half;
-                cv::Mat laid;
-                cv::warpPerspective(picture, laid, map, size,
-                                    cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
-                best = std::max(best, likeness(laid, truth));
-            }
-            return best;
-        };
         for (auto& [strength, likes] : byDepth) {
             ViewOptions ways;
             ways.method = ViewMethod::Layered;
             ways.strengthPercent = std::min(strength, 100.0);
             cv::Mat rendered;
             Depth2Quilt(layout, ways).renderView(scene, 2.0 * view / (kViews - 1) - 1, rendered);
-            likes += likeOf(rendered);
+            likes += likeOf(rendered, truth);
         }
         rows = std::max(rows, rowsOff(views[static_cast<std::size_t>(view)], truth));
-        const double like = likeOf(views[static_cast<std::size_t>(view)]);
-        const double likeRaw = likeOf(frames[nearest]);
+        const double like = likeOf(views[static_cast<std::size_t>(view)], truth);
+        const double likeRaw = likeOf(frames[nearest], truth);
         made += like;
         raw += likeRaw;
         least = std::min(least, like - likeRaw);
@@ -294,9 +360,13 @@ void judge(const Case& one) {
 } // namespace
 
 int main(int argc, char** argv) {
+    if (argc > 4 && std::string(argv[1]) == "field") {
+        judgeField({argv + 2, argv + argc});
+        return 0;
+    }
     if (argc != 6) {
-        std::cerr
-            << "usage: altiro3D_slide_accuracy make|judge VIDEO boards|terrace PICTURES METRES\n";
+        std::cerr << "usage: altiro3D_slide_accuracy make|judge VIDEO boards|terrace PICTURES "
+                     "METRES\n       altiro3D_slide_accuracy field VIEW...\n";
         return 2;
     }
     const Boards boards;

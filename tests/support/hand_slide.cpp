@@ -27,12 +27,6 @@ cv::Matx33d about(int axis, double degrees) {
     return turn;
 }
 
-// From the axes of a camera (y down) to those of the world (y up).
-cv::Matx33d axesOf(const HandCamera& camera) {
-    return about(1, camera.panDegrees) * about(0, -camera.tiltDegrees) *
-           about(2, camera.rollDegrees) * cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, 1);
-}
-
 // Spots of all sizes. @param seed chooses the colours
 cv::Mat spots(cv::Size size, int seed) {
     cv::RNG random(static_cast<std::uint64_t>(seed));
@@ -50,6 +44,11 @@ cv::Mat spots(cv::Size size, int seed) {
 }
 
 } // namespace
+
+cv::Matx33d axesOf(const HandCamera& camera) {
+    return about(1, camera.panDegrees) * about(0, -camera.tiltDegrees) *
+           about(2, camera.rollDegrees) * cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, 1);
+}
 
 std::vector<HandCamera> handSlide(const HandSlide& hand) {
     std::vector<HandCamera> cameras(static_cast<std::size_t>(hand.pictures));

@@ -17,6 +17,9 @@ struct HandCamera {
     double exposure = 1;
 };
 
+/// From the axes of a camera (y down) to those of the world (y up).
+cv::Matx33d axesOf(const HandCamera& camera);
+
 /// How unsteady a hand is.
 struct HandSlide {
     int pictures = 60;

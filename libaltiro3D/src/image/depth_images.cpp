@@ -303,12 +303,8 @@ std::string reasonAgainstDepth(const cv::Mat& samples, cv::Size photo) try {
         if (std::isfinite(value)) values.push_back(value);
     }
     if (values.empty()) return "it is flat";
-    const auto percentile = [&values](double share) {
-        const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-        return static_cast<double>(valueOfRank(values, rank));
-    };
-    const double low = percentile(0.005);
-    const double high = percentile(0.995);
+    const double low = static_cast<double>(percentileOf(values, 0.005));
+    const double high = static_cast<double>(percentileOf(values, 0.995));
     const bool isFlat = (high - low) * 255 < std::max(std::abs(low), std::abs(high)) || high == low;
     return isFlat ? "it is flat" : "";
 } catch (const cv::Exception& exception) {

@@ -19,6 +19,14 @@ T valueOfRank(std::vector<T>& values, std::size_t rank) {
     return *at;
 }
 
+/// The value below which a share of the others lies, 0 = the smallest, 1 = the largest; of none: 0.
+template <typename T>
+T percentileOf(std::vector<T> values, double share) {
+    if (values.empty()) return 0;
+    const double rank = share * static_cast<double>(values.size() - 1);
+    return valueOfRank(values, static_cast<std::size_t>(rank));
+}
+
 /// Converts 16 to 8 bits: v / 257, rounded, so 0 and 65535 become 0 and 255.
 inline std::uint8_t toEightBits(std::uint16_t value) {
     return static_cast<std::uint8_t>((value + 128u) / 257u);

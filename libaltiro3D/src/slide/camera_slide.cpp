@@ -6,6 +6,7 @@
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 #include "depth/stereo/stereo_parts.hpp"
+#include "image/pixel_values.hpp"
 #include "slide/slide_tracks.hpp"
 #include "slide/slide_views.hpp"
 
@@ -31,101 +32,6 @@ std::string text(const char* format, double a, double b = 0) {
     return line.data();
 }
 
-double percentileOf(std::vector<double> values, double share) {
-    if (values.empty()) return 0;
-    const auto at = values.begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-}
-
-// Leaves out corners that stand still, and counts those that are left.
-void removeStill(SlideTracks& tracks) {
-    constexpr double kStill = 0.004; // widths
-    const auto isStill = [](const SlideTrack& track) {
-        return cv::norm(track.at.back() - track.at.front()) < kStill;
-    };
-    std::vector<SlideTrack>& all = tracks.tracks;
-    all.erase(std::remove_if(all.begin(), all.end(), isStill), all.end());
-    std::vector<int> counts(tracks.gains.size() - 1);
-    for (const SlideTrack& track : all)
-        for (int i = track.first; i + 1 < track.end(); ++i)
-            ++counts[static_cast<std::size_t>(i)];
-    tracks.fewest = *std::min_element(counts.begin(), counts.end());
-}
-
-// By how much what is seen grows or shrinks over all pictures: range of the logarithm.
-double growthOf(const std::vector<SlideTrack>& tracks, int pictures) {
-    double now = 0;
-    double least = 0;
-    double most = 0;
-    for (int i = 1; i < pictures; ++i) {
-        std::vector<cv::Point2d> before;
-        std::vector<cv::Point2d> after;
-        for (const SlideTrack& track : tracks) {
-            if (track.first >= i || track.end() <= i) continue;
-            after.push_back(track.at[static_cast<std::size_t>(i - track.first)]);
-            before.push_back(track.at[static_cast<std::size_t>(i - track.first) - 1]);
-        }
-        std::vector<double> ratios;
-        for (std::size_t k = 0; k < before.size(); ++k) { // of distances of far neighbours
-            const std::size_t other = (k + before.size() / 2) % before.size();
-            const double distance = cv::norm(before[k] - before[other]);
-            if (distance > 0.1) ratios.push_back(cv::norm(after[k] - after[other]) / distance);
-        }
-        if (!ratios.empty()) now += std::log(percentileOf(ratios, 0.5));
-        least = std::min(least, now);
-        most = std::max(most, now);
-    }
-    return most - least;
-}
-
-// The median of the known values of each px.
-cv::Mat medianDepth(const std::vector<cv::Mat>& depths) {
-    cv::Mat result(depths.front().size(), CV_32FC1);
-    overRows(result.rows, [&](int y) {
-        std::vector<float> known;
-        for (int x = 0; x < result.cols; ++x) {
-            known.clear();
-            for (const cv::Mat& depth : depths) {
-                const float value = depth.at<float>(y, x);
-                if (!std::isnan(value)) known.push_back(value);
-            }
-            std::sort(known.begin(), known.end());
-            const std::size_t half = known.size() / 2;
-            float& to = result.at<float>(y, x);
-            if (known.empty())
-                to = std::numeric_limits<float>::quiet_NaN();
-            else
-                to = known.size() % 2 == 1 ? known[half] : (known[half - 1] + known[half]) / 2;
-        }
-    });
-    return result;
-}
-
-// Whether the camera turns about as much as it takes to follow what it passes.
-bool followsAThing(const SlidePath& path) {
-    constexpr double kMuch = 0.3; // of the turn that keeps a point of median depth in its column
-    const auto count = static_cast<double>(path.cameras.size());
-    double places = 0;
-    for (const SlideCamera& camera : path.cameras)
-        places += camera.place[0] / count;
-    double products = 0;
-    double squares = 0;
-    for (const SlideCamera& camera : path.cameras) {
-        const double from = camera.place[0] - places;
-        products += from * camera.turn(0, 2);
-        squares += from * from;
-    }
-    std::vector<double> depths;
-    for (const SlidePoint& point : path.points)
-        depths.push_back(point.q);
-    // or its pictures were shifted so, which puts points behind infinity
-    const double least = percentileOf(depths, 0.05);
-    return std::abs(products / squares) > kMuch * std::abs(percentileOf(depths, 0.5)) ||
-           least < -0.1 * (percentileOf(depths, 0.95) - least);
-}
-
 // A picture of a stretch of the path.
 struct Stop {
     int number = 0; // in the clip
@@ -134,37 +40,6 @@ struct Stop {
 
     double position() const { return camera.place[0]; }
 };
-
-// The longest part of the path in one direction; steps back that are small do not end it.
-std::vector<std::size_t> longestStretch(const std::vector<SlideCamera>& cameras) {
-    constexpr double kBack = 0.02; // of the path
-    std::size_t bestBegin = 0;
-    std::size_t bestEnd = 0;
-    double bestSign = 1;
-    double best = -1;
-    for (const double sign : {1.0, -1.0}) {
-        const auto at = [&](std::size_t i) { return sign * cameras[i].place[0]; };
-        for (std::size_t begin = 0; begin < cameras.size(); ++begin) {
-            double farthest = at(begin);
-            for (std::size_t i = begin; i < cameras.size() && at(i) >= farthest - kBack; ++i) {
-                farthest = std::max(farthest, at(i));
-                if (at(i) - at(begin) <= best) continue;
-                best = at(i) - at(begin);
-                bestBegin = begin;
-                bestEnd = i;
-                bestSign = sign;
-            }
-        }
-    }
-    std::vector<std::size_t> stretch;
-    for (std::size_t i = bestBegin; i <= bestEnd; ++i) {
-        const auto goesOn = [&] {
-            return bestSign * (cameras[i].place[0] - cameras[stretch.back()].place[0]) > 1e-4;
-        };
-        if (stretch.empty() || goesOn()) stretch.push_back(i);
-    }
-    return stretch;
-}
 
 } // namespace
 
@@ -247,7 +122,8 @@ struct CameraSlide::Impl {
     void requireMotion(const std::vector<SlideTrack>& tracks) const;
     void requireCorners(int corners) const;
     bool looksReversed(const std::vector<SlidePicture>& pictures) const;
-    void requireSlide(const SlidePath& path, double zoom, double parallax) const;
+    void requireSlide(const SlidePath& path, const std::vector<SlideTrack>& tracks, double zoom,
+                      double parallax) const;
     void chooseWindow(double pictureWidth);
     SlideWindow windowOf(double share, double pictureWidth) const;
 
@@ -303,15 +179,21 @@ void CameraSlide::Impl::requireCorners(int corners) const {
 
 // @param zoom range of the logarithm of the magnification
 // @param parallax between near and far over the path, widths
-void CameraSlide::Impl::requireSlide(const SlidePath& path, double zoom, double parallax) const {
+void CameraSlide::Impl::requireSlide(const SlidePath& path, const std::vector<SlideTrack>& tracks,
+                                     double zoom, double parallax) const {
+    constexpr double kGathered = 0.25;
     constexpr double kMostMisfits = 0.3; // of the corners
     constexpr double kLeast = 0.01;      // of the width
     constexpr double kSideways = 0.7;    // cosine
     const char* const expected =
         ", expected a camera that moves sideways (parallax of 1 % of the width or more)";
     if (path.misfitShare > kMostMisfits) {
-        refuse(text("the scene moves, or stabilisation warps the pictures: %.0f %% of the corners "
-                    "do not fit a scene at rest, expected %.0f %% at most",
+        const bool isPart = gatheringOf(path, tracks) > kGathered;
+        refuse((isPart
+                    ? "the scene moves in a part of the picture: "
+                    : "the pictures are warped, as a phone's stabilisation does (turn it off), or "
+                      "all of the scene moves: ") +
+               text("%.0f %% of the corners do not fit a scene at rest, expected %.0f %% at most",
                     100 * path.misfitShare, 100 * kMostMisfits));
     }
     if (path.forwards > kSideways || zoom > 0.1) {
@@ -425,7 +307,8 @@ void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
     for (const SlideCamera& camera : path.cameras)
         turn = std::max(turn, std::acos(std::clamp(camera.turn(2, 2), -1.0, 1.0)));
     report.turnDegrees = turn * 180 / CV_PI;
-    requireSlide(path, growthOf(corners.tracks, static_cast<int>(chosen.size())), parallax);
+    requireSlide(path, corners.tracks, growthOf(corners.tracks, static_cast<int>(chosen.size())),
+                 parallax);
 
     double wholeWay = 0;
     for (std::size_t i = 1; i < path.cameras.size(); ++i)

@@ -1,8 +1,10 @@
 #include "slide/slide_path.hpp"
 
 #include "base/pixel_rows.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -336,13 +338,6 @@ class Solver {
     double pathLength_ = 1;
 };
 
-double medianOf(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 // The mean without the largest 5 %.
 double trimmedMean(std::vector<double> values) {
     constexpr double kKept = 0.95;
@@ -366,7 +361,7 @@ void guessCameras(const std::vector<SlideTrack>& tracks, const SlideGuess& guess
             right.push_back(step.x);
             down.push_back(step.y);
         }
-        sum += {medianOf(right), medianOf(down)};
+        sum += {percentileOf(right, 0.5), percentileOf(down, 0.5)};
         SlideCamera& camera = path.cameras[i];
         if (guess.isTurntable) { // about an axis at a distance of 1; its front is at .85
             const double angle = -sum.x / (0.15 * guess.lens.focal);
@@ -470,7 +465,7 @@ void solve(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, Slide
     std::vector<double> misses;
     for (std::size_t t = 0; t < tracks.size(); ++t)
         if (path.fits[t] != 0) misses.push_back(squareOf(t));
-    const double most = kUsual * kUsual * std::max(kExact * kExact, medianOf(misses));
+    const double most = kUsual * kUsual * std::max(kExact * kExact, percentileOf(misses, 0.5));
     for (std::size_t t = 0; t < tracks.size(); ++t)
         if (squareOf(t) > most) path.fits[t] = 0;
     solver.run(kNearReach, 40);
@@ -527,6 +522,82 @@ SlidePath reversedPath(const SlidePath& path, const std::vector<SlideTrack>& tra
         point.q = 2 * mean - point.q;
     solve(tracks, guess, result);
     return result;
+}
+
+double gatheringOf(const SlidePath& path, const std::vector<SlideTrack>& tracks) {
+    constexpr int kCells = 4; // each way
+    std::array<double, kCells * kCells> all{};
+    std::array<double, kCells * kCells> wrong{};
+    double misfits = 0;
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        const cv::Point2d& at = tracks[t].at[tracks[t].at.size() / 2];
+        const auto cellOf = [](double place) {
+            return std::clamp(static_cast<int>((place + 0.5) * kCells), 0, kCells - 1);
+        };
+        const auto cell = static_cast<std::size_t>(cellOf(at.y) * kCells + cellOf(at.x));
+        all[cell] += 1;
+        if (path.fits[t] != 0) continue;
+        wrong[cell] += 1;
+        misfits += 1;
+    }
+    const auto count = static_cast<double>(tracks.size());
+    const double share = misfits / count;
+    double spread = 0;
+    for (std::size_t cell = 0; cell < all.size(); ++cell)
+        if (all[cell] > 0) spread += all[cell] * std::pow(wrong[cell] / all[cell] - share, 2);
+    return spread / std::max(1e-9, count * share * (1 - share));
+}
+
+bool followsAThing(const SlidePath& path) {
+    constexpr double kMuch = 0.3; // of the turn that keeps a point of median depth in its column
+    const auto count = static_cast<double>(path.cameras.size());
+    double places = 0;
+    for (const SlideCamera& camera : path.cameras)
+        places += camera.place[0] / count;
+    double products = 0;
+    double squares = 0;
+    for (const SlideCamera& camera : path.cameras) {
+        const double from = camera.place[0] - places;
+        products += from * camera.turn(0, 2);
+        squares += from * from;
+    }
+    std::vector<double> depths;
+    for (const SlidePoint& point : path.points)
+        depths.push_back(point.q);
+    // or its pictures were shifted so, which puts points behind infinity
+    const double least = percentileOf(depths, 0.05);
+    return std::abs(products / squares) > kMuch * std::abs(percentileOf(depths, 0.5)) ||
+           least < -0.1 * (percentileOf(depths, 0.95) - least);
+}
+
+std::vector<std::size_t> longestStretch(const std::vector<SlideCamera>& cameras) {
+    constexpr double kBack = 0.02; // of the path
+    std::size_t bestBegin = 0;
+    std::size_t bestEnd = 0;
+    double bestSign = 1;
+    double best = -1;
+    for (const double sign : {1.0, -1.0}) {
+        const auto at = [&](std::size_t i) { return sign * cameras[i].place[0]; };
+        for (std::size_t begin = 0; begin < cameras.size(); ++begin) {
+            double farthest = at(begin);
+            for (std::size_t i = begin; i < cameras.size() && at(i) >= farthest - kBack; ++i) {
+                farthest = std::max(farthest, at(i));
+                if (at(i) - at(begin) <= best) continue;
+                best = at(i) - at(begin);
+                bestBegin = begin;
+                bestEnd = i;
+                bestSign = sign;
+            }
+        }
+    }
+    std::vector<std::size_t> stretch;
+    for (std::size_t i = bestBegin; i <= bestEnd; ++i) {
+        const auto goesOn = [&] {
+            return bestSign * (cameras[i].place[0] - cameras[stretch.back()].place[0]) > 1e-4;
+        };
+        if (stretch.empty() || goesOn()) stretch.push_back(i);
+    }
+    return stretch;
 }
 
 } // namespace altiro3D

@@ -85,4 +85,15 @@ SlidePath findPath(const std::vector<SlideTrack>& tracks, int pictures, const Sl
 SlidePath reversedPath(const SlidePath& path, const std::vector<SlideTrack>& tracks,
                        const SlideGuess& guess);
 
+/// How much the tracks that do not fit are gathered in parts of the picture: 0 (everywhere alike)
+/// .. 1 (parts in which all are wrong, and parts in which none is).
+double gatheringOf(const SlidePath& path, const std::vector<SlideTrack>& tracks);
+
+/// Whether the camera turns about as much as it takes to follow what it passes.
+bool followsAThing(const SlidePath& path);
+
+/// The longest part of the path in one direction; steps back that are small do not end it.
+/// @return indices of its cameras, ascending, whose positions only grow or only fall
+std::vector<std::size_t> longestStretch(const std::vector<SlideCamera>& cameras);
+
 } // namespace altiro3D

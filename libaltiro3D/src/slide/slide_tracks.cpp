@@ -17,13 +17,6 @@ constexpr int kLevels = 4;         // of the pyramid, besides the whole picture
 const cv::Size kWindow(21, 21);    // px
 constexpr double kQuality = 0.005; // of a corner against the best one
 
-double medianOf(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 std::vector<cv::Point2f> cornersOf(const cv::Mat& grey, int most, const cv::Mat& mask = {}) {
     std::vector<cv::Point2f> corners;
     const double apart = 0.7 * std::sqrt(static_cast<double>(grey.total()) / most);
@@ -142,11 +135,11 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
                 down.push_back(static_cast<double>(found.to[k].y - points[k].y));
             }
             counts.push_back(static_cast<double>(right.size()));
-            result.steps[i] = {medianOf(right), medianOf(down)};
+            result.steps[i] = {percentileOf(right, 0.5), percentileOf(down, 0.5)};
         }
         before = std::move(now);
     }
-    result.corners = static_cast<int>(medianOf(counts));
+    result.corners = static_cast<int>(percentileOf(counts, 0.5));
     return result;
 }
 
@@ -242,7 +235,8 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
             }
             live = std::move(next);
             result.fewest = std::min(result.fewest, static_cast<int>(live.size()));
-            result.gains[i] = result.gains[i - 1] * (ratios.empty() ? 1 : medianOf(ratios));
+            result.gains[i] =
+                result.gains[i - 1] * (ratios.empty() ? 1 : percentileOf(ratios, 0.5));
         }
         before = std::move(now);
         if (i + 1 == pictures.size()) break;
@@ -264,6 +258,45 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
     result.tracks.erase(std::remove_if(result.tracks.begin(), result.tracks.end(), isShort),
                         result.tracks.end());
     return result;
+}
+
+void removeStill(SlideTracks& tracks) {
+    constexpr double kStill = 0.004; // widths
+    const auto isStill = [](const SlideTrack& track) {
+        return cv::norm(track.at.back() - track.at.front()) < kStill;
+    };
+    std::vector<SlideTrack>& all = tracks.tracks;
+    all.erase(std::remove_if(all.begin(), all.end(), isStill), all.end());
+    std::vector<int> counts(tracks.gains.size() - 1);
+    for (const SlideTrack& track : all)
+        for (int i = track.first; i + 1 < track.end(); ++i)
+            ++counts[static_cast<std::size_t>(i)];
+    tracks.fewest = *std::min_element(counts.begin(), counts.end());
+}
+
+double growthOf(const std::vector<SlideTrack>& tracks, int pictures) {
+    double now = 0;
+    double least = 0;
+    double most = 0;
+    for (int i = 1; i < pictures; ++i) {
+        std::vector<cv::Point2d> before;
+        std::vector<cv::Point2d> after;
+        for (const SlideTrack& track : tracks) {
+            if (track.first >= i || track.end() <= i) continue;
+            after.push_back(track.at[static_cast<std::size_t>(i - track.first)]);
+            before.push_back(track.at[static_cast<std::size_t>(i - track.first) - 1]);
+        }
+        std::vector<double> ratios;
+        for (std::size_t k = 0; k < before.size(); ++k) { // of distances of far neighbours
+            const std::size_t other = (k + before.size() / 2) % before.size();
+            const double distance = cv::norm(before[k] - before[other]);
+            if (distance > 0.1) ratios.push_back(cv::norm(after[k] - after[other]) / distance);
+        }
+        if (!ratios.empty()) now += std::log(percentileOf(ratios, 0.5));
+        least = std::min(least, now);
+        most = std::max(most, now);
+    }
+    return most - least;
 }
 
 } // namespace altiro3D

@@ -58,4 +58,10 @@ struct SlideTracks {
 /// @param aspect height : width of the pictures of the clip
 SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect);
 
+/// Leaves out corners that stand still, and counts those that are left.
+void removeStill(SlideTracks& tracks);
+
+/// By how much what is seen grows or shrinks over all pictures: range of the logarithm.
+double growthOf(const std::vector<SlideTrack>& tracks, int pictures);
+
 } // namespace altiro3D

@@ -226,4 +226,26 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
     return view;
 }
 
+cv::Mat medianDepth(const std::vector<cv::Mat>& depths) {
+    cv::Mat result(depths.front().size(), CV_32FC1);
+    overRows(result.rows, [&](int y) {
+        std::vector<float> known;
+        for (int x = 0; x < result.cols; ++x) {
+            known.clear();
+            for (const cv::Mat& depth : depths) {
+                const float value = depth.at<float>(y, x);
+                if (!std::isnan(value)) known.push_back(value);
+            }
+            std::sort(known.begin(), known.end());
+            const std::size_t half = known.size() / 2;
+            float& to = result.at<float>(y, x);
+            if (known.empty())
+                to = std::numeric_limits<float>::quiet_NaN();
+            else
+                to = known.size() % 2 == 1 ? known[half] : (known[half - 1] + known[half]) / 2;
+        }
+    });
+    return result;
+}
+
 } // namespace altiro3D

@@ -55,4 +55,7 @@ SlideDepths matchFrames(const SlideFrame& left, const SlideFrame& right, const S
 cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const SlideLens& lens,
                     const SlideWindow& window, double position, const SlideDepths& depths);
 
+/// The median of the known values of each px. @param depths one or more of one size
+cv::Mat medianDepth(const std::vector<cv::Mat>& depths);
+
 } // namespace altiro3D

@@ -301,7 +301,26 @@ TEST(CameraSlide, RefusesASceneThatMoves) {
         }
         pictures.push_back(picture);
     }
-    EXPECT_TRUE(contains(refusal(pictures), "the scene moves"));
+    EXPECT_TRUE(startsWith(refusal(pictures), "slide: the scene moves in a part of the picture: "))
+        << refusal(pictures);
+}
+
+TEST(CameraSlide, RefusesPicturesThatStabilisationWarps) {
+    std::vector<cv::Mat> pictures;
+    for (std::size_t i = 0; i < clip().pictures.size(); ++i) {
+        const double phase = 1.9 * static_cast<double>(i);
+        cv::Mat places(kSize, CV_32FC2);
+        for (int y = 0; y < kSize.height; ++y)
+            for (int x = 0; x < kSize.width; ++x)
+                places.at<cv::Vec2f>(y, x) = {
+                    static_cast<float>(x + 5 * std::sin(y / 35.0 + phase)),
+                    static_cast<float>(y + 5 * std::sin(x / 40.0 + 1.3 * phase))};
+        cv::Mat warped;
+        cv::remap(clip().pictures[i], warped, places, {}, cv::INTER_LINEAR, cv::BORDER_REFLECT);
+        pictures.push_back(warped);
+    }
+    EXPECT_TRUE(startsWith(refusal(pictures), "slide: the pictures are warped, as a phone's"))
+        << refusal(pictures);
 }
 
 TEST(CameraSlide, ChecksItsOptions) {

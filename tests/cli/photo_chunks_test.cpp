@@ -134,10 +134,10 @@ TEST(PhotoChunks, ChunksTakeTheFolderAndTheCalibrationOfThePlan) {
 }
 
 TEST(PhotoChunks, AKilledChunkContinues) {
-    ALTIRO3D_TAKES(10);
+    ALTIRO3D_TAKES(3);
     const PhotoStudio studio;
     for (int i = 0; i < 20; ++i)
-        writeImage(studio / ("in/m" + std::to_string(i) + ".png"), madePhoto(600, 800));
+        writeImage(studio / ("in/m" + std::to_string(i) + ".png"), madePhoto(300, 400));
     ASSERT_TRUE(isDone(studio.plan("--chunk-photos 100")));
     const Outcome killed = studio.run(kTool, "--chunk 1 plan", SIGKILL,
                                       [&] { return fs::exists(studio / "out/m1_native.png"); });

@@ -118,14 +118,15 @@ class VideoChunksTest : public FileTest {
         return join();
     }
 
+    // The first, third, ... lengths are made backwards.
     void expectSameBytes(const std::vector<double>& lengths) const {
         const std::string whole = oneRun();
         ASSERT_FALSE(whole.empty());
+        bool isBackwards = false;
         for (const double seconds : lengths) {
-            for (const bool backwards : {false, true}) {
-                EXPECT_TRUE(manyRuns(seconds, backwards) == whole)
-                    << seconds << " s, backwards " << backwards;
-            }
+            isBackwards = !isBackwards;
+            EXPECT_TRUE(manyRuns(seconds, isBackwards) == whole)
+                << seconds << " s, backwards " << isBackwards;
         }
     }
 
@@ -147,13 +148,13 @@ class VideoChunksTest : public FileTest {
 const Clip kFewScenes = {{20, 31, 9, 44, 17}};
 
 TEST_F(VideoChunksTest, TheJoinedFileHasTheBytesOfOneRun) {
-    ALTIRO3D_TAKES(9);
+    ALTIRO3D_TAKES(5);
     writeClip(directory / "clip.mkv", kFewScenes);
     expectSameBytes({1, 13, 30, 1000});
 }
 
 TEST_F(VideoChunksTest, ASceneMayBeLongerThanManyChunks) {
-    ALTIRO3D_TAKES(6);
+    ALTIRO3D_TAKES(3);
     Clip clip{{7, 130, 10}};
     clip.hasStills = true;
     writeClip(directory / "clip.mkv", clip);
@@ -161,7 +162,7 @@ TEST_F(VideoChunksTest, ASceneMayBeLongerThanManyChunks) {
 }
 
 TEST_F(VideoChunksTest, FramesMayHaveDifferentLengths) {
-    ALTIRO3D_TAKES(4);
+    ALTIRO3D_TAKES(3);
     Clip clip = kFewScenes;
     clip.variableRate = true;
     writeClip(directory / "clip.mkv", clip);
@@ -169,14 +170,14 @@ TEST_F(VideoChunksTest, FramesMayHaveDifferentLengths) {
 }
 
 TEST_F(VideoChunksTest, ChoicesHoldForTheirScene) {
-    ALTIRO3D_TAKES(7);
+    ALTIRO3D_TAKES(4);
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) { all.choices = {true, true, true}; };
     expectSameBytes({1, 13});
 }
 
 TEST_F(VideoChunksTest, APartOfAVideoIsDividedAlike) {
-    ALTIRO3D_TAKES(5);
+    ALTIRO3D_TAKES(3);
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) {
         all.part.from = 7.3;
@@ -186,7 +187,7 @@ TEST_F(VideoChunksTest, APartOfAVideoIsDividedAlike) {
 }
 
 TEST_F(VideoChunksTest, OtherCodecsAndProductsAreDividedAlike) {
-    ALTIRO3D_TAKES(9);
+    ALTIRO3D_TAKES(5);
     writeClip(directory / "clip.mkv", kFewScenes);
     change = [](VideoConversion& all) {
         all.product = VideoProduct::Rgbd;
@@ -202,7 +203,7 @@ TEST_F(VideoChunksTest, OtherCodecsAndProductsAreDividedAlike) {
 }
 
 TEST_F(VideoChunksTest, GivenDepthIsDividedAlike) {
-    ALTIRO3D_TAKES(35);
+    ALTIRO3D_TAKES(20);
     Clip clip{{60, 190}}; // its flaws are measured on every 100th frame
     clip.hasStills = true;
     writeClip(directory / "clip.mkv", clip);

@@ -176,8 +176,8 @@ void refine(const DepthRefineOptions& options, Scene& scene, Messages& messages)
     messages.say(said);
 }
 
-StereoScene readScene(const std::string& name, const fs::path& photo, const fs::path& disparity,
-                      double scale, const fs::path& truth) {
+StereoScene readStereoScene(const std::string& name, const fs::path& photo,
+                            const fs::path& disparity, double scale, const fs::path& truth) {
     const QuietStandardError quiet;
     const cv::Mat left =
         readPhoto(photo); // in this order, because the error names the first damaged file
@@ -187,7 +187,7 @@ StereoScene readScene(const std::string& name, const fs::path& photo, const fs::
 
 // scenes.csv: scene, left, right, disp_left, disp_scale by name; files in a folder named as the
 // scene.
-std::vector<StereoScene> readScenes(const fs::path& file) {
+std::vector<StereoScene> readStereoScenes(const fs::path& file) {
     std::istringstream text(readFile(file, 1 << 20));
     std::vector<StereoScene> scenes;
     std::vector<std::string> columns;
@@ -213,9 +213,9 @@ std::vector<StereoScene> readScenes(const fs::path& file) {
                             "\", expected the columns scene, left, right, disp_left, disp_scale");
         }
         const fs::path folder = file.parent_path() / row["scene"];
-        scenes.push_back(readScene(row["scene"], folder / row["left"], folder / row["disp_left"],
-                                   numberOf(row["disp_scale"], file.string(), "disp_scale"),
-                                   folder / row["right"]));
+        scenes.push_back(readStereoScene(
+            row["scene"], folder / row["left"], folder / row["disp_left"],
+            numberOf(row["disp_scale"], file.string(), "disp_scale"), folder / row["right"]));
     }
     if (scenes.empty()) {
         throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one per line");
@@ -485,10 +485,10 @@ int run(const TradeJob& job, Messages& messages) {
     std::vector<Row> depths;
     if (job.hasTruth()) {
         std::vector<StereoScene> scenes =
-            job.photo.empty()
-                ? readScenes(job.scenes)
-                : std::vector<StereoScene>{readScene(job.photo.filename().string(), job.photo,
-                                                     job.disparity, job.disparityScale, job.truth)};
+            job.photo.empty() ? readStereoScenes(job.scenes)
+                              : std::vector<StereoScene>{
+                                    readStereoScene(job.photo.filename().string(), job.photo,
+                                                    job.disparity, job.disparityScale, job.truth)};
         const auto sources = depthSources(messages);   // may fail, so before any work
         const std::vector<StereoScene> exact = scenes; // the depth that rows are made of is refined
         rows = measureScenes(job, scenes, messages);

@@ -193,8 +193,8 @@ struct PlacedPhoto {
 
 // Places a photo. The options of run.maker are those that were asked for; of those of the photo,
 // its own maker (makerOf()) takes strength and focus.
-PlacedPhoto place(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& scene,
-                  Messages& messages) {
+PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& scene,
+                       Messages& messages) {
     PlacedPhoto placed;
     const double panelAspect = run.display.aspect();
     placed.quiltAspect =
@@ -400,13 +400,13 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     ReadPhoto scene = run.depth.read(item.photo, item.depth, flatDepth, messages, times);
     endIfStopWanted();
     requirePhoto(item, scene, messages);
-    PlacedPhoto placed = place(item, run, scene, messages);
+    PlacedPhoto placed = placePhoto(item, run, scene, messages);
     times.end("fit");
     endIfStopWanted();
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, placed.placement.scene, messages))
             scene.source = run.depth.estimateScene(scene.photo, flatDepth, scene);
-        placed = place(item, run, scene, messages); // the views are others now
+        placed = placePhoto(item, run, scene, messages); // the views are others now
         times.end("budget");
     }
     if (run.isForOnePhoto && run.network == nullptr) {

@@ -153,7 +153,7 @@ struct Studio::State {
                 setup.knobs.depthCurve};
     }
 
-    const Scene& fit(Fitted& kept, const Setup& setup, cv::Size size) {
+    const Scene& fittedScene(Fitted& kept, const Setup& setup, cv::Size size) {
         return kept.scene.get(fitKey(how, setup, size), [&] {
             const Document& document = *setup.document;
             if (!document.video) return placed(setup, size).scene;
@@ -170,7 +170,7 @@ struct Studio::State {
     }
 
     // For the window, with painted depth: only the depth changes from stroke to stroke.
-    const Scene& fitPainted(const Setup& setup, cv::Size size) {
+    const Scene& fittedPainted(const Setup& setup, cv::Size size) {
         return preview.scene.get(fitKey(how, setup, size), [&] {
             return fitted(setup, size, photo.get(fitKey({}, setup, size), [&] {
                 return fittedPhoto(setup, size);
@@ -181,14 +181,14 @@ struct Studio::State {
     // Of a photo at the tiles' size; else nothing, which quilts and Natives need.
     Scene fittedTiles(const Setup& setup) {
         if (setup.document->kind != Kind::Scene) return {};
-        return fit(tiles, setup, quiltLayout(setup).tileSize);
+        return fittedScene(tiles, setup, quiltLayout(setup).tileSize);
     }
 
     // Of a photo for its Native; else nothing.
     Scene fittedNative(const Setup& setup) {
         if (setup.document->kind != Kind::Scene) return {};
         const cv::Size size = nativeFitSize(setup);
-        return fit(size == quiltLayout(setup).tileSize ? tiles : panel, setup, size);
+        return fittedScene(size == quiltLayout(setup).tileSize ? tiles : panel, setup, size);
     }
 
     NativeKey keyOf(const Setup& setup) const {
@@ -225,7 +225,7 @@ struct Studio::State {
             return {sized(eyes.left, size), sized(eyes.right, size), {}};
         }
         const Setup whole = forEyes(setup);
-        return renderEyes(fit(preview, whole, size), whole.knobs.views, setup.eyes.from);
+        return renderEyes(fittedScene(preview, whole, size), whole.knobs.views, setup.eyes.from);
     }
 
     const cv::Mat& nativeOf(const Setup& setup) {
@@ -326,8 +326,8 @@ Frame Studio::render(const Request& request) {
             break;
         }
         const Scene& fitted = request.painted.depth.empty()
-                                  ? state_->fit(state_->preview, setup, size)
-                                  : state_->fitPainted(setup, size);
+                                  ? state_->fittedScene(state_->preview, setup, size)
+                                  : state_->fittedPainted(setup, size);
         frame.depth = shownDepth(fitted);
         if (request.mode == Mode::Depth) {
             cv::Mat grey;

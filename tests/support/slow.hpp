@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 
-/// For the first line of tests that take 2 s or more: skips the test if tests as long as it are not
+/// For the first line of tests of more than 1 s: skips the test if tests as long as it are not
 /// asked for. The environment variable ALTIRO3D_LONGEST_TEST (default: 10) is the limit in seconds;
 /// scripts/check-all.sh runs all tests.
 /// @param seconds what the test takes on two cores, without sanitizers

@@ -8,6 +8,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <complex>
@@ -68,6 +69,7 @@ TEST(RowFile, OtherProgramsReadWhatWasWritten) {
 }
 
 TEST(RowFile, BytesDoNotDependOnTheBands) {
+    ALTIRO3D_TAKES(2);
     const TemporaryDirectory folder;
     const cv::Mat picture = randomPicture({3000, 3001}, CV_8UC3);
     for (const char* name : {"a.png", "a.tif", "a.pdf"}) {
@@ -229,6 +231,7 @@ TEST(PrintSheet, MarksAreWhereTheyAreToBe) {
 }
 
 TEST(PrintSheet, BandsOfRowsAreThoseOfTheWholeNative) {
+    ALTIRO3D_TAKES(2);
     const Display print = printOf(60, 720, 70, 90); // 1984 x 2551 px: several bands
     const altiro3D::Scene scene{randomPhoto({300, 400}), randomDepth({150, 200})};
     for (const bool isContinuous : {false, true}) {

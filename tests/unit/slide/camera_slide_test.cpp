@@ -2,6 +2,7 @@
 
 #include "support/files.hpp"
 #include "support/hand_slide.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -150,6 +151,7 @@ TEST(CameraSlide, PointsMoveInTheirRowsByEqualSteps) {
 }
 
 TEST(CameraSlide, FromRightToLeftGivesTheSameOrder) {
+    ALTIRO3D_TAKES(1.5);
     std::vector<cv::Mat> pictures = clip().pictures;
     CameraSlide there(sourceOf(pictures));
     std::reverse(pictures.begin(), pictures.end());
@@ -182,6 +184,7 @@ TEST(CameraSlide, LightThatChangesDoesNotMoveCorners) {
 // right, as if near and far were exchanged and the camera went the other way. What hides what
 // tells.
 TEST(CameraSlide, PicturesThatFollowAThingHaveTheRightOrder) {
+    ALTIRO3D_TAKES(3);
     HandSlide steady;
     steady.pictures = 20;
     steady.length = 0.8;
@@ -212,6 +215,7 @@ TEST(CameraSlide, AnUprightSlideIsTurnedAndSaysSo) {
 }
 
 TEST(CameraSlide, OfBackAndForthTheLongestStretchIsUsed) {
+    ALTIRO3D_TAKES(1.5);
     std::vector<cv::Mat> pictures = clip().pictures;
     for (int i = 22; i >= 8; --i)
         pictures.push_back(clip().pictures[static_cast<std::size_t>(i)]);

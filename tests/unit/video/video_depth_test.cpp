@@ -267,6 +267,7 @@ TEST(VideoDepth, AutoInfersMoreOftenWhereThePictureChanges) {
 }
 
 TEST(VideoDepth, ContinuesFromAStateBitForBit) {
+    ALTIRO3D_TAKES(1.5);
     const std::vector<cv::Mat> clip = cameraMove(16);
     for (const int every : {0, 1, 3}) {
         VideoDepth whole(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));

@@ -8,7 +8,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 # shellcheck source=scripts/bare-debian.sh
 . scripts/bare-debian.sh
-libraries=(libopencv-dev libturbojpeg0-dev libpng-dev libexif-dev libheif-dev liblcms2-dev libhwy-dev zlib1g-dev
+libraries=(libopencv-dev libturbojpeg0-dev libpng-dev libheif-dev liblcms2-dev libhwy-dev zlib1g-dev
            libexpat1-dev nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
            libswresample-dev libavdevice-dev libgtest-dev)
 scripts/install-dependencies.sh arm64

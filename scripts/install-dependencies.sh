@@ -11,7 +11,7 @@
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
 
-build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-dev libexif-dev libheif-dev
+build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-dev libheif-dev
        liblcms2-dev libtiff-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavfilter-dev libavutil-dev libswscale-dev
        libswresample-dev

@@ -2,11 +2,10 @@
 
 #include "base/byte_reader.hpp"
 #include "base/pixel_rows.hpp"
+#include "base/text.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <libexif/exif-data.h>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <string>
@@ -62,18 +61,22 @@ int validOrientation(unsigned value) {
 
 int exifOrientation(string_view blob) {
     constexpr string_view kPrefix("Exif\0\0", 6);
-    if (blob.size() < 8 || blob.size() > kMaxExifBytes) return 1;
-    std::string whole(blob.substr(0, kPrefix.size()) == kPrefix ? string_view() : kPrefix);
-    whole += blob;
-    const std::unique_ptr<ExifData, decltype(&exif_data_unref)> data(
-        exif_data_new_from_data(reinterpret_cast<const unsigned char*>(whole.data()),
-                                static_cast<unsigned>(whole.size())),
-        exif_data_unref);
-    if (!data) return 1;
-    const ExifEntry* const entry =
-        exif_content_get_entry(data->ifd[EXIF_IFD_0], EXIF_TAG_ORIENTATION);
-    if (entry == nullptr || entry->format != EXIF_FORMAT_SHORT || entry->size < 2) return 1;
-    return validOrientation(exif_get_short(entry->data, exif_data_get_byte_order(data.get())));
+    constexpr unsigned kSizes[] = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4}; // bytes of whole numbers, by type
+    if (startsWith(blob, kPrefix)) blob.remove_prefix(kPrefix.size());
+    const bool isLittle = startsWith(blob, "II");
+    if (!isLittle && !startsWith(blob, "MM")) return 1;
+    const ByteReader reader(blob, isLittle);
+    const std::uint64_t directory = reader.u32(4);
+    const unsigned entries = reader.u16(directory);
+    for (unsigned i = 0; i < entries; ++i) { // of 12 bytes: tag, type, count, value
+        const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
+        if (reader.u16(entry) != 0x112) continue;
+        const unsigned type = reader.u16(entry + 2);
+        const unsigned size = type < std::size(kSizes) ? kSizes[type] : 0;
+        if (reader.u32(entry + 4) != 1) return 1;
+        return validOrientation(static_cast<unsigned>(reader.number(entry + 8, size)));
+    }
+    return 1;
 }
 
 std::optional<int> exifOrientationInPngText(string_view chunk, bool compressed) {

@@ -3,6 +3,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
+#include "image/exif.hpp"
 #include "image/image_header.hpp"
 #include "support/child.hpp"
 #include "support/compare.hpp"
@@ -327,6 +328,27 @@ TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
     for (const std::string& both : {chunk + text, text + chunk}) {
         const fs::path png = file("p.png", withPngChunks(encoded(".png", picture), both));
         EXPECT_TRUE(samePicture(readImage(png), turned(picture, 6)));
+    }
+}
+
+// It is a SHORT, and some programs write other whole numbers.
+TEST_F(ImageIo, OrientationsOfAnyWholeNumberAreRead) {
+    const cv::Mat picture = smoothPicture({9, 7});
+    for (const bool little : {false, true}) {
+        const auto number = little ? littleEndian : bigEndian;
+        for (const auto& [type, bytes] : std::vector<std::pair<unsigned, unsigned>>{
+                 {1, 1}, {3, 2}, {4, 4}, {6, 1}, {8, 2}, {9, 4}, {2, 1}, {5, 4}, {7, 1}, {99, 2}}) {
+            std::string block = exifBlock(0, little);
+            block.replace(12, 2, number(type, 2)).replace(18, bytes, number(6, bytes));
+            const fs::path path =
+                file("o.png", withPngChunks(encoded(".png", picture), pngChunk("eXIf", block)));
+            const bool isWhole = type != 2 && type != 5 && type != 7 && type != 99;
+            EXPECT_TRUE(samePicture(readImage(path), turned(picture, isWhole ? 6 : 1))) << type;
+        }
+        std::string several = exifBlock(6, little); // count
+        several.replace(14, 4, number(2, 4));
+        EXPECT_EQ(exifOrientation(several), 1);
+        EXPECT_EQ(exifOrientation("XX" + exifBlock(6, little).substr(2)), 1);
     }
 }
 

@@ -17,7 +17,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::string_view bytes = fuzz::textOf(data, size);
     std::string decoded;
     findUnblurred(bytes, decoded);
-    const std::string_view eye = findSecondEye(bytes);
+    const std::string_view eye = findSecondEye(bytes).coded;
     fuzz::require(eye.empty() || (eye.data() >= bytes.data() &&
                                   eye.data() + eye.size() <= bytes.data() + bytes.size()),
                   "the second eye's picture is a part of the file");

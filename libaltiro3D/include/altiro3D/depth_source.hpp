@@ -100,6 +100,13 @@ struct PhotoDepth {
     cv::Size whole;                     ///< Of an RGB-D image with both halves, px; else empty.
 };
 
+/// The scene of a photo and the depth that came with it.
+/// @param found with rawDepth, for example from readNamedHalves()
+/// @param flatDepth as for DepthSource::readScene()
+/// @param scene the photo, its depth map of any size, and what a stereo pair hides
+/// @throws Error as normalizeDepth()
+ALTIRO3D_EXPORT void makeScene(const PhotoDepth& found, double flatDepth, Scene& scene);
+
 /// A source of depth for photos and video frames: a network, a file, or the depth half of an RGB-D
 /// image. It keeps nothing of one photo for the next:
 ///

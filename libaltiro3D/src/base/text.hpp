@@ -43,6 +43,21 @@ inline std::size_t readNumber(std::string_view text, double& number) {
 #endif
 }
 
+/// The number at the begin of a text ("-2.5e-3"), independent of the locale.
+/// @return 0 if there is none or it is out of range
+inline double numberAt(std::string_view text) {
+    double number = 0;
+#ifdef __cpp_lib_to_chars
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc()) return 0;
+#else
+    const std::string digits(text.substr(0, text.find_first_not_of("0123456789.eE+-")));
+    if (digits.empty() || digits[0] == '+') return 0;
+    number = std::strtod(digits.c_str(), nullptr);
+#endif
+    return std::isfinite(number) ? number : 0;
+}
+
 /// "1536 x 2048": width x height, or any other pair.
 inline std::string pairText(long long a, long long b) {
     return std::to_string(a) + " x " + std::to_string(b);

@@ -3,6 +3,7 @@
 #include "base/byte_reader.hpp"
 #include "base/image_format.hpp"
 #include "base/text.hpp"
+#include "image/exif.hpp"
 #include "image/file_walk.hpp"
 #include "image/xmp.hpp"
 
@@ -15,6 +16,7 @@ namespace {
 
 using std::string_view;
 
+constexpr string_view kExifMark("Exif\0\0", 6);
 constexpr string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
 constexpr string_view kExtendedXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
 constexpr string_view kMpfMark("MPF\0", 4);
@@ -38,6 +40,7 @@ bool isPicture(string_view bytes) {
 
 // What precedes the first scan of a JPEG.
 struct JpegParts {
+    int orientation = 0;               // of the first EXIF; 0 without one
     string_view xmp;                   // of the first such segment
     std::vector<string_view> extended; // segments of the extended XMP
     std::vector<string_view> pictures; // further ones of a multi-picture file
@@ -97,7 +100,9 @@ void findFurtherPictures(string_view file, std::size_t at, string_view index, Jp
 JpegParts partsOf(string_view jpeg) {
     JpegParts parts;
     walkJpeg(jpeg, [&](unsigned marker, std::size_t at, string_view body) {
-        if (marker == 0xe1 && parts.xmp.empty() && startsWith(body, kXmpMark)) {
+        if (marker == 0xe1 && parts.orientation == 0 && startsWith(body, kExifMark)) {
+            parts.orientation = exifOrientation(body);
+        } else if (marker == 0xe1 && parts.xmp.empty() && startsWith(body, kXmpMark)) {
             parts.xmp = body.substr(kXmpMark.size());
         } else if (marker == 0xe1 && startsWith(body, kExtendedXmpMark)) {
             parts.extended.push_back(body.substr(kExtendedXmpMark.size()));
@@ -287,15 +292,21 @@ std::optional<DepthPart> findDepthPart(string_view jpeg) {
     const std::string extended = extendedXmp(parts, xmp, jpeg.size());
     const Xmp more(extended);
     const std::vector<const Xmp*> all{&xmp, &more};
-    if (auto part = dynamicDepth(jpeg, all)) return part;
-    if (auto part = gDepth(all)) return part;
-    if (auto part = appleJpeg(parts.pictures)) return part;
-    if (auto part = samsung(jpeg)) return part;
+    std::optional<DepthPart> part = dynamicDepth(jpeg, all);
+    if (!part) part = gDepth(all);
+    if (!part) part = appleJpeg(parts.pictures);
+    if (!part) part = samsung(jpeg);
+    if (part) {
+        part->orientation = std::max(1, parts.orientation);
+        return part;
+    }
     return huawei(jpeg);
 }
 
-string_view findSecondEye(string_view jpeg) {
-    return partsOf(jpeg).secondEye;
+SecondEye findSecondEye(string_view jpeg) {
+    const JpegParts parts = partsOf(jpeg);
+    const int own = partsOf(parts.secondEye).orientation;
+    return {parts.secondEye, std::max(1, own > 1 ? own : parts.orientation)};
 }
 
 string_view findUnblurred(string_view jpeg, std::string& decoded) {

@@ -22,10 +22,16 @@ struct DepthPart {
     bool isDistance = false;   ///< The numbers grow with the distance, from nearest to farthest.
     double nearest = 0;        ///< With isDistance: distance of 0; 0 = not stated.
     double farthest = 0;       ///< With isDistance: distance of the largest number; 0 = not stated.
-    int orientation = 0;       ///< 1..8, EXIF; 0 = that of the photo.
+    int orientation = 1;       ///< 1..8, EXIF; that of the photo, if the part states none.
 
     /// The coded picture, wherever it is.
     std::string_view picture() const { return coded.empty() ? std::string_view(decoded) : coded; }
+};
+
+/// The right eye's picture inside a JPEG.
+struct SecondEye {
+    std::string_view coded; ///< A JPEG or PNG in the file; empty if there is none.
+    int orientation = 1;    ///< 1..8, EXIF; that of the photo, if the picture states none.
 };
 
 /// Finds depth in a JPEG file: Dynamic Depth, GDepth, Apple's, Samsung's, Huawei's, in this order.
@@ -34,8 +40,7 @@ std::optional<DepthPart> findDepthPart(std::string_view jpeg);
 
 /// Finds the right eye's picture in a JPEG file of a 3D camera (MPO): the picture after the first
 /// one, if the index of pictures gives its type as "multi-frame image, disparity".
-/// @return a JPEG or PNG in the file; empty if there is none
-std::string_view findSecondEye(std::string_view jpeg);
+SecondEye findSecondEye(std::string_view jpeg);
 
 /// Finds the sharp original in a JPEG file.
 /// @param decoded holds the result if it was base64

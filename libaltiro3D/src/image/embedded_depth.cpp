@@ -3,8 +3,8 @@
 #include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/checks.hpp"
-#include "base/pixel_rows.hpp"
 #include "image/colour.hpp"
+#include "image/depth_of_part.hpp"
 #include "image/depth_parts.hpp"
 #include "image/exif.hpp"
 #include "image/heif_file.hpp"
@@ -13,8 +13,6 @@
 #include "image/picture_halves.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
@@ -28,126 +26,28 @@ namespace {
 
 using std::string_view;
 
-constexpr double kMaxDepthPixels = 6.4e7; // the largest seen has 4e6
-constexpr std::size_t kMinLevels = 4;     // of 256, between the percentiles 0.5 and 99.5
-
-const char* nameOf(EmbeddedDepthForm form) {
-    constexpr const char* kNames[] = {"Apple HEIC",          "Apple JPEG", "Google lens blur",
-                                      "Dynamic Depth",       "AVIF",       "Samsung, experimental",
-                                      "Huawei, experimental"};
-    return kNames[static_cast<int>(form)];
-}
-
-// Depth as it is in the file; the reason why it cannot be read instead of samples.
-struct RawDepth {
-    DepthPart part;
-    cv::Mat samples; // [CV_8UC1 or CV_16UC1], upright
-    std::string failure;
-};
-
-cv::Mat samplesOf(const DepthPart& part) {
-    if (!part.raw.empty()) {
-        if (static_cast<double>(part.raw.size()) > kMaxDepthPixels) return {};
-        const cv::Mat raw(static_cast<int>(part.rows), static_cast<int>(part.columns), CV_8UC1,
-                          const_cast<char*>(part.raw.data()));
-        return raw.clone();
-    }
-    cv::Mat picture = decodePart(part.picture(), kMaxDepthPixels, ImageChannels::AsStored);
-    if (picture.depth() != CV_8U && picture.depth() != CV_16U) return {};
-    if (picture.channels() >= 3) cv::extractChannel(picture, picture, 1); // grey in colours
-    return picture.channels() == 1 ? picture : cv::Mat();
-}
-
-RawDepth depthOfJpeg(DepthPart part, int photoOrientation) {
-    RawDepth raw;
-    raw.part = std::move(part);
-    const cv::Mat samples = samplesOf(raw.part);
-    const int orientation = raw.part.orientation == 0 ? photoOrientation : raw.part.orientation;
-    if (samples.empty()) {
-        raw.failure = "it is damaged";
-    } else {
-        raw.samples = upright(samples, orientation);
-    }
-    return raw;
-}
-
-std::optional<RawDepth> depthOfHeif(string_view bytes, ImageFormat format) {
-    RawDepth raw;
-    raw.part.form =
-        format == ImageFormat::Avif ? EmbeddedDepthForm::Avif : EmbeddedDepthForm::AppleHeic;
-    try {
-        const std::optional<HeifDepth> depth = HeifFile(bytes).decodeDepth(kMaxDepthPixels);
-        if (!depth) return std::nullopt;
-        raw.samples = depth->samples;
-        raw.part.isNearBright = !depth->isDistance;
-        raw.part.isDistance = depth->isDistance;
-        raw.part.nearest = depth->zNear;
-        raw.part.farthest = depth->zFar;
-    } catch (const PictureFailure& failure) {
-        raw.failure = failure.what();
-    }
-    return raw;
-}
-
-// Relative inverse depth of a sample v of 0..1.
-//   RangeInverse: v = (1/near - 1/Z) / (1/near - 1/far)       -> 1 - v
-//   RangeLinear:  Z = near + v (far - near), (1/Z - 1/far) / (1/near - 1/far)
-//                                                             -> near (1 - v) / Z
-class Nearness {
-  public:
-    explicit Nearness(const DepthPart& part)
-        : isNearBright_(part.isNearBright),
-          isLinear_(part.isDistance && part.nearest > 0 && part.farthest > part.nearest &&
-                    std::isfinite(part.farthest / part.nearest)),
-          ratio_(isLinear_ ? part.farthest / part.nearest : 1) {}
-    float operator()(double v) const {
-        if (isNearBright_) return static_cast<float>(v);
-        return static_cast<float>(isLinear_ ? (1 - v) / (1 + v * (ratio_ - 1)) : 1 - v);
-    }
-
-  private:
-    bool isNearBright_;
-    bool isLinear_;
-    double ratio_;
-};
-
-cv::Mat depthMapOf(const RawDepth& raw) {
-    const Nearness nearness(raw.part);
-    const int levels = raw.samples.depth() == CV_8U ? 256 : 65536;
-    std::vector<float> table(static_cast<std::size_t>(levels));
-    for (int i = 0; i < levels; ++i)
-        table[static_cast<std::size_t>(i)] = nearness(i / (levels - 1.0));
-    const auto look = [&](auto sample) { return table[sample]; };
-    return levels == 256 ? mapped<std::uint8_t, float>(raw.samples, look)
-                         : mapped<std::uint16_t, float>(raw.samples, look);
-}
-
-// Without the extremes, which may be single px.
-bool isFlat(const cv::Mat& depth) {
-    std::array<std::int64_t, 256> counts{};
-    for (int y = 0; y < depth.rows; ++y) {
-        const float* const row = depth.ptr<float>(y);
-        for (int x = 0; x < depth.cols; ++x)
-            ++counts[static_cast<std::size_t>(std::lround(row[x] * 255))];
-    }
-    const std::int64_t extremes = static_cast<std::int64_t>(depth.total()) / 200; // 0.5 %
-    std::size_t low = 0;
-    for (std::int64_t below = counts[low]; below <= extremes; below += counts[low])
-        ++low;
-    std::size_t high = 255;
-    for (std::int64_t above = counts[high]; above <= extremes; above += counts[high])
-        --high;
-    return high < low + kMinLevels;
-}
-
 cv::Size uprightSize(const ImageHeader& header) {
     const cv::Size size(static_cast<int>(std::min<std::uint64_t>(header.columns, kMaxImageSide)),
                         static_cast<int>(std::min<std::uint64_t>(header.rows, kMaxImageSide)));
     return header.orientation >= 5 ? cv::Size(size.height, size.width) : size;
 }
 
-void addUnused(Notes* notes, const std::string& what, const std::string& why) {
-    addNote(notes, NoteCode::LeftOut, what + " in the file is not used: " + why);
+std::optional<EmbeddedDepth> depthOfHeif(string_view bytes, ImageFormat format, Notes* notes) {
+    DepthPart part;
+    part.form =
+        format == ImageFormat::Avif ? EmbeddedDepthForm::Avif : EmbeddedDepthForm::AppleHeic;
+    try {
+        const std::optional<HeifDepth> depth = HeifFile(bytes).decodeDepth(kMaxDepthPixels);
+        if (!depth) return std::nullopt;
+        part.isNearBright = !depth->isDistance;
+        part.isDistance = depth->isDistance;
+        part.nearest = depth->zNear;
+        part.farthest = depth->zFar;
+        return depthOfPart(part, depth->samples, uprightSize(readImageHeader(bytes, "")), notes);
+    } catch (const PictureFailure& failure) {
+        addUnusedDepth(notes, nameOf(part.form), failure.what());
+        return std::nullopt;
+    }
 }
 
 // Near and Far are not metres: the depth is relative, and 1 and 1000 keep inverse depth nearly
@@ -193,45 +93,19 @@ std::size_t startOfMetadata(const std::vector<unsigned char>& jpeg) {
 
 } // namespace
 
-std::string EmbeddedDepth::text() const {
-    return std::string(nameOf(form)) + ", " + sizeText(depth.size()) + " px";
-}
-
 std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* notes) try {
     return withinMemory(photo.path(), [&]() -> std::optional<EmbeddedDepth> {
         const string_view bytes = photo.look();
         const ImageFormat format = imageFormat(bytes);
-        std::optional<RawDepth> raw;
-        cv::Size photoSize;
-        if (format == ImageFormat::Jpeg) {
-            std::optional<DepthPart> part = findDepthPart(bytes);
-            if (!part) return std::nullopt;
-            const ImageHeader header = readImageHeader(bytes, "");
-            photoSize = uprightSize(header);
-            raw = depthOfJpeg(std::move(*part), header.orientation);
-        } else if (format == ImageFormat::Heic || format == ImageFormat::Avif) {
-            raw = depthOfHeif(bytes, format);
-            if (raw) photoSize = uprightSize(readImageHeader(bytes, ""));
-        }
-        if (!raw || photoSize.empty()) return std::nullopt;
-        EmbeddedDepth found;
-        found.form = raw->part.form;
-        if (!raw->failure.empty()) {
-            addUnused(notes, std::string("the depth (") + nameOf(found.form) + ")", raw->failure);
-            return std::nullopt;
-        }
-        found.depth = depthMapOf(*raw);
-        const std::string what = "the depth (" + found.text() + ")";
-        if (!haveOneShape(found.depth.size(), photoSize)) {
-            addUnused(notes, what,
-                      "its shape is not that of the photo, " + sizeText(photoSize) + " px");
-            return std::nullopt;
-        }
-        if (isFlat(found.depth)) {
-            addUnused(notes, what, "it is flat");
-            return std::nullopt;
-        }
-        return found;
+        if (format == ImageFormat::Heic || format == ImageFormat::Avif)
+            return depthOfHeif(bytes, format, notes);
+        if (format != ImageFormat::Jpeg) return std::nullopt;
+        const std::optional<DepthPart> part = findDepthPart(bytes);
+        if (!part) return std::nullopt;
+        const cv::Mat picture =
+            decodePart(part->picture(), kMaxDepthPixels, ImageChannels::AsStored);
+        return depthOfPart(*part, samplesOf(*part, picture),
+                           uprightSize(readImageHeader(bytes, "")), notes);
     });
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
@@ -251,8 +125,9 @@ cv::Mat readUnblurredPhoto(const PhotoFile& photo, Notes* notes) {
         const ImageHeader header = readImageHeader(bytes, "");
         cv::Mat result = upright(picture, header.orientation);
         if (result.empty() || !haveOneShape(result.size(), uprightSize(header))) {
-            addUnused(notes, "the sharp original",
-                      result.empty() ? "it is damaged" : "its shape is not that of the photo");
+            addNote(notes, NoteCode::LeftOut,
+                    std::string("the sharp original in the file is not used: ") +
+                        (result.empty() ? "it is damaged" : "its shape is not that of the photo"));
             return {};
         }
         return result;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -93,5 +94,22 @@ struct EyesMark {
 /// Reads the JPS header of a JPEG (the first segment APP3 "_JPSJPS_", before the first scan) or the
 /// chunk sTER of a PNG (before the pixels). Any bytes give a result.
 EyesMark readEyesMark(std::string_view bytes);
+
+/// The eyes in one picture, as its file or its name (.jps, .pns) states.
+struct MarkedEyes {
+    std::optional<StatedEyes> eyes; ///< Nothing for other files.
+    bool isByName = false;          ///< The shape decides whether the halves are squeezed.
+    std::string origin;             ///< As of StereoPair.
+};
+
+/// @param photo name of the file @param bytes its contents
+/// @param notes if given, receives a remark if a mark is not used
+/// @throws Error Unsupported (interleaved or anaglyph JPS)
+MarkedEyes findMarkedEyes(const std::filesystem::path& photo, std::string_view bytes, Notes* notes);
+
+/// Splits a picture by what findMarkedEyes() found. @param name stands in messages
+/// @throws Error InvalidArgument (too small to split)
+StereoPair splitMarkedEyes(const cv::Mat& picture, const MarkedEyes& marked,
+                           const std::string& name);
 
 } // namespace altiro3D

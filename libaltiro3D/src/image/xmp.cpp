@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <exception>
 #include <expat.h>
 #include <memory>
@@ -222,10 +221,7 @@ string_view Xmp::value(string_view space, string_view name) const {
 }
 
 double Xmp::number(string_view space, string_view name) const {
-    const string_view text = value(space, name);
-    double number = 0;
-    const auto parsed = std::from_chars(text.data(), text.data() + text.size(), number);
-    return parsed.ec == std::errc() && std::isfinite(number) ? number : 0;
+    return numberAt(value(space, name));
 }
 
 std::string decodeBase64(string_view text) {

@@ -173,15 +173,7 @@ void DepthSource::readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) 
 
 void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& scene) try {
     if (found.rawDepth.empty()) return readScene(found.photo, flatDepth, scene);
-    DepthNormalization normalization;
-    normalization.kind = found.kind;
-    normalization.flatDepth = flatDepth;
-    scene = Scene();
-    scene.photo = found.photo;
-    scene.hidden = found.hidden;
-    if (found.origin == DepthOrigin::Matched) scene.edges = DepthEdges::Matched;
-    normalizeDepth(found.rawDepth, scene.depth, normalization);
-    if (!scene.hidden.photo.empty()) scaleHiddenDepth(found.rawDepth, scene.depth, scene.hidden);
+    makeScene(found, flatDepth, scene);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }

@@ -5,6 +5,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
+#include "depth/source/photo_depth.hpp"
 #include "image/depth_parts.hpp"
 
 #include <algorithm>
@@ -73,14 +74,7 @@ void replaceUnfit(Found& found, const PhotoFile& photo, cv::Size size) {
 // Without a reliable match there is no depth, and a remark says why.
 Found matchPair(const StereoPair& pair, const PhotoFile& photo) {
     Found found;
-    const StereoMatch match = matchStereo(pair.left, pair.right, found.rawDepth, &found.hidden);
-    found.notes = match.remarks(pair.origin);
-    if (match.isReliable) {
-        found.origin = DepthOrigin::Matched;
-        found.text = "stereo pair (" + pair.origin + "), depth by matching; " + match.text();
-    } else {
-        found.rawDepth.release();
-    }
+    static_cast<PhotoDepth&>(found) = matchedDepth(pair, found.notes);
     putNameBefore(found.notes, photo.path());
     return found;
 }
@@ -206,37 +200,12 @@ class PhotoDepthSource : public DepthSource {
     Read read_;
 };
 
-void addPlain(Notes* notes, const SceneName& name, const std::string& why) {
-    const bool isLightroom = name.tag == "LR" || name.tag == "lr";
-    addNote(notes, NoteCode::AsItIs,
-            "its name (" + name.tag + ") " + why + ": it is read as an ordinary photo" +
-                (isLightroom ? " (LR may mean Lightroom)" : ""));
-}
-
-std::optional<PhotoDepth> readEyes(const SceneName& name, const cv::Mat& picture, Notes* notes) {
-    const StereoPair pair = splitStereoPair(picture, name.layout, name.halves);
-    PhotoDepth halves;
-    const StereoMatch match = matchStereo(pair.left, pair.right, halves.rawDepth, &halves.hidden);
-    if (!match.areEyes()) { // a name is weak evidence, so it needs more than a match
-        addPlain(notes, name,
-                 "may mean that it holds both eyes, but its halves do not resemble each other");
-        return std::nullopt;
-    }
-    const Notes remarks = match.remarks(pair.origin);
-    addNotes(notes, remarks);
-    halves.photo = pair.left;
-    halves.origin = DepthOrigin::Matched;
-    halves.text = "stereo pair (" + pair.origin + ", by its name, " + name.tag +
-                  "), depth by matching; " + match.text();
-    return halves;
-}
-
 std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
                                    const cv::Mat& picture, Notes* notes) {
     constexpr const char* kSides[] = {"right", "left", "upper", "lower"};
     const std::optional<DepthSide> side = findDepthHalf(picture, name.isStacked);
     if (!side) {
-        addPlain(notes, name, "says that it holds depth, but no half of it is clearly depth");
+        addReadAsPhoto(notes, name, "says that it holds depth, but no half of it is clearly depth");
         return std::nullopt;
     }
     PhotoDepth halves;
@@ -266,21 +235,13 @@ std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
         });
 }
 
-void refuseVrName(const fs::path& file) {
-    const std::optional<SceneName> name = parseSceneName(file);
-    if (!name || name->contents != SceneName::Contents::Vr) return;
-    throw Error(ErrorCode::Unsupported, file.string(),
-                "is made for headsets (VR) by its name (" + name->tag +
-                    "), which is not read, expected a flat picture; if it is one, rename it");
-}
-
 std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& picture,
                                           Notes* notes) try {
     const std::optional<SceneName> name = parseSceneName(file.path());
     if (!name || std::min(picture.cols, picture.rows) < 2) return std::nullopt;
     refuseVrName(file.path());
     try {
-        return name->contents == SceneName::Contents::Eyes ? readEyes(*name, picture, notes)
+        return name->contents == SceneName::Contents::Eyes ? matchedDepth(*name, picture, notes)
                                                            : readRgbd(file, *name, picture, notes);
     } catch (const Error& error) {
         if (std::string(error.what()).find(file.path().string()) == 0) throw;

@@ -1,0 +1,124 @@
+#include "image/depth_of_part.hpp"
+
+#include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
+#include "image/exif.hpp"
+#include "image/picture_halves.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr std::size_t kMinLevels = 4; // of 256, between the percentiles 0.5 and 99.5
+
+// Relative inverse depth of a sample v of 0..1.
+//   RangeInverse: v = (1/near - 1/Z) / (1/near - 1/far)       -> 1 - v
+//   RangeLinear:  Z = near + v (far - near), (1/Z - 1/far) / (1/near - 1/far)
+//                                                             -> near (1 - v) / Z
+class Nearness {
+  public:
+    explicit Nearness(const DepthPart& part)
+        : isNearBright_(part.isNearBright),
+          isLinear_(part.isDistance && part.nearest > 0 && part.farthest > part.nearest &&
+                    std::isfinite(part.farthest / part.nearest)),
+          ratio_(isLinear_ ? part.farthest / part.nearest : 1) {}
+    float operator()(double v) const {
+        if (isNearBright_) return static_cast<float>(v);
+        return static_cast<float>(isLinear_ ? (1 - v) / (1 + v * (ratio_ - 1)) : 1 - v);
+    }
+
+  private:
+    bool isNearBright_;
+    bool isLinear_;
+    double ratio_;
+};
+
+cv::Mat depthMapOf(const DepthPart& part, const cv::Mat& samples) {
+    const Nearness nearness(part);
+    const int levels = samples.depth() == CV_8U ? 256 : 65536;
+    std::vector<float> table(static_cast<std::size_t>(levels));
+    for (int i = 0; i < levels; ++i)
+        table[static_cast<std::size_t>(i)] = nearness(i / (levels - 1.0));
+    const auto look = [&](auto sample) { return table[sample]; };
+    return levels == 256 ? mapped<std::uint8_t, float>(samples, look)
+                         : mapped<std::uint16_t, float>(samples, look);
+}
+
+// Without the extremes, which may be single px.
+bool isFlat(const cv::Mat& depth) {
+    std::array<std::int64_t, 256> counts{};
+    for (int y = 0; y < depth.rows; ++y) {
+        const float* const row = depth.ptr<float>(y);
+        for (int x = 0; x < depth.cols; ++x)
+            ++counts[static_cast<std::size_t>(std::lround(row[x] * 255))];
+    }
+    const std::int64_t extremes = static_cast<std::int64_t>(depth.total()) / 200; // 0.5 %
+    std::size_t low = 0;
+    for (std::int64_t below = counts[low]; below <= extremes; below += counts[low])
+        ++low;
+    std::size_t high = 255;
+    for (std::int64_t above = counts[high]; above <= extremes; above += counts[high])
+        --high;
+    return high < low + kMinLevels;
+}
+
+} // namespace
+
+const char* nameOf(EmbeddedDepthForm form) {
+    constexpr const char* kNames[] = {"Apple HEIC",          "Apple JPEG", "Google lens blur",
+                                      "Dynamic Depth",       "AVIF",       "Samsung, experimental",
+                                      "Huawei, experimental"};
+    return kNames[static_cast<int>(form)];
+}
+
+void addUnusedDepth(Notes* notes, const std::string& what, const std::string& why) {
+    addNote(notes, NoteCode::LeftOut, "the depth (" + what + ") in the file is not used: " + why);
+}
+
+std::string EmbeddedDepth::text() const {
+    return std::string(nameOf(form)) + ", " + sizeText(depth.size()) + " px";
+}
+
+cv::Mat samplesOf(const DepthPart& part, const cv::Mat& picture) {
+    cv::Mat samples;
+    if (part.raw.empty()) {
+        if (picture.depth() != CV_8U && picture.depth() != CV_16U) return {};
+        if (picture.channels() == 1) samples = picture;
+        if (picture.channels() >= 3) cv::extractChannel(picture, samples, 1); // grey in colours
+    } else if (static_cast<double>(part.raw.size()) <= kMaxDepthPixels) {
+        samples = cv::Mat(static_cast<int>(part.rows), static_cast<int>(part.columns), CV_8UC1,
+                          const_cast<char*>(part.raw.data()))
+                      .clone();
+    }
+    return samples.empty() ? samples : upright(samples, part.orientation);
+}
+
+std::optional<EmbeddedDepth> depthOfPart(const DepthPart& part, const cv::Mat& samples,
+                                         cv::Size photo, Notes* notes) {
+    if (photo.empty()) return std::nullopt;
+    if (samples.empty()) {
+        addUnusedDepth(notes, nameOf(part.form), "it is damaged");
+        return std::nullopt;
+    }
+    EmbeddedDepth found;
+    found.form = part.form;
+    found.depth = depthMapOf(part, samples);
+    if (!haveOneShape(found.depth.size(), photo)) {
+        addUnusedDepth(notes, found.text(),
+                       "its shape is not that of the photo, " + sizeText(photo) + " px");
+        return std::nullopt;
+    }
+    if (isFlat(found.depth)) {
+        addUnusedDepth(notes, found.text(), "it is flat");
+        return std::nullopt;
+    }
+    return found;
+}
+
+} // namespace altiro3D

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the library for browsers (WebAssembly) and the page that uses it: build/web/page/, a folder for
-# any server of files, and the npm package build/web/altiro3d-*.tgz. OpenCV, Highway and zlib are built
-# from Debian's source packages. Needs Debian 12 and the network (180 MB); the first build takes half
+# any server of files, and the npm package build/web/altiro3d-*.tgz. OpenCV, Highway, zlib and expat are
+# built from Debian's source packages. Needs Debian 12 and the network (180 MB); the first build takes half
 # an hour on two cores.
 #
 #   scripts/build-web.sh            builds
@@ -30,7 +30,7 @@ jobs=$(nproc)
 # Sources of Debian, which apt checks by the signature of the archive. Its list and what it knows are
 # here, so those of the system stay as they are.
 if [[ ! -e $out/sources/done ]]; then
-    echo "Downloading the sources of OpenCV, Highway and zlib"
+    echo "Downloading the sources of OpenCV, Highway, zlib and expat"
     rm -rf -- "$out/sources"
     mkdir -p "$out"/sources/{list,state/partial}
     # from where this system has its packages
@@ -45,7 +45,7 @@ if [[ ! -e $out/sources/done ]]; then
     apt=(apt-get -q -oAPT::Sandbox::User=root -oDir::Etc::sourcelist=/dev/null
          -oDir::Etc::sourceparts="$out/sources/list" -oDir::State::lists="$out/sources/state")
     logged "${apt[@]}" update
-    (cd "$out/sources" && logged "${apt[@]}" source opencv highway zlib)
+    (cd "$out/sources" && logged "${apt[@]}" source opencv highway zlib expat)
     # OpenCV rounds x.5 up on WebAssembly, and to even numbers on other processors.
     rounding=$(ls "$out"/sources/opencv-*/modules/core/include/opencv2/core/hal/intrin_wasm.hpp)
     sed -i 's/trunc_saturate_f32x4(wasm_f32x4_add(a.val, h))/trunc_saturate_f32x4(wasm_f32x4_nearest(a.val))/' \
@@ -55,17 +55,23 @@ if [[ ! -e $out/sources/done ]]; then
 fi
 
 # With threads, also for the module without: bindings/web/CMakeLists.txt.
-libraries=$out/libraries-threads
+libraries=$out/libraries
 flags='-O3 -msimd128 -pthread -fexceptions'
 if [[ ! -e $libraries/done ]]; then
-    echo "Building zlib and OpenCV"
-    rm -rf -- "$libraries" "$out"/build-{zlib,opencv}
-    mkdir -p "$libraries"/{lib,include} "$out/build-zlib"
+    echo "Building zlib, expat and OpenCV"
+    rm -rf -- "$libraries" "$out"/build-{zlib,expat,opencv}
+    mkdir -p "$libraries"/{lib,include} "$out"/build-{zlib,expat}
     sed -i 's/^#ifdef HAVE_UNISTD_H.*/#if 1/' "$out"/sources/zlib-*/zconf.h # as its configure does
     # shellcheck disable=SC2086 # several flags
     (cd "$out/build-zlib" && logged emcc $flags -c "$out"/sources/zlib-*/*.c)
     logged emar rcs "$libraries/lib/libz.a" "$out"/build-zlib/*.o
     cp "$out"/sources/zlib-*/{zlib,zconf}.h "$libraries/include/"
+    printf '#define %s\n' 'BYTEORDER 1234' 'XML_NS 1' 'XML_CONTEXT_BYTES 1024' 'XML_POOR_ENTROPY 1' \
+        >"$out/build-expat/expat_config.h" # the entropy is for servers
+    # shellcheck disable=SC2086
+    (cd "$out/build-expat" && logged emcc $flags -I. -c "$out"/sources/expat-*/expat/lib/xml{parse,role,tok}.c)
+    logged emar rcs "$libraries/lib/libexpat.a" "$out"/build-expat/*.o
+    cp "$out"/sources/expat-*/expat/lib/{expat,expat_external}.h "$libraries/include/"
     cp -r "$out"/sources/highway-*/hwy "$libraries/include/"
     off=(ITT OPENCL OPENCLAMDBLAS OPENCLAMDFFT IPP TBB OPENMP LAPACK EIGEN QUIRC ADE JPEG PNG TIFF WEBP OPENJPEG
          JASPER OPENEXR PROTOBUF FFMPEG GSTREAMER GTK V4L VA VA_INTEL 1394 VTK IMGCODEC_HDR IMGCODEC_SUNRASTER
@@ -75,17 +81,18 @@ if [[ ! -e $libraries/done ]]; then
     logged emcmake cmake -G Ninja -S "$out"/sources/opencv-*/ -B "$out/build-opencv" "${off[@]}" \
         -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX="$libraries" \
         -DCMAKE_C_FLAGS="$flags" -DCMAKE_CXX_FLAGS="$flags" -DWITH_PTHREADS_PF=ON \
-        -DBUILD_LIST=core,imgproc,photo -DENABLE_PIC=OFF -DCPU_BASELINE= -DCPU_DISPATCH= -DCV_TRACE=OFF \
-        -DCV_ENABLE_INTRINSICS=ON -DBUILD_ZLIB=OFF -DZLIB_LIBRARY="$libraries/lib/libz.a" \
+        -DBUILD_LIST=core,imgproc,photo,calib3d,features2d,flann -DENABLE_PIC=OFF -DCPU_BASELINE= \
+        -DCPU_DISPATCH= -DCV_TRACE=OFF -DCV_ENABLE_INTRINSICS=ON -DBUILD_ZLIB=OFF \
+        -DZLIB_LIBRARY="$libraries/lib/libz.a" \
         -DZLIB_INCLUDE_DIR="$libraries/include" -DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY \
         -DBUILD_{TESTS,PERF_TESTS,EXAMPLES,DOCS,JAVA,opencv_apps,opencv_python3,opencv_js}=OFF
-    logged cmake --build "$out/build-opencv" -j "$jobs" --target opencv_core opencv_imgproc opencv_photo
+    logged cmake --build "$out/build-opencv" -j "$jobs" --target opencv_{core,imgproc,photo,calib3d}
     logged cmake --install "$out/build-opencv"
     touch "$libraries/done"
 fi
 
 echo "Building the library"
-modules=$out/module-threads
+modules=$out/module
 logged emcmake cmake -G Ninja -S bindings/web -B "$modules" -DCMAKE_BUILD_TYPE=Release \
     -DOpenCV_DIR="$libraries/lib/cmake/opencv4" -DALTIRO3D_LIBRARIES="$libraries"
 logged cmake --build "$modules" -j "$jobs"

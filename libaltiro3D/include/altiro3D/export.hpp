@@ -6,4 +6,8 @@
 /// @def ALTIRO3D_EXPORT
 /// Exports a function or class from the shared library.
 
+#ifdef _WIN32 // a static library only
+#define ALTIRO3D_EXPORT
+#else
 #define ALTIRO3D_EXPORT __attribute__((visibility("default")))
+#endif

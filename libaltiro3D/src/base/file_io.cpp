@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <fcntl.h>
 #include <new>
@@ -295,7 +296,8 @@ std::string fileStamp(const fs::path& path) {
     std::error_code error;
     const std::uintmax_t bytes = fs::file_size(path, error);
     if (error) return {};
-    const auto time = fs::last_write_time(path, error).time_since_epoch().count();
+    const auto time = // of 128 bits in some libraries
+        static_cast<std::int64_t>(fs::last_write_time(path, error).time_since_epoch().count());
     return error ? std::string() : std::to_string(bytes) + " bytes of " + std::to_string(time);
 }
 

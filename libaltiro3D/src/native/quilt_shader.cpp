@@ -1,7 +1,8 @@
 #include "altiro3D/quilt2native.hpp"
 
+#include "base/text.hpp"
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <string>
 
@@ -11,10 +12,8 @@ namespace {
 
 // A literal of GLSL with the nine digits that a float needs, independent of the locale.
 std::string literal(double value) {
-    char text[32];
-    const auto end =
-        std::to_chars(text, text + sizeof text, value, std::chars_format::scientific, 8);
-    return {text, end.ptr};
+    const std::string text = numberText(value, 9);
+    return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
 std::string pair(double x, double y) {

@@ -55,7 +55,7 @@ void renderRowOn(const NativeRow<std::uint8_t>& row, [[maybe_unused]] const Tile
     for (; begin + kPortionPixels <= row.count; begin += kPortionPixels) {
         fetcher.fetch();
         for (std::uint32_t k = 0; k < 3; ++k) {
-            __builtin_prefetch(row.views[k] + begin + row.toNextViews);
+            hwy::Prefetch(row.views[k] + begin + row.toNextViews);
             findPlaces(row.views[k] + begin, k, places[k]);
         }
         std::uint8_t* HWY_RESTRICT out = row.out + 3 * begin;

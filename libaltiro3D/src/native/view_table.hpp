@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <hwy/cache_control.h>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <vector>
@@ -66,7 +67,7 @@ class RowFetcher {
 
     void fetch() {
         for (std::size_t i = 0; i < perPortion_ && tile_ != end_; ++i) {
-            __builtin_prefetch(*tile_ + toNext_ + std::min(at_, tileBytes_ - 1));
+            hwy::Prefetch(*tile_ + toNext_ + std::min(at_, tileBytes_ - 1));
             at_ += kCacheLine;
             if (at_ >= tileBytes_ + kCacheLine) { // the last byte may be in another line
                 at_ = 0;

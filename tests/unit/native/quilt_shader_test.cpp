@@ -62,7 +62,7 @@ class Twin {
         EXPECT_TRUE(std::regex_search(text, match, std::regex("const " + name + " = ([^;]*);")))
             << name;
         const std::string words = match[1];
-        const std::regex number("[-+]?\\d\\.\\d{8}e[-+]\\d\\d");
+        const std::regex number("[-+]?\\d+(\\.\\d+(e[-+]\\d+)?|e[-+]\\d+)");
         std::vector<float> values;
         for (std::sregex_iterator it(words.begin(), words.end(), number), end; it != end; ++it)
             values.push_back(std::stof(it->str()));

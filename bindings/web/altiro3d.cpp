@@ -1,8 +1,10 @@
 // The library for JavaScript (embind). src/index.ts is the interface that pages use.
 
 #include <altiro3D/depth_map.hpp>
+#include <altiro3D/depth_source.hpp>
 #include <altiro3D/display.hpp>
 #include <altiro3D/error.hpp>
+#include <altiro3D/image_io.hpp>
 #include <altiro3D/native_maker.hpp>
 #include <altiro3D/sway.hpp>
 #include <altiro3D/version.hpp>
@@ -10,7 +12,12 @@
 #include "base/checks.hpp"
 #include "depth/network/network_estimate.hpp"
 #include "depth/network/network_input.hpp"
+#include "depth/source/photo_depth.hpp"
+#include "image/depth_of_part.hpp"
+#include "image/depth_parts.hpp"
+#include "image/exif.hpp"
 #include "image/image_codecs.hpp"
+#include "image/picture_halves.hpp"
 
 #include <cstdint>
 #include <emscripten/bind.h>
@@ -21,7 +28,9 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace altiro3D::web {
@@ -99,6 +108,14 @@ double numberOr(const val& options, const char* name, double usual) {
     if (!isGiven(options, name)) return usual;
     check(options[name].isNumber(), name, "is not a number, expected one");
     return options[name].as<double>();
+}
+
+// What a browser has decoded of a part of a file: RGBA, or numbers; empty if that failed.
+cv::Mat decodedOf(const val& picture) {
+    if (picture.isUndefined()) return {};
+    const auto pixels = picture["width"].as<double>() * picture["height"].as<double>();
+    if (picture["data"]["length"].as<double>() == pixels) return depthOf(picture);
+    return matOf<std::uint8_t>(picture["data"], sizeOf(picture, "picture", 4), 4);
 }
 
 template <class T>
@@ -185,6 +202,138 @@ Scene sceneOf(const val& image, const val& depth) {
         return scene;
     });
 }
+
+val photoOfScene(const Scene& scene) {
+    return guarded([&] { return imageOf(scene.photo); });
+}
+
+val depthOfScene(const Scene& scene) {
+    return guarded([&] {
+        val result = pictureOf<float>("Float32Array", scene.depth);
+        result.set("estimated", scene.edges == DepthEdges::Decided);
+        return result;
+    });
+}
+
+// Depth that came with a photo
+
+// @param found without rawDepth: the depth of its photo must be estimated, or there is nothing
+val foundOf(const PhotoDepth& found, const Notes& notes) {
+    val result = val::object();
+    if (!found.rawDepth.empty()) {
+        Scene scene;
+        makeScene(found, DepthNormalization().flatDepth, scene);
+        result.set("scene", scene);
+    } else if (!found.photo.empty()) {
+        result.set("photo", imageOf(found.photo));
+    }
+    result.set("text", found.text);
+    result.set("remarks", listOf(notes));
+    return result;
+}
+
+val matchEyes(const val& left, const val& right) {
+    return guarded([&] {
+        const StereoPair pair{photoOf(left), photoOf(right), "two pictures"};
+        Notes notes;
+        const PhotoDepth found = matchedDepth(pair, notes);
+        return foundOf(found, notes);
+    });
+}
+
+val splitEyes(const val& picture, const val& options) {
+    return guarded([&] {
+        const StereoLayout layout = oneOf(options, "layout",
+                                          {{"left-right", StereoLayout::LeftRight},
+                                           {"right-left", StereoLayout::RightLeft},
+                                           {"top-bottom", StereoLayout::TopBottom},
+                                           {"bottom-top", StereoLayout::BottomTop}},
+                                          StereoLayout::LeftRight);
+        const StereoHalves halves = oneOf(
+            options, "halves", {{"full", StereoHalves::Full}, {"squeezed", StereoHalves::Squeezed}},
+            StereoHalves::Automatic);
+        const StereoPair pair = splitStereoPair(photoOf(picture), layout, halves);
+        val result = val::object();
+        result.set("left", imageOf(pair.left));
+        result.set("right", imageOf(pair.right));
+        return result;
+    });
+}
+
+// The file of a photo, with what it holds besides the picture that browsers show.
+class StoredDepth {
+  public:
+    StoredDepth(std::string bytes, std::string name)
+        : bytes_(std::move(bytes)), name_(std::move(name)) {
+        if (imageFormat(bytes_) != ImageFormat::Jpeg) return;
+        part_ = findDepthPart(bytes_);
+        eye_ = findSecondEye(bytes_);
+    }
+
+    // Files inside the file.
+    val depthPicture() const { return arrayOf(part_ ? part_->picture() : std::string_view()); }
+    val secondEye() const { return arrayOf(eye_.coded); }
+
+    // @param depth, eye: those files, decoded and not turned
+    val scene(const val& image, const val& depth, const val& eye) const {
+        Notes notes;
+        const PhotoDepth found = find(photoOf(image), decodedOf(depth), decodedOf(eye), notes);
+        return foundOf(found, notes);
+    }
+
+  private:
+    static val arrayOf(std::string_view bytes) {
+        return web::arrayOf("Uint8Array", reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                            bytes.size());
+    }
+
+    // As storedDepthOr() does it.
+    PhotoDepth find(const cv::Mat& photo, const cv::Mat& depth, const cv::Mat& eye,
+                    Notes& notes) const {
+        if (part_) {
+            const cv::Mat samples = samplesOf(*part_, depth);
+            if (const auto usable = depthOfPart(*part_, samples, photo.size(), &notes)) {
+                PhotoDepth found;
+                found.photo = photo;
+                found.rawDepth = usable->depth;
+                found.origin = DepthOrigin::Given;
+                found.text = "depth in the photo's file (" + usable->text() + ")";
+                return found;
+            }
+        }
+        if (const std::optional<StereoPair> pair = pairOf(photo, eye, notes)) {
+            Notes own;
+            PhotoDepth found = matchedDepth(*pair, own);
+            addNotes(&notes, own);
+            return found;
+        }
+        refuseVrName(name_);
+        const std::optional<SceneName> name = parseSceneName(name_);
+        if (!name || name->contents != SceneName::Contents::Eyes) return {};
+        return matchedDepth(*name, photo, &notes).value_or(PhotoDepth());
+    }
+
+    std::optional<StereoPair> pairOf(const cv::Mat& photo, const cv::Mat& eye, Notes& notes) const {
+        const MarkedEyes marked = findMarkedEyes(name_, bytes_, &notes);
+        if (marked.eyes) return splitMarkedEyes(photo, marked, name_);
+        if (eye_.coded.empty()) return std::nullopt;
+        const char* problem = "it is damaged";
+        if (eye.channels() == 4) {
+            StereoPair pair{photo, {}, "MPO"};
+            cv::cvtColor(upright(eye, eye_.orientation), pair.right, cv::COLOR_RGBA2BGR);
+            if (canBeEyes(pair.left.size(), pair.right.size())) return pair;
+            problem = "its shape is not that of the left picture";
+        }
+        addNote(&notes, NoteCode::LeftOut,
+                std::string("the right eye's picture is not used: ") + problem);
+        return std::nullopt;
+    }
+
+    std::string bytes_;
+    std::string name_;
+    std::optional<DepthPart> part_; // points into bytes_
+    SecondEye eye_;                 // this one, too
+};
 
 // The depth of a photo by a network that JavaScript runs.
 class Estimate {
@@ -374,6 +523,10 @@ Rendering* newRendering(const Display& display, const Scene& scene, const val& o
     return guarded([&] { return new Rendering(display, scene, options); });
 }
 
+StoredDepth* newStoredDepth(const std::string& bytes, const std::string& name) {
+    return guarded([&] { return new StoredDepth(bytes, name); });
+}
+
 Estimate* newEstimate(const val& image, const val& profile) {
     return guarded([&] { return new Estimate(image, profile); });
 }
@@ -389,7 +542,17 @@ auto call(Self& self, Arguments... arguments) {
 EMSCRIPTEN_BINDINGS(altiro3d) {
     using emscripten::allow_raw_pointers;
     emscripten::class_<Display>("Display").constructor(&displayOfText).property("facts", &factsOf);
-    emscripten::class_<Scene>("Scene").constructor(&sceneOf);
+    emscripten::class_<Scene>("Scene")
+        .constructor(&sceneOf)
+        .function("photo", &photoOfScene)
+        .function("depth", &depthOfScene);
+    emscripten::class_<StoredDepth>("StoredDepth")
+        .constructor(&newStoredDepth, allow_raw_pointers())
+        .function("depthPicture", &StoredDepth::depthPicture)
+        .function("secondEye", &StoredDepth::secondEye)
+        .function("scene", &call<&StoredDepth::scene, const StoredDepth, val, val, val>);
+    emscripten::function("matchEyes", &matchEyes);
+    emscripten::function("splitEyes", &splitEyes);
     emscripten::class_<Estimate>("Estimate")
         .constructor(&newEstimate, allow_raw_pointers())
         .function("runs", &Estimate::runs)

@@ -49,7 +49,8 @@ async function perform(status: string, work: () => Promise<unknown>): Promise<vo
   const begin = performance.now();
   try {
     await work();
-    say(photoName && `${photoName}: ${((performance.now() - begin) / 1000).toFixed(1)} s`);
+    const remarks = (await call("remarks")).map((remark) => `; ${remark}`).join("");
+    say(photoName && `${photoName}: ${((performance.now() - begin) / 1000).toFixed(1)} s${remarks}`);
   } catch (error) {
     say(photoName, (error as Error).message);
   }

@@ -13,6 +13,7 @@ import {
   type Profile,
   type Rendering,
   type Scene,
+  storedDepth,
 } from "altiro3d";
 import * as ort from "onnxruntime-web/wasm";
 import { readGreyPng } from "./png";
@@ -43,6 +44,7 @@ let rendering: Rendering | undefined;
 let network: { session: ort.InferenceSession; profile: Profile } | undefined;
 let options: Options = {};
 let photoName = "";
+let remarks: string[] = []; // on the photo
 
 function replace<T extends { delete(): void }>(old: T | undefined, made: T): T {
   old?.delete();
@@ -64,6 +66,20 @@ async function decode(file: Blob, name: string): Promise<ImageData> {
   context.drawImage(bitmap, 0, 0, width, height);
   bitmap.close();
   return context.getImageData(0, 0, width, height);
+}
+
+// A picture inside a file, as storedDepth() wants it.
+async function decodePart(bytes: Uint8Array<ArrayBuffer>, numbers: boolean): Promise<Picture | Depth> {
+  const grey = numbers ? await readGreyPng(bytes) : undefined;
+  if (grey) return grey;
+  const bitmap = await createImageBitmap(new Blob([bytes]), {
+    imageOrientation: "none",
+    premultiplyAlpha: "none",
+    colorSpaceConversion: numbers ? "none" : "default",
+  });
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", { alpha: false })!;
+  context.drawImage(bitmap, 0, 0);
+  return context.getImageData(0, 0, bitmap.width, bitmap.height);
 }
 
 async function loadNetwork(model: string | ArrayBuffer, profile: Profile): Promise<void> {
@@ -100,8 +116,14 @@ function needRendering(): Rendering {
   return rendering;
 }
 
-function setScene(newPhoto: ImageData, newDepth: Depth): Chosen | undefined {
-  const made = new altiro3d.Scene(newPhoto, newDepth); // throws before anything is lost
+// @param made throws before anything is lost
+function setScene(
+  newPhoto: ImageData,
+  newDepth: Depth,
+  made = new altiro3d.Scene(newPhoto, newDepth),
+  said: string[] = [],
+): Chosen | undefined {
+  remarks = said;
   scene = replace(scene, made);
   photo = newPhoto;
   depth = newDepth;
@@ -127,8 +149,14 @@ const calls = {
     return display.facts;
   },
   async open(file: File): Promise<Chosen | undefined> {
-    const decoded = await decode(file, file.name);
-    const chosen = setScene(decoded, await estimated(decoded));
+    let decoded = await decode(file, file.name);
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    const found = await storedDepth(altiro3d, bytes, file.name, decoded, decodePart);
+    const { scene } = found;
+    const own = scene?.photo() ?? found.photo;
+    if (own) decoded = new ImageData(own.data as Uint8ClampedArray<ArrayBuffer>, own.width, own.height);
+    const said = scene ? [found.text, ...found.remarks] : found.remarks;
+    const chosen = setScene(decoded, scene?.depth() ?? (await estimated(decoded)), scene, said);
     photoName = file.name;
     return chosen;
   },
@@ -169,6 +197,8 @@ const calls = {
   native: (): Picture => needRendering().native(),
   nativePng: (): Uint8Array => needRendering().nativePng(),
   quiltPng: (): Uint8Array => needRendering().quiltPng(),
+  /** Where the depth of the photo comes from if it is not estimated, and what is unusual. */
+  remarks: (): string[] => remarks,
   quiltName: (): string => needRendering().quiltName(photoName),
   /** Photo, and depth at its right, as near-white grey. */
   rgbd(): Picture {

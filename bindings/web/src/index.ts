@@ -94,7 +94,40 @@ export interface Display extends Owned {
 }
 
 /** A photo and its depth. */
-export type Scene = Owned;
+export interface Scene extends Owned {
+  photo(): Picture;
+  /** From 0, the farthest, to 1. */
+  depth(): Depth;
+}
+
+/** Depth that came with a photo, or follows from the pictures of both eyes. */
+export interface Found {
+  /** Its photo is the left eye's picture. */
+  scene?: Scene;
+  /** Without a scene: the left eye's picture, if the eyes do not match. */
+  photo?: Picture;
+  /** Where the depth comes from. */
+  text: string;
+  /** What is unusual, or not used. */
+  remarks: string[];
+}
+
+/** How a picture holds the pictures of both eyes. */
+export interface Halves {
+  layout?: "left-right" | "right-left" | "top-bottom" | "bottom-top";
+  /** Default: squeezed if the picture is about 16 : 9. */
+  halves?: "full" | "squeezed";
+}
+
+/** The file of a photo, with what it holds besides the picture that browsers show: see storedDepth(). */
+export interface StoredDepth extends Owned {
+  /** A JPEG or PNG; empty without one. */
+  depthPicture(): Uint8Array;
+  /** A JPEG or PNG with the right eye's picture (MPO); empty without one. */
+  secondEye(): Uint8Array;
+  /** @param depth, eye those pictures, decoded and not turned */
+  scene(photo: Picture, depth?: Picture | Depth, eye?: Picture): Found;
+}
 
 /** A scene on a display. */
 export interface Rendering extends Owned {
@@ -126,6 +159,11 @@ export interface Altiro3D {
   Scene: new (photo: Picture, depth: Depth) => Scene;
   Rendering: new (display: Display, scene: Scene, options: Options) => Rendering;
   Estimate: new (photo: Picture, profile: Profile) => Estimate;
+  StoredDepth: new (file: Uint8Array, name: string) => StoredDepth;
+  /** Depth of a stereo pair, by matching. */
+  matchEyes(left: Picture, right: Picture): Found;
+  /** Takes a picture of both eyes apart. */
+  splitEyes(picture: Picture, how: Halves): { left: Picture; right: Picture };
   version(): string;
   setThreads(threads: number): void;
   /** Bytes of the module's memory that are in use. */
@@ -179,5 +217,33 @@ export async function estimate(
     return estimate.depth();
   } finally {
     estimate.delete();
+  }
+}
+
+/**
+ * Reads depth that comes with a photo, as photo2native does: depth that a phone has stored in its JPEG; or
+ * matches both eyes: those of an MPO or JPS file, or of a picture that says so by its name ("beach_LR.jpg").
+ *
+ * @param photo the file, decoded and upright
+ * @param decode decodes a JPEG or PNG inside the file without turning it; numbers: not into other colours
+ *        either, and with all bits
+ * @returns without scene if the depth must be estimated
+ */
+export async function storedDepth(
+  altiro3d: Altiro3D,
+  file: Uint8Array,
+  name: string,
+  photo: Picture,
+  decode: (file: Uint8Array<ArrayBuffer>, numbers: boolean) => Promise<Picture | Depth>,
+): Promise<Found> {
+  const stored = new altiro3d.StoredDepth(file, name);
+  const decoded = (part: Uint8Array, numbers: boolean) =>
+    part.length > 0 ? decode(part as Uint8Array<ArrayBuffer>, numbers).catch(() => undefined) : undefined;
+  try {
+    const depth = await decoded(stored.depthPicture(), true);
+    const eye = (await decoded(stored.secondEye(), false)) as Picture | undefined;
+    return stored.scene(photo, depth, eye);
+  } finally {
+    stored.delete();
   }
 }

@@ -39,6 +39,45 @@ function greyPng(width, height, values) {
   return Buffer.concat([signature, chunk("IHDR", head), chunk("IDAT", deflateSync(rows)), chunk("IEND", Buffer.alloc(0))]);
 }
 
+// A JPEG with a segment after its start.
+function withSegment(jpeg, marker, body) {
+  const head = Buffer.from([0xff, marker, 0, 0]);
+  head.writeUInt16BE(body.length + 2, 2);
+  return Buffer.concat([jpeg.subarray(0, 2), head, body, jpeg.subarray(2)]);
+}
+
+// Numbers of 16 and 32 bits, as [value, bytes].
+const numbers = (...values) =>
+  Buffer.concat(values.map(([value, bytes]) => Buffer.from(value.toString(16).padStart(2 * bytes, "0"), "hex")));
+
+// EXIF with the orientation.
+const exif = (orientation) =>
+  Buffer.concat([
+    Buffer.from("Exif\0\0MM\0*"),
+    numbers([8, 4], [1, 2], [0x112, 2], [3, 2], [1, 4], [orientation, 2], [0, 2], [0, 4]),
+  ]);
+
+// XMP with depth in metres.
+const gDepth = (png) =>
+  Buffer.from(
+    `http://ns.adobe.com/xap/1.0/\0<x:xmpmeta xmlns:x='adobe:ns:meta/'><rdf:RDF
+    xmlns:rdf='http://www.w3.org/1999/02/22-rdf-syntax-ns#'><rdf:Description
+    xmlns:GDepth='http://ns.google.com/photos/1.0/depthmap/' GDepth:Format='RangeLinear' GDepth:Near='5.5e-1'
+    GDepth:Far='10.25' GDepth:Mime='image/png' GDepth:Data='${png.toString("base64")}'/></rdf:RDF></x:xmpmeta>`,
+  );
+
+// A file of a 3D camera: the left picture, an index, the right picture (CIPA DC-007).
+function mpo(left, right) {
+  const index = (offset) =>
+    Buffer.concat([
+      Buffer.from("MPF\0MM\0*"),
+      numbers([8, 4], [1, 2], [0xb002, 2], [7, 2], [32, 4], [26, 4], [0, 4]),
+      numbers([0x020002, 4], [0, 4], [0, 4], [0, 4], [0x020002, 4], [right.length, 4], [offset, 4], [0, 4]),
+    ]);
+  const first = withSegment(left, 0xe2, index(0)).length;
+  return Buffer.concat([withSegment(left, 0xe2, index(first - 10)), right]); // from the byte order mark on
+}
+
 // An empty page with what the checks of the package share.
 async function packagePage() {
   const page = await browser.newPage();
@@ -51,14 +90,18 @@ async function packagePage() {
   );
   await page.goto(`${site}/blank`);
   await page.evaluate(() => {
-    globalThis.pixels = async (url) => {
-      const bitmap = await createImageBitmap(await (await fetch(url)).blob());
+    globalThis.drawn = (bitmap) => {
       const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d", { alpha: false });
       context.drawImage(bitmap, 0, 0);
       return context.getImageData(0, 0, bitmap.width, bitmap.height);
     };
+    globalThis.pixels = async (url) => drawn(await createImageBitmap(await (await fetch(url)).blob()));
+    globalThis.decoded = async (file, numbers) => {
+      const colours = { imageOrientation: "none", colorSpaceConversion: numbers ? "none" : "default" };
+      return drawn(await createImageBitmap(new Blob([file]), colours));
+    };
     globalThis.prepare = async (threads) => {
-      const { load } = await import("/package/index.js");
+      const { load, storedDepth } = await import("/package/index.js");
       const altiro3d = await load(threads);
       const text = await (await fetch("/page/portrait-sample.json")).text();
       const display = new altiro3d.Display(text, "visual.json");
@@ -68,7 +111,7 @@ async function packagePage() {
       const data = new Uint16Array(width * height);
       for (let i = 0; i < data.length; ++i) data[i] = depthAt(i % width, Math.floor(i / width));
       const scene = new altiro3d.Scene(photo, { data, width, height });
-      return { altiro3d, display, photo, scene };
+      return { altiro3d, display, photo, scene, storedDepth };
     };
     // Blocks at different depths over a slope.
     globalThis.depthAt = (x, y) => 20 * y + ((x >> 6) + (y >> 6)) % 3 * 9000;
@@ -150,6 +193,62 @@ const checks = {
       }
     }
     await page.close();
+  },
+
+  async "depth in photos, and pairs, as photo2native"() {
+    const page = await packagePage();
+    const file = (name) => join(made, name);
+    const run = (...options) => execFileSync(photo2native, ["-y", ...options], { stdio: "pipe" });
+    const parts = [file("photo.png"), file("depth.png"), file("given.png")];
+    run("-c", calibration, "--save-stereo", file("pair_LRF.png"), "--save-photo-with-depth", file("phone.jpg"), "-d", ...parts);
+    run("-c", calibration, "--save-stereo", file("eye.jpg"), "--stereo-layout", "files", "-d", ...parts);
+    const [phone, left, right] = ["phone.jpg", "eye_L.jpg", "eye_R.jpg"].map((name) => readFileSync(file(name)));
+    writeFileSync(file("turned.jpg"), withSegment(phone, 0xe1, exif(6)));
+    writeFileSync(file("linear.jpg"), withSegment(left, 0xe1, gDepth(greyPng(30, 40, (x, y) => 257 * (6 * y + x % 5)))));
+    writeFileSync(file("eyes.mpo"), mpo(left, right));
+    writeFileSync(file("odd_LR.png"), readFileSync(file("photo.png"))); // not a pair, in spite of its name
+    for (const [name, expected] of [
+      ["phone.jpg", "depth in the photo's file (Dynamic Depth, "],
+      ["turned.jpg", "depth in the photo's file (Dynamic Depth, "],
+      ["linear.jpg", "depth in the photo's file (Google lens blur, 30 x 40 px)"],
+      ["eyes.mpo", "stereo pair (MPO), depth by matching; "],
+      ["pair_LRF.png", "stereo pair (left and right half, by its name, LRF), depth by matching; "],
+      ["odd_LR.png", ""],
+    ]) {
+      if (expected) run("-c", calibration, file(name), file("native.png"));
+      for (const threads of [1, 4]) {
+        const { different, most, text, remarks } = await page.evaluate(
+          async ({ name, threads }) => {
+            const { altiro3d, display, storedDepth } = await prepare(threads);
+            const bytes = new Uint8Array(await (await fetch(`/check/${name}`)).arrayBuffer());
+            const { scene, text, remarks } = await storedDepth(altiro3d, bytes, name, await pixels(`/check/${name}`), decoded);
+            if (!scene) return { different: 0, most: 0, text, remarks };
+            const rendering = new altiro3d.Rendering(display, scene, {});
+            const native = rendering.native();
+            const expected = await pixels("/check/native.png");
+            const differences = native.data.map((value, i) => Math.abs(value - expected.data[i]));
+            const different = differences.reduce((sum, value) => sum + (value > 0), 0);
+            return { different, most: Math.max(...new Set(differences)), text, remarks };
+          },
+          { name, threads },
+        );
+        console.log(`    ${name}, ${threads} threads: ${different} values differ, by at most ${most}; ${text}${remarks.join("; ")}`);
+        assert.ok(text.startsWith(expected));
+        assert.equal(remarks.length, expected ? 0 : 1);
+        assert.equal(different, 0);
+      }
+    }
+    await page.close();
+    const context = await browser.newContext();
+    const opened = await openedPage(context);
+    await choose(opened, "photo", file("pair_LRF.png"));
+    assert.match(await text(opened, "status"), /pair_LRF.png: .* s; stereo pair \(left and right half, by its name, LRF\)/);
+    const download = opened.waitForEvent("download");
+    await opened.click("[data-save=rgbd]");
+    await (await download).saveAs(file("pair_rgbd.png"));
+    // one eye and its depth are as wide as both eyes
+    assert.deepEqual(readFileSync(file("pair_rgbd.png")).subarray(16, 24), readFileSync(file("pair_LRF.png")).subarray(16, 24));
+    await context.close();
   },
 
   async "memory stays flat over 500 renderings"() {

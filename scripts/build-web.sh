@@ -121,9 +121,11 @@ logged "${esbuild[@]}" bindings/web/page/main.ts --outfile="$page/main.js"
 logged "${esbuild[@]}" bindings/web/page/worker.ts --outfile="$page/worker.js" \
     --conditions=onnxruntime-web-use-extern-wasm
 cp bindings/web/page/{index.html,page.css,manifest.webmanifest,icon.svg} "${modules[@]}" "$page/"
-cp models/altiro3d-depth.onnx calibration/portrait-sample.json "$page/"
-cp "$out"/npm/node_modules/onnxruntime-web/dist/ort-wasm-simd-threaded.{mjs,wasm} "$page/"
+cp models/altiro3d-depth.onnx "$page/"
+engine=$out/npm/node_modules/onnxruntime-web/dist
+cp "$engine"/ort-wasm-simd-threaded.{mjs,wasm} "$page/"
 files=$(cd "$page" && printf '"%s",' ./ *)
+cp "$engine"/{ort.jspi.min.mjs,ort-wasm-simd-threaded.jspi.{mjs,wasm}} "$page/" # kept when they are used
 version=$(cd "$page" && cat ./* | sha256sum | cut -c 1-16)
 logged "${esbuild[@]}" bindings/web/page/sw.ts --outfile="$page/sw.js" \
     --define:version="\"$version\"" --define:files="[${files%,}]"
@@ -136,5 +138,6 @@ size() { # file...: bytes, and bytes as brotli sends them
 }
 echo "     bytes     brotli  (of the first visit: one of the two modules)"
 size "$page"/{altiro3d.wasm,altiro3d-threads.wasm,main.js,worker.js,altiro3d-depth.onnx,ort-wasm-simd-threaded.wasm}
+size "$page/ort-wasm-simd-threaded.jspi.wasm" # where a network is dropped, and the browser has WebGPU
 ls "$out"/altiro3d-*.tgz
 if [[ -n $serve ]]; then exec node bindings/web/serve.mjs "$page" 8000; fi

@@ -1,4 +1,6 @@
 import type { Chosen, DisplayFacts, Options, Picture } from "altiro3d";
+import { type Photo, pairs, photoOf, stemOf, thumbnailOf } from "./photos";
+import { sampleEnding, sampleNames, sampleOf } from "./samples";
 import type { Calls } from "./worker";
 
 const $ = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
@@ -10,6 +12,7 @@ const focus = $<HTMLInputElement>("focus");
 const fit = $<HTMLSelectElement>("fit");
 const method = $<HTMLSelectElement>("method");
 const swing = $<HTMLInputElement>("swing");
+const sample = $<HTMLSelectElement>("sample");
 const chooser = $<HTMLInputElement>("file");
 
 // The worker
@@ -42,52 +45,126 @@ function say(status: string, error = ""): void {
   $("error").hidden = error === "";
 }
 
-// Runs what a user asks for; what is wrong is told, and all stays as it was.
-async function perform(status: string, work: () => Promise<unknown>): Promise<void> {
+// Runs what a user asks for; what is wrong is told and returned, and all stays as it was.
+async function perform(status: string, work: () => Promise<unknown>): Promise<string> {
   document.body.ariaBusy = "true";
   say(status);
   const begin = performance.now();
+  let wrong = "";
   try {
     await work();
     const remarks = (await call("remarks")).map((remark) => `; ${remark}`).join("");
-    say(photoName && `${photoName}: ${((performance.now() - begin) / 1000).toFixed(1)} s${remarks}`);
+    const seconds = ((performance.now() - begin) / 1000).toFixed(1);
+    say(current ? `${named(current)}: ready in ${seconds} s${remarks}` : "");
   } catch (error) {
-    say(photoName, (error as Error).message);
+    wrong = (error as Error).message;
+    tell(error);
   }
   document.body.ariaBusy = "false";
+  return wrong;
+}
+
+const named = ({ name, depth }: Photo) => (depth instanceof File ? `${name} with ${depth.name}` : name);
+
+function tell(error: unknown): void {
+  say(current?.name ?? "", (error as Error).message);
 }
 
 // Display
 
 let display: DisplayFacts;
-const storedCalibration = "altiro3d.calibration";
+// Kept in the browser: the calibration that was opened last, and the sample that is used instead of it.
+const kept = { own: "altiro3d.calibration", sample: "altiro3d.sample" };
 
-async function calibrate(text: string, name: string, isSample = false): Promise<void> {
+async function calibrate(text: string, name: string): Promise<void> {
   display = await call("calibrate", text, name);
   const model = display.model || "Unknown display";
+  const isSample = display.serial.endsWith(sampleEnding);
   $("display").textContent =
-    `${model}${display.serial && `, ${display.serial}`}: ${display.width} × ${display.height} px. ` +
+    `${model}${display.serial && !isSample ? `, ${display.serial}` : ""}: ${display.width} × ${display.height} px. ` +
     display.remarks.join(" ");
-  $("sample").hidden = !isSample;
-  if (!isSample) localStorage.setItem(storedCalibration, text);
+  $("warning").hidden = !isSample;
+  if (!isSample) {
+    localStorage.setItem(kept.own, text);
+    sample.options[0].text = $("display").textContent!.split(":")[0];
+    sample.options[0].hidden = false;
+  }
+  sample.value = isSample ? model : "";
+  localStorage.setItem(kept.sample, sample.value);
   redraw();
 }
 
-// Photo and settings
+// Photos
 
-let photoName = "";
-let automatic = true; // strength and focus follow from the picture
+const photos: Photo[] = [];
+const buttons = new Map<Photo, HTMLButtonElement>();
+let current: Photo | undefined;
 
-function options(): Options {
-  const chosen: Options = {
-    fit: fit.value as Options["fit"],
-    method: method.value as Options["method"],
-  };
-  if (!automatic) {
-    chosen.strength = strength.valueAsNumber;
-    chosen.focus = focus.valueAsNumber;
+function add(photo: Photo): void {
+  photos.push(photo);
+  const button = thumbnailOf(photo, () => void openPhoto(photo));
+  buttons.set(photo, button);
+  $("photos").append(button);
+}
+
+function remove(photo: Photo): void {
+  photos.splice(photos.indexOf(photo), 1);
+  buttons.get(photo)?.remove();
+  buttons.delete(photo);
+}
+
+let wanted: Photo | undefined; // of several that are asked for while one is read, the last is opened
+let opening: Promise<string>; // what went wrong
+
+function openPhoto(photo: Photo): Promise<string> {
+  if (!wanted) opening = openWanted(photo);
+  else wanted = photo;
+  return opening;
+}
+
+async function openWanted(photo: Photo): Promise<string> {
+  let wrong = "";
+  let opened: Photo | undefined;
+  for (wanted = photo; wanted !== opened; ) {
+    const next = (opened = wanted);
+    wrong = await perform(`${next.name}: reading, and estimating depth …`, () => show(next));
   }
-  return chosen;
+  wanted = undefined;
+  return wrong;
+}
+
+async function show(photo: Photo): Promise<void> {
+  try {
+    const chosen = await call("open", photo.file, photo.depth, options(photo));
+    current = photo;
+    photo.wasOpened = true;
+    $<HTMLFieldSetElement>("settings").disabled = $<HTMLFieldSetElement>("save").disabled = false;
+    $<HTMLButtonElement>("show").disabled = false;
+    view.classList.add("shown");
+    fit.value = photo.fit;
+    showChosen(chosen);
+  } catch (error) {
+    if (!photo.wasOpened && photo.depth instanceof File) {
+      photo.depth = undefined; // perhaps only that is broken
+      await show(photo);
+    } else if (!photo.wasOpened) remove(photo);
+    throw error;
+  } finally {
+    $("photos").hidden = photos.length < 2;
+    for (const [one, button] of buttons) button.ariaCurrent = String(one === current);
+    if (current) buttons.get(current)!.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+}
+
+function turnPage(step: number): void {
+  const next = photos[photos.indexOf(wanted ?? current!) + step];
+  if (next) void openPhoto(next);
+}
+
+// Settings
+
+function options(of: Photo): Options {
+  return { fit: of.fit as Options["fit"], method: method.value as Options["method"], ...of.byHand };
 }
 
 function showChosen(chosen: Chosen | undefined): void {
@@ -101,56 +178,82 @@ function showChosen(chosen: Chosen | undefined): void {
 
 async function apply(): Promise<void> {
   try {
-    showChosen(await call("set", options()));
+    if (current) showChosen(await call("set", options(current)));
   } catch (error) {
-    say(photoName, (error as Error).message);
+    tell(error);
   }
 }
 
-async function openPhoto(file: File, kind: "open" | "openRgbd"): Promise<void> {
-  await perform(`${file.name}: reading, and estimating depth …`, async () => {
-    const chosen = await call(kind, file);
-    photoName = file.name;
-    $<HTMLFieldSetElement>("settings").disabled = $<HTMLFieldSetElement>("save").disabled = false;
-    $<HTMLButtonElement>("show").disabled = false;
-    view.classList.add("shown");
-    showChosen(chosen);
-  });
-}
+// Files: their names tell what they are, unless one is opened by the button of its kind.
 
-const kinds = {
-  photo: { accept: "image/*", open: (file: File) => openPhoto(file, "open") },
-  rgbd: { accept: "image/*", open: (file: File) => openPhoto(file, "openRgbd") },
-  depth: {
+const openers = {
+  photo: {
     accept: "image/*",
-    open: (file: File) => perform(`${file.name} …`, async () => showChosen(await call("openDepth", file))),
+    open: (files: File[]) => (files.length === 1 ? openPhotos([photoOf(files[0])]) : openAll(files)),
+  },
+  depth: { accept: "image/*", open: ([file]: File[]) => openDepth(file, current) },
+  rgbd: {
+    accept: "image/*",
+    open: (files: File[]) => openPhotos(files.map((file) => photoOf(file, "right"))),
   },
   network: {
     accept: ".onnx",
-    open: (file: File) => perform(`${file.name} …`, async () => showChosen(await call("openNetwork", file))),
+    open: ([file]: File[]) => perform(`${file.name} …`, () => openNetwork(file)),
   },
   calibration: {
     accept: ".json",
-    open: (file: File) => perform(`${file.name} …`, async () => calibrate(await file.text(), file.name)),
+    open: ([file]: File[]) => perform(`${file.name} …`, async () => calibrate(await file.text(), file.name)),
   },
 };
 
-// Files that are dropped or pasted: their names tell what they are.
-async function openAll(files: Iterable<File>): Promise<void> {
-  for (const file of files) {
-    const name = file.name.toLowerCase();
-    const isDepth = photoName !== "" && /[-_.]depth\.\w+$/.test(name);
-    const kind = name.endsWith(".json")
-      ? "calibration"
-      : name.endsWith(".onnx")
-        ? "network"
-        : isDepth
-          ? "depth"
-          : /rgbd\.\w+$/.test(name)
-            ? "rgbd"
-            : "photo";
-    await kinds[kind].open(file);
+async function openNetwork(file: File): Promise<void> {
+  const { engine, chosen } = await call("openNetwork", file);
+  $("network").hidden = false;
+  $("network").textContent = `Depth by ${file.name}, on the ${engine}.`;
+  showChosen(chosen);
+}
+
+function openDepth(file: File, photo?: Photo): Promise<string> {
+  return perform(`${file.name} …`, async () => {
+    if (!photo) throw new Error(`${file.name}: belongs to no photo that is open, expected the photo first`);
+    const before = photo.depth;
+    photo.depth = file;
+    try {
+      await show(photo);
+    } catch (error) {
+      photo.depth = before;
+      throw error;
+    }
+  });
+}
+
+// Opens the first that can be read.
+async function openPhotos(added: Photo[]): Promise<string> {
+  const wrong: string[] = [];
+  for (const photo of added) add(photo);
+  for (const photo of added) {
+    wrong.push(await openPhoto(photo));
+    if (photos.includes(photo)) break;
   }
+  return told(wrong);
+}
+
+async function openAll(files: File[]): Promise<string> {
+  const wrong: string[] = [];
+  const isKind = (file: File, ending: string) => file.name.toLowerCase().endsWith(ending);
+  const pictures = files.filter((file) => !isKind(file, ".json") && !isKind(file, ".onnx"));
+  for (const file of files.filter((one) => isKind(one, ".json"))) wrong.push(await openers.calibration.open([file]));
+  for (const file of files.filter((one) => isKind(one, ".onnx"))) wrong.push(await openers.network.open([file]));
+  const { photos: added, depths } = pairs(pictures, photos);
+  wrong.push(await openPhotos(added));
+  for (const [file, photo] of depths) wrong.push(await openDepth(file, photo ?? current));
+  return told(wrong);
+}
+
+function told(wrong: string[]): string {
+  const all = wrong.filter((one) => one !== "").join("\n");
+  if (all) say(current?.name ?? "", all);
+  return all;
 }
 
 // Sway: one view is asked for at a time, for the latest position.
@@ -178,7 +281,7 @@ async function drawView(wanted: number): Promise<void> {
     draw(await call("view", wanted, Math.max(64, height)), view);
     view.dataset.position = wanted.toFixed(3);
   } catch (error) {
-    say(photoName, (error as Error).message);
+    tell(error);
   }
   shown = wanted;
   isAsking = false;
@@ -186,13 +289,40 @@ async function drawView(wanted: number): Promise<void> {
 
 function tick(milliseconds: number): void {
   if (swing.checked) position = Math.sin(milliseconds / 700);
-  if (photoName && !isAsking && position !== shown && document.fullscreenElement !== panel) void drawView(position);
+  if (current && !isAsking && position !== shown && document.fullscreenElement !== panel) void drawView(position);
   requestAnimationFrame(tick);
 }
 
 function look(share: number): void {
   swing.checked = false;
   position = Math.max(-1, Math.min(1, 2 * share - 1));
+}
+
+// Tilting a phone or tablet. A swing that was asked for goes on until the tilt changes clearly.
+let swingTilt: number | undefined;
+
+function tilt({ beta, gamma }: DeviceOrientationEvent): void {
+  if (beta === null || gamma === null) return; // of a computer
+  $("tilt").hidden = true;
+  const { angle } = screen.orientation;
+  const degrees = angle === 90 ? beta : angle === 270 ? -beta : gamma;
+  swingTilt ??= degrees;
+  if (swing.checked && Math.abs(degrees - swingTilt) < 5) return;
+  look(0.5 + degrees / 50);
+}
+
+// Safari asks whether a page may know the tilt, after a press of the user.
+const orientation = globalThis.DeviceOrientationEvent as
+  | { requestPermission?: () => Promise<PermissionState> }
+  | undefined;
+
+async function allowTilt(): Promise<void> {
+  try {
+    if ((await orientation!.requestPermission!()) !== "granted") throw new Error("is not allowed");
+    $("tilt").hidden = true;
+  } catch (error) {
+    tell(new Error(`Tilt: ${(error as Error).message}, expected permission for motion and orientation`));
+  }
 }
 
 // Show on the display
@@ -210,7 +340,7 @@ function fitPanel(): void {
   const rows = Math.round(screen.height * devicePixelRatio);
   const fits = columns === native.width && rows === native.height;
   $("screen").hidden = fits;
-  $("screen").textContent = fits
+  $("screen").textContent = $("misfit").textContent = fits
     ? ""
     : `The screen has ${columns} × ${rows} px, expected ${native.width} × ${native.height}: move this window to the ` +
       "display, set its scaling and the zoom of the page to 100 %, and press F there.";
@@ -220,7 +350,7 @@ interface DetailedScreen extends Screen {
   devicePixelRatio: number;
 }
 
-async function show(): Promise<void> {
+async function showOnDisplay(): Promise<void> {
   const request: FullscreenOptions & { screen?: Screen } = { navigationUI: "hide" };
   const windowWithScreens = window as Window & { getScreenDetails?: () => Promise<{ screens: DetailedScreen[] }> };
   try {
@@ -238,7 +368,7 @@ async function show(): Promise<void> {
     await panel.requestFullscreen(request);
     await drawNative();
   } catch (error) {
-    say(photoName, `Full screen: ${(error as Error).message}`);
+    tell(new Error(`Full screen: ${(error as Error).message}`));
   }
 }
 
@@ -259,12 +389,13 @@ async function pngOf(picture: Picture): Promise<Blob> {
 }
 
 // One turn of the camera, recorded while it is shown.
-async function recordTurn(): Promise<Blob> {
+async function recordTurn(): Promise<void> {
   const seconds = 4;
   const canvas = document.createElement("canvas");
-  const stem = await call("view", 0, 960);
-  draw(stem, canvas);
-  const recorder = new MediaRecorder(canvas.captureStream(30), { videoBitsPerSecond: 12e6 });
+  draw(await call("view", 0, 960), canvas);
+  const kind = MediaRecorder.isTypeSupported("video/webm") ? "webm" : "mp4"; // older versions of Safari
+  const mimeType = `video/${kind}`;
+  const recorder = new MediaRecorder(canvas.captureStream(30), { mimeType, videoBitsPerSecond: 12e6 });
   const parts: Blob[] = [];
   recorder.ondataavailable = ({ data }) => parts.push(data);
   const stopped = new Promise((resolve) => (recorder.onstop = resolve));
@@ -276,16 +407,16 @@ async function recordTurn(): Promise<Blob> {
   }
   recorder.stop();
   await stopped;
-  return new Blob(parts, { type: "video/webm" });
+  save(new Blob(parts, { type: mimeType }), `${stem()}.${kind}`);
 }
 
-const stem = () => photoName.replace(/\.\w+$/, "");
+const stem = () => stemOf(current!.name);
 const png = { type: "image/png" };
 const saves = {
   native: async () => save(new Blob([(await call("nativePng")) as BlobPart], png), `${stem()}-native.png`),
   quilt: async () => save(new Blob([(await call("quiltPng")) as BlobPart], png), await call("quiltName")),
   rgbd: async () => save(await pngOf(await call("rgbd")), `${stem()}_rgbd.png`),
-  video: async () => save(await recordTurn(), `${stem()}.webm`),
+  video: recordTurn,
 };
 
 // Events
@@ -295,10 +426,11 @@ document.addEventListener("click", ({ target }) => {
   if (button?.dataset.save) {
     void perform("Saving …", saves[button.dataset.save as keyof typeof saves]);
   } else if (button?.dataset.open) {
-    const kind = kinds[button.dataset.open as keyof typeof kinds];
-    chooser.accept = kind.accept;
+    const opener = openers[button.dataset.open as keyof typeof openers];
+    chooser.accept = opener.accept;
+    chooser.multiple = button.dataset.open === "photo" || button.dataset.open === "rgbd";
     chooser.value = "";
-    chooser.onchange = () => void kind.open(chooser.files![0]);
+    chooser.onchange = () => void opener.open([...chooser.files!]);
     chooser.click();
   }
 });
@@ -314,33 +446,47 @@ window.addEventListener("drop", (event) => {
 });
 window.addEventListener("paste", (event) => void openAll([...(event.clipboardData?.files ?? [])]));
 view.addEventListener("pointermove", (event) => look(event.offsetX / view.clientWidth));
-window.addEventListener("deviceorientation", ({ gamma }) => {
-  if (gamma !== null) look(0.5 + gamma / 50);
-});
+window.addEventListener("deviceorientation", tilt);
+swing.addEventListener("change", () => (swingTilt = undefined));
+$("tilt").hidden = !orientation?.requestPermission || navigator.maxTouchPoints === 0;
+$("tilt").addEventListener("click", () => void allowTilt());
 window.addEventListener("resize", () => {
   if (document.fullscreenElement === panel) fitPanel();
 });
 for (const slider of [strength, focus]) {
   slider.addEventListener("input", () => {
-    automatic = false;
+    if (current) current.byHand = { strength: strength.valueAsNumber, focus: focus.valueAsNumber };
     void apply();
   });
 }
-for (const choice of [fit, method]) choice.addEventListener("change", () => void apply());
+method.addEventListener("change", () => void apply());
+fit.addEventListener("change", () => {
+  if (current) current.fit = fit.value;
+  void apply();
+});
 $("reset").addEventListener("click", () => {
-  automatic = true;
+  if (current) Object.assign(current, { byHand: undefined, fit: "auto" });
   fit.value = "auto";
   void apply();
 });
-$("show").addEventListener("click", () => void show());
+sample.querySelector("optgroup")!.append(...sampleNames.map((name) => new Option(`${name} (sample)`, name)));
+sample.addEventListener("change", () => {
+  const { value } = sample;
+  void perform("", () => calibrate(value ? sampleOf(value) : localStorage.getItem(kept.own)!, value || "visual.json"));
+});
+$("show").addEventListener("click", () => void showOnDisplay());
 window.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target instanceof HTMLSelectElement) return;
-  if (event.key === "f" && photoName) void show();
-  const isFree = event.target === document.body || event.target === view;
-  if (!isFree) return;
-  if (event.key === " ") swing.checked = !swing.checked;
-  else if (event.key === "ArrowLeft") look((position + 1) / 2 - 0.05);
-  else if (event.key === "ArrowRight") look((position + 1) / 2 + 0.05);
+  const { key } = event;
+  const isFull = document.fullscreenElement === panel;
+  const target = event.target as HTMLElement;
+  const isTaken = !isFull && target.matches(key === " " ? "button, input, select" : "[type=range], select");
+  if (!current || isTaken || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (key.toLowerCase() === "f") void (isFull ? document.exitFullscreen() : showOnDisplay());
+  else if (key === "PageDown" || (isFull && (key === "ArrowRight" || key === " "))) turnPage(1);
+  else if (key === "PageUp" || (isFull && key === "ArrowLeft")) turnPage(-1);
+  else if (key === " ") swing.click();
+  else if (key === "ArrowLeft") look((position + 1) / 2 - 0.05);
+  else if (key === "ArrowRight") look((position + 1) / 2 + 0.05);
   else return;
   event.preventDefault();
 });
@@ -349,13 +495,10 @@ window.addEventListener("keydown", (event) => {
 
 async function start(): Promise<void> {
   const { version, threads } = await call("start");
-  const stored = localStorage.getItem(storedCalibration);
-  const sample = await (await fetch("portrait-sample.json")).text();
-  try {
-    await calibrate(stored ?? sample, stored ? "stored calibration" : "portrait-sample.json", !stored);
-  } catch {
-    await calibrate(sample, "portrait-sample.json", true);
-  }
+  const own = localStorage.getItem(kept.own);
+  const chosen = localStorage.getItem(kept.sample);
+  if (own) await calibrate(own, "stored calibration").catch(() => localStorage.removeItem(kept.own));
+  if (!display || chosen) await calibrate(sampleOf(chosen && sampleNames.includes(chosen) ? chosen : sampleNames[0]), "sample");
   say(`Version ${version}${threads ? "" : ", on one thread"}`);
   document.body.dataset.ready = "true";
   requestAnimationFrame(tick);

@@ -5,6 +5,8 @@ declare const self: ServiceWorkerGlobalScope;
 declare const version: string; // set by scripts/build-web.sh
 declare const files: string[];
 
+const late = /\.jspi\./; // files of the page that most visits do not need
+
 self.addEventListener("install", (event) => {
   event.waitUntil(
     caches
@@ -29,7 +31,11 @@ self.addEventListener("fetch", (event) => {
 
 async function answer(request: Request): Promise<Response> {
   const cache = await caches.open(version);
-  const found = (await cache.match(request, { ignoreSearch: true })) ?? (await fetch(request));
+  let found = await cache.match(request, { ignoreSearch: true });
+  if (!found) {
+    found = await fetch(request);
+    if (found.ok && late.test(request.url)) await cache.put(request, found.clone());
+  }
   if (found.type === "opaque" || found.status === 0) return found;
   const headers = new Headers(found.headers);
   headers.set("Cross-Origin-Opener-Policy", "same-origin");

@@ -16,24 +16,11 @@ import {
   storedDepth,
 } from "altiro3d";
 import * as ort from "onnxruntime-web/wasm";
+import catalog from "../../../models/catalog.json";
 import { readGreyPng } from "./png";
 
 const mostPixels = 50e6; // of a photo; larger ones are shrunk when they are decoded
-const depthFields = new Map<string, Profile>([
-  ["altiro3d-depth.onnx", ownNetwork],
-  ["model-small.onnx", { inputWidth: 256, inputHeight: 256 }],
-  [
-    "depth-anything-v2-small.onnx",
-    {
-      inputWidth: 518,
-      inputHeight: 518,
-      multipleOf: 14,
-      inputShape: "photo",
-      mean: [0.485, 0.456, 0.406],
-      std: [0.229, 0.224, 0.225],
-    },
-  ],
-]);
+const depthFields = new Map(catalog.networks.map((one) => [one.file, one as object as Profile]));
 
 let altiro3d: Altiro3D;
 let display: Display | undefined;
@@ -41,10 +28,12 @@ let photo: ImageData | undefined;
 let depth: Depth | undefined;
 let scene: Scene | undefined;
 let rendering: Rendering | undefined;
-let network: { session: ort.InferenceSession; profile: Profile } | undefined;
+type Engine = typeof ort;
+let network: { engine: Engine; session: ort.InferenceSession; profile: Profile } | undefined;
 let options: Options = {};
 let photoName = "";
 let remarks: string[] = []; // on the photo
+let isEstimated = false; // the depth, by the network
 
 function replace<T extends { delete(): void }>(old: T | undefined, made: T): T {
   old?.delete();
@@ -82,22 +71,40 @@ async function decodePart(bytes: Uint8Array<ArrayBuffer>, numbers: boolean): Pro
   return context.getImageData(0, 0, bitmap.width, bitmap.height);
 }
 
-async function loadNetwork(model: string | ArrayBuffer, profile: Profile): Promise<void> {
-  ort.env.wasm.wasmPaths = new URL("./", import.meta.url).href;
-  ort.env.wasm.numThreads = globalThis.crossOriginIsolated ? Math.min(4, navigator.hardwareConcurrency) : 1;
-  const session =
-    typeof model === "string"
-      ? await ort.InferenceSession.create(model)
-      : await ort.InferenceSession.create(model);
-  await network?.session.release();
-  network = { session, profile };
+// The engine for WebGPU, which only networks that are dropped are worth: it has files of its own. It needs a
+// graphics card (not a program that plays one), and that WebAssembly can wait for it.
+async function gpuEngine(): Promise<Engine | undefined> {
+  const { gpu } = navigator as { gpu?: { requestAdapter(): Promise<{ info: { isFallbackAdapter: boolean } } | null> } };
+  const adapter = "Suspending" in WebAssembly ? await gpu?.requestAdapter() : undefined;
+  const file = "./ort.jspi.min.mjs";
+  return adapter && !adapter.info.isFallbackAdapter ? import(file) : undefined;
+}
+
+async function loadNetwork(model: Uint8Array, profile: Profile, engine: Engine, provider: string): Promise<void> {
+  engine.env.wasm.wasmPaths = new URL("./", import.meta.url).href;
+  engine.env.wasm.numThreads = globalThis.crossOriginIsolated ? Math.min(4, navigator.hardwareConcurrency) : 1;
+  const session = await engine.InferenceSession.create(model, { executionProviders: [provider] });
+  network = { engine, session, profile };
+  estimates.clear();
+}
+
+const estimates = new Map<string, Depth>(); // by file, of this network
+
+async function estimatedOnce(of: ImageData, file: File): Promise<Depth> {
+  const key = `${file.name} ${file.size} ${file.lastModified}`;
+  const known = estimates.get(key) ?? (await estimated(of));
+  estimates.set(key, known);
+  return known;
 }
 
 async function estimated(of: ImageData): Promise<Depth> {
-  if (!network) await loadNetwork("altiro3d-depth.onnx", ownNetwork);
-  const { session, profile } = network!;
+  if (!network) {
+    const model = await (await fetch("altiro3d-depth.onnx")).arrayBuffer();
+    await loadNetwork(new Uint8Array(model), ownNetwork, ort, "wasm");
+  }
+  const { engine, session, profile } = network!;
   return estimate(altiro3d, of, profile, async ({ data, width, height }) => {
-    const tensor = new ort.Tensor("float32", data, [1, 3, height, width]);
+    const tensor = new engine.Tensor("float32", data, [1, 3, height, width]);
     const results = await session.run({ [session.inputNames[0]]: tensor });
     const output = results[session.outputNames[session.outputNames.length - 1]];
     const [rows, columns] = output.dims.slice(-2);
@@ -130,6 +137,19 @@ function setScene(
   return render();
 }
 
+/** A picture with its depth at the right. */
+function halves(whole: ImageData): [ImageData, Depth] {
+  const half = whole.width >> 1;
+  const left = new ImageData(half, whole.height);
+  const right = new Uint8Array(half * whole.height);
+  for (let y = 0; y < whole.height; ++y) {
+    const row = 4 * y * whole.width;
+    left.data.set(whole.data.subarray(row, row + 4 * half), 4 * y * half);
+    for (let x = 0; x < half; ++x) right[y * half + x] = whole.data[row + 4 * (whole.width - half + x)];
+  }
+  return [left, { data: right, width: half, height: whole.height }];
+}
+
 async function depthOfFile(file: File): Promise<Depth> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   const grey = await readGreyPng(bytes); // with all its bits, which a canvas does not keep
@@ -148,46 +168,51 @@ const calls = {
     render();
     return display.facts;
   },
-  async open(file: File): Promise<Chosen | undefined> {
+  /** @param depthFile depth of one's own; for a picture with its depth at the right, "right" */
+  async open(file: File, depthFile: File | "right" | undefined, given: Options): Promise<Chosen | undefined> {
     let decoded = await decode(file, file.name);
-    const bytes = new Uint8Array(await file.arrayBuffer());
-    const found = await storedDepth(altiro3d, bytes, file.name, decoded, decodePart);
-    const { scene } = found;
-    const own = scene?.photo() ?? found.photo;
-    if (own) decoded = new ImageData(own.data as Uint8ClampedArray<ArrayBuffer>, own.width, own.height);
-    const said = scene ? [found.text, ...found.remarks] : found.remarks;
-    const chosen = setScene(decoded, scene?.depth() ?? (await estimated(decoded)), scene, said);
-    photoName = file.name;
-    return chosen;
-  },
-  /** A picture with its depth at the right. */
-  async openRgbd(file: File): Promise<Chosen | undefined> {
-    const whole = await decode(file, file.name);
-    const half = whole.width >> 1;
-    const left = new ImageData(half, whole.height);
-    const right = new Uint8Array(half * whole.height);
-    for (let y = 0; y < whole.height; ++y) {
-      const row = 4 * y * whole.width;
-      left.data.set(whole.data.subarray(row, row + 4 * half), 4 * y * half);
-      for (let x = 0; x < half; ++x) right[y * half + x] = whole.data[row + 4 * (whole.width - half + x)];
+    let own: Scene | undefined; // with depth or a pair that is in the file
+    let said: string[] = [];
+    let decodedDepth: Depth;
+    if (depthFile === "right") [decoded, decodedDepth] = halves(decoded);
+    else if (depthFile) decodedDepth = await depthOfFile(depthFile);
+    else {
+      const bytes = new Uint8Array(await file.arrayBuffer());
+      const found = await storedDepth(altiro3d, bytes, file.name, decoded, decodePart);
+      own = found.scene;
+      said = own ? [found.text, ...found.remarks] : found.remarks;
+      const left = own?.photo() ?? found.photo;
+      if (left) decoded = new ImageData(left.data as Uint8ClampedArray<ArrayBuffer>, left.width, left.height);
+      decodedDepth = own?.depth() ?? (await estimatedOnce(decoded, file));
     }
-    const chosen = setScene(left, { data: right, width: half, height: whole.height });
+    options = given;
+    const chosen = setScene(decoded, decodedDepth, own, said);
     photoName = file.name;
+    isEstimated = !depthFile && !own;
     return chosen;
   },
-  async openDepth(file: File): Promise<Chosen | undefined> {
-    if (!photo) throw new Error(`${file.name}: needs a photo, expected to be opened after it`);
-    return setScene(photo, await depthOfFile(file));
-  },
-  async openNetwork(file: File): Promise<Chosen | undefined> {
+  async openNetwork(file: File): Promise<{ engine: string; chosen?: Chosen }> {
     const profile = depthFields.get(file.name);
     if (!profile) {
       throw new Error(`${file.name}: is not known, expected ${[...depthFields.keys()].join(", ")}`);
     }
-    await loadNetwork(await file.arrayBuffer(), profile).catch((error: unknown) => {
-      throw new Error(`${file.name}: ${String(error).slice(0, 200)}, expected a whole ONNX file`);
-    });
-    return photo && setScene(photo, await estimated(photo));
+    const model = new Uint8Array(await file.arrayBuffer());
+    const before = network;
+    const use = async (engine: Engine, provider: string) => {
+      await loadNetwork(model, profile, engine, provider);
+      return { depth: photo && isEstimated ? await estimated(photo) : undefined };
+    };
+    const gpu = await gpuEngine().catch(() => undefined); // without network, it is only there after its first use
+    const onGpu = gpu && (await use(gpu, "webgpu").catch(() => undefined));
+    const { depth } =
+      onGpu ??
+      (await use(ort, "wasm").catch((error: unknown) => {
+        network = before;
+        throw new Error(`${file.name}: ${String(error).slice(0, 200)}, expected a whole ONNX file`);
+      }));
+    await before?.session.release();
+    const chosen = photo && depth ? setScene(photo, depth) : undefined;
+    return { engine: onGpu ? "graphics card" : "processor", chosen };
   },
   set(given: Options): Chosen | undefined {
     options = given;

@@ -2,21 +2,24 @@
 // Runs the checks whose names contain one of the words; default: all.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { join, resolve } from "node:path";
+import { basename, join, resolve } from "node:path";
 import { crc32, deflateSync } from "node:zlib";
 import { serve } from "../serve.mjs";
 
 const [build, photo2native, examples, ...words] = process.argv.slice(2);
 const { chromium } = createRequire(resolve(build, "npm/package.json"))("playwright-core");
-const calibration = resolve(build, "page/portrait-sample.json");
+const calibration = resolve(examples, "../../calibration/portrait-sample.json");
 const sample = resolve(examples, "sample.jpg");
 const made = resolve(build, "check");
 mkdirSync(made, { recursive: true });
+copyFileSync(calibration, join(made, "visual.json"));
+copyFileSync(sample, join(made, "sample.jpg"));
 const server = await serve(resolve(build), 0);
 const site = `http://localhost:${server.address().port}`;
-const browser = await chromium.launch({ executablePath: "/usr/bin/chromium" });
+const launch = (...args) => chromium.launch({ executablePath: "/usr/bin/chromium", args });
+const browser = await launch();
 
 // A grey PNG of 16 bits.
 function greyPng(width, height, values) {
@@ -78,6 +81,36 @@ function mpo(left, right) {
   return Buffer.concat([withSegment(left, 0xe2, index(first - 10)), right]); // from the byte order mark on
 }
 
+// A network of one layer, as ONNX: its depth is the red of the photo. A weight that is not used makes it large.
+function redNetwork() {
+  const number = (value) => {
+    const bytes = [];
+    for (; value > 127; value = Math.floor(value / 128)) bytes.push((value % 128) | 128);
+    return Buffer.from([...bytes, value]);
+  };
+  const field = (id, value) => {
+    if (typeof value === "number") return Buffer.concat([number(8 * id), number(value)]);
+    const bytes = Buffer.from(value);
+    return Buffer.concat([number(8 * id + 2), number(bytes.length), bytes]);
+  };
+  const message = (...fields) => Buffer.concat(fields.map(([id, value]) => field(id, value)));
+  const weights = (name, dims, values) =>
+    message(...dims.map((dim) => [1, dim]), [2, 1], [8, name], [9, Buffer.from(new Float32Array(values).buffer)]);
+  const tensor = (name, dims) => {
+    const shape = message(...dims.map((dim) => [1, message([1, dim])]));
+    return message([1, name], [2, message([1, message([1, 1], [2, shape])])]);
+  };
+  const graph = message(
+    [1, message([1, "photo"], [1, "red"], [2, "depth"], [4, "Conv"])],
+    [2, "graph"],
+    [5, weights("red", [1, 3, 1, 1], [1, 0, 0])],
+    [5, weights("unused", [5e6], new Float32Array(5e6))],
+    [11, tensor("photo", [1, 3, 256, 256])],
+    [12, tensor("depth", [1, 1, 256, 256])],
+  );
+  return message([1, 8], [7, graph], [8, message([1, ""], [2, 13])]);
+}
+
 // An empty page with what the checks of the package share.
 async function packagePage() {
   const page = await browser.newPage();
@@ -100,10 +133,25 @@ async function packagePage() {
       const colours = { imageOrientation: "none", colorSpaceConversion: numbers ? "none" : "default" };
       return drawn(await createImageBitmap(new Blob([file]), colours));
     };
+    // Grey of a picture or of its right half, as 64 x 64 means; less their mean.
+    globalThis.means = async (url, half = false) => {
+      const bitmap = await createImageBitmap(await (await fetch(url)).blob());
+      const context = new OffscreenCanvas(64, 64).getContext("2d", { alpha: false });
+      const left = half ? bitmap.width >> 1 : 0;
+      context.imageSmoothingQuality = "high";
+      context.drawImage(bitmap, left, 0, bitmap.width - left, bitmap.height, 0, 0, 64, 64);
+      const values = [...context.getImageData(0, 0, 64, 64).data].filter((_, i) => i % 4 === 0);
+      const mean = values.reduce((sum, value) => sum + value / values.length, 0);
+      return values.map((value) => value - mean);
+    };
+    globalThis.correlation = (a, b) => {
+      const product = (x, y) => x.reduce((sum, value, i) => sum + value * y[i], 0);
+      return product(a, b) / Math.sqrt(product(a, a) * product(b, b));
+    };
     globalThis.prepare = async (threads) => {
       const { load, storedDepth } = await import("/package/index.js");
       const altiro3d = await load(threads);
-      const text = await (await fetch("/page/portrait-sample.json")).text();
+      const text = await (await fetch("/check/visual.json")).text();
       const display = new altiro3d.Display(text, "visual.json");
       const photo = await pixels("/check/photo.png");
       const width = photo.width >> 1;
@@ -133,6 +181,83 @@ async function choose(page, kind, file) {
   await (await chooser).setFiles(file);
   await page.waitForFunction(() => document.body.ariaBusy === "false", undefined, { timeout: 120e3 });
 }
+
+async function drop(page, ...files) {
+  const contents = files.map((file) => [basename(file), readFileSync(file).toString("base64")]);
+  await page.evaluate(async (contents) => {
+    const data = new DataTransfer();
+    for (const [name, base64] of contents) {
+      const blob = await (await fetch(`data:application/octet-stream;base64,${base64}`)).blob();
+      data.items.add(new File([blob], name, { type: name.endsWith(".json") ? "application/json" : "image/png" }));
+    }
+    window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+  }, contents);
+  await isDone(page);
+}
+
+const isDone = (page) =>
+  page.waitForFunction(() => document.body.ariaBusy === "false", undefined, { timeout: 120e3 });
+
+// A calibration of no sample.
+function calibrationOf(serial) {
+  writeFileSync(join(made, "own.json"), JSON.stringify({ ...JSON.parse(readFileSync(calibration)), serial }));
+  return join(made, "own.json");
+}
+
+// Saves into the folder of the checks.
+async function save(page, kind, name) {
+  const download = page.waitForEvent("download");
+  await page.click(`[data-save=${kind}]`);
+  const file = await download;
+  await file.saveAs(join(made, name));
+  await isDone(page);
+  return file.suggestedFilename();
+}
+
+// How alike the depth in a saved RGB-D picture is to another picture.
+async function likeness(rgbd, other, isHalf = false) {
+  const page = await packagePage();
+  const files = [`/check/${rgbd}`, `/check/${other}`];
+  const alike = await page.evaluate(
+    async ([files, isHalf]) => correlation(await means(files[0], true), await means(files[1], isHalf)),
+    [files, isHalf],
+  );
+  await page.close();
+  return alike;
+}
+
+// A PNG or JPEG file that a canvas draws.
+async function drawn(name, width, height, draw, type = "image/png") {
+  const page = await packagePage();
+  const base64 = await page.evaluate(
+    async ({ width, height, draw, type }) => {
+      const canvas = new OffscreenCanvas(width, height);
+      await new Function("context", "width", "height", `return (async () => {${draw}})()`)(canvas.getContext("2d"), width, height);
+      const bytes = new Uint8Array(await (await canvas.convertToBlob({ type })).arrayBuffer());
+      let binary = "";
+      for (const byte of bytes) binary += String.fromCharCode(byte);
+      return btoa(binary);
+    },
+    { width, height, draw, type },
+  );
+  await page.close();
+  writeFileSync(join(made, name), Buffer.from(base64, "base64"));
+  return join(made, name);
+}
+
+const drawnSample = (name, width, height) =>
+  drawn(
+    name,
+    width,
+    height,
+    'const photo = await createImageBitmap(await (await fetch("/check/sample.jpg")).blob());' +
+      "context.drawImage(photo, 0, 0, width, height);",
+    "image/jpeg",
+  );
+const slope = (colour) => // from black at the left to a colour at the right
+  "const slope = context.createLinearGradient(0, 0, width, 0);" +
+  `slope.addColorStop(0, "#000"); slope.addColorStop(1, "${colour}");` +
+  "context.fillStyle = slope; context.fillRect(0, 0, width, height);";
 
 const text = (page, id) => page.textContent(`#${id}`);
 
@@ -306,14 +431,13 @@ const checks = {
     const page = await openedPage(context);
     assert.equal(await page.evaluate(() => crossOriginIsolated), true);
     await page.screenshot({ path: join(made, "start.png") });
+    const photo = await drawnSample("two.jpg", 1632, 1224);
     const begin = performance.now();
-    await page.evaluate(async (url) => {
-      const data = new DataTransfer();
-      data.items.add(new File([await (await fetch(url)).blob()], "sample.jpg"));
-      window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
-    }, `data:image/jpeg;base64,${readFileSync(sample).toString("base64")}`);
+    await drop(page, photo);
     await page.waitForFunction(() => document.getElementById("view").dataset.position !== undefined);
-    console.log(`    first picture after ${Math.round(performance.now() - begin)} ms: ${await text(page, "status")}`);
+    const milliseconds = Math.round(performance.now() - begin);
+    console.log(`    first picture of 2 MP after ${milliseconds} ms: ${await text(page, "status")}`);
+    assert.ok(milliseconds < 30e3); // 2 s where nothing else runs
     assert.equal(await page.isHidden("#error"), true);
     const seen = async (x) => {
       const box = await page.locator("#view").boundingBox();
@@ -327,16 +451,207 @@ const checks = {
     assert.notEqual(left, right);
     assert.equal(await seen(0.05), left);
     await page.screenshot({ path: join(made, "light.png") });
-    for (const [kind, name] of [["native", "sample-native.png"], ["quilt", "sample_qs8x6a0.75.png"], ["rgbd", "sample_rgbd.png"], ["video", "sample.webm"]]) {
-      const download = page.waitForEvent("download");
-      await page.click(`[data-save=${kind}]`);
-      const file = await download;
-      assert.equal(file.suggestedFilename(), name);
-      await file.saveAs(join(made, name));
-    }
+    for (const [kind, name] of [["native", "two-native.png"], ["quilt", "two_qs8x6a0.75.png"], ["rgbd", "two_rgbd.png"], ["video", "two.webm"]])
+      assert.equal(await save(page, kind, name), name);
     await page.emulateMedia({ colorScheme: "dark" });
     await page.screenshot({ path: join(made, "dark.png") });
     await context.close();
+  },
+
+  async "the depth is that of photo2native"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    await choose(page, "photo", sample);
+    await save(page, "rgbd", "estimated_rgbd.png");
+    execFileSync(photo2native, ["-y", "-c", calibration, "-n", "altiro3d", "--save-depth", join(made, "estimated.png"), sample, join(made, "native.png")], { stdio: "pipe" });
+    const alike = await likeness("estimated_rgbd.png", "estimated.png");
+    console.log(`    correlation ${alike.toFixed(4)}`);
+    assert.ok(alike > 0.99);
+    await context.close();
+  },
+
+  async "several photos, each with its depth"() {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
+    const page = await openedPage(context);
+    const photos = [await drawnSample("a.png", 600, 800), await drawnSample("b.png", 800, 600), join(made, "c.png")];
+    writeFileSync(photos[2], "broken");
+    const depths = [await drawn("b-depth.png", 80, 60, slope("#fff")), await drawn("none-depth.png", 80, 60, slope("#ccc"))];
+    await drop(page, depths[0], ...photos);
+    assert.match(await text(page, "status"), /^a\.png/);
+    const pressed = async (key) => {
+      await page.keyboard.press(key);
+      await isDone(page);
+      return [await text(page, "status"), await page.getAttribute("#photos [aria-current=true]", "title")].join(" ");
+    };
+    assert.match(await pressed("PageDown"), /^b\.png with b-depth\.png: ready .* b\.png$/);
+    await page.waitForSelector("#photos button:nth-child(2) canvas");
+    await page.screenshot({ path: join(made, "several.png") });
+    assert.equal(await save(page, "rgbd", "b_rgbd.png"), "b_rgbd.png");
+    const alike = await likeness("b_rgbd.png", "b-depth.png");
+    console.log(`    correlation of its depth ${alike.toFixed(4)}`);
+    assert.ok(alike > 0.99);
+    // a broken one is told and goes, the open one stays
+    assert.match(await pressed("PageDown"), /^b\.png/);
+    assert.match(await text(page, "error"), /^c\.png: .*, expected/);
+    assert.equal(await page.locator("#photos button").count(), 2);
+    await page.screenshot({ path: join(made, "error.png") });
+    // opened by the button of its kind, whatever its name
+    await choose(page, "photo", depths[0]);
+    assert.match(await text(page, "status"), /^b-depth\.png: ready/);
+    await pressed("PageUp");
+    // each keeps its settings
+    await page.selectOption("#fit", "contain");
+    assert.match(await pressed("PageUp"), /^a\.png/);
+    assert.equal(await page.inputValue("#fit"), "auto");
+    await page.click("#photos button:nth-child(2)");
+    await isDone(page);
+    assert.equal(await page.inputValue("#fit"), "contain");
+    // a depth without a photo of its name is that of the open one
+    await drop(page, depths[1]);
+    assert.equal(await page.isHidden("#error"), true);
+    // in full screen, arrows turn the pages
+    await page.click("#show");
+    await page.waitForFunction(() => document.fullscreenElement?.id === "panel");
+    assert.match(await pressed("ArrowLeft"), /^a\.png/);
+    assert.match(await pressed(" "), /^b\.png/);
+    await page.keyboard.press("f");
+    await page.waitForFunction(() => !document.fullscreenElement);
+    await page.setViewportSize({ width: 390, height: 844 });
+    await page.screenshot({ path: join(made, "phone.png"), fullPage: true });
+    await context.close();
+  },
+
+  async "depth comes from RGB-D pictures and larger networks"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    const halves =
+      'context.fillStyle = "#345"; context.fillRect(0, 0, width, height); context.translate(width / 2, 0);' +
+      "width /= 2;" + slope("#fff");
+    await drop(page, await drawn("halves_rgbd.png", 640, 480, halves));
+    await save(page, "rgbd", "saved_rgbd.png");
+    let alike = await likeness("saved_rgbd.png", "halves_rgbd.png", true);
+    console.log(`    RGB-D: correlation ${alike.toFixed(4)}`);
+    assert.ok(alike > 0.999);
+    // green and blue would mislead a network that looks at more than red
+    const colours =
+      'context.globalCompositeOperation = "lighter";' + slope("#f00") +
+      'context.fillStyle = "#0a6"; context.fillRect(0, height / 2, width, height);';
+    await drop(page, await drawn("colours.png", 640, 480, colours));
+    await drawn("red.png", 640, 480, slope("#fff"));
+    writeFileSync(join(made, "model-small.onnx"), redNetwork());
+    await drop(page, join(made, "model-small.onnx"));
+    assert.equal(await page.isHidden("#error"), true, await text(page, "error"));
+    assert.match(await text(page, "network"), /model-small.*processor/);
+    await save(page, "rgbd", "colours_rgbd.png");
+    alike = await likeness("colours_rgbd.png", "red.png");
+    console.log(`    network of 20 MB: correlation ${alike.toFixed(4)}`);
+    assert.ok(alike > 0.99);
+    await context.close();
+  },
+
+  async "networks run on the graphics card"() {
+    const other = await launch("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader");
+    const context = await other.newContext({ serviceWorkers: "block" });
+    // the only card here is a program, which the page refuses
+    await context.route("**/worker.js", async (route) => {
+      const response = await route.fetch();
+      await route.fulfill({ response, body: (await response.text()).replace("isFallbackAdapter", "isNothing") });
+    });
+    const page = await openedPage(context);
+    await choose(page, "photo", await drawn("red.png", 640, 480, slope("#f00")));
+    writeFileSync(join(made, "model-small.onnx"), redNetwork());
+    await choose(page, "network", join(made, "model-small.onnx"));
+    console.log(`    ${await text(page, "status")} ${await text(page, "network")} ${await text(page, "error")}`);
+    assert.match(await text(page, "network"), /graphics card/);
+    await save(page, "rgbd", "gpu_rgbd.png");
+    assert.ok((await likeness("gpu_rgbd.png", "red.png")) > 0.99);
+    await other.close();
+  },
+
+  async "samples of all models"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    await drop(page, sample, calibrationOf("LKG-P99999"));
+    assert.equal(await page.isHidden("#warning"), true);
+    const names = await page.locator("#sample optgroup option").evaluateAll((options) => options.map(({ value }) => value));
+    console.log(`    ${names.join(", ")}`);
+    assert.ok(names.length > 8);
+    for (const name of names) {
+      await page.selectOption("#sample", name);
+      await isDone(page);
+      assert.equal(await page.isHidden("#error"), true);
+      assert.ok((await text(page, "display")).startsWith(`${name}: `), await text(page, "display"));
+      assert.equal(await page.isVisible("#warning"), true);
+    }
+    await page.reload();
+    await page.waitForSelector("body[data-ready]");
+    assert.equal(await page.inputValue("#sample"), names.at(-1));
+    // the calibration that was opened is still there
+    await page.selectOption("#sample", "");
+    await isDone(page);
+    assert.match(await text(page, "display"), /LKG-P99999/);
+    assert.equal(await page.isHidden("#warning"), true);
+    await context.close();
+  },
+
+  async "tilting is asked for where it must be"() {
+    const context = await browser.newContext({ hasTouch: true });
+    await context.addInitScript(() => {
+      DeviceOrientationEvent.requestPermission = async () => globalThis.answer ?? "denied";
+    });
+    const page = await openedPage(context);
+    await choose(page, "photo", sample);
+    await page.click("#tilt");
+    await page.waitForSelector("#error:not([hidden])");
+    assert.match(await text(page, "error"), /^Tilt: .*, expected/);
+    await page.evaluate(() => (globalThis.answer = "granted"));
+    await page.click("#tilt");
+    await page.waitForSelector("#tilt", { state: "hidden" });
+    for (const gamma of [0, 20])
+      await page.evaluate((gamma) => window.dispatchEvent(new DeviceOrientationEvent("deviceorientation", { beta: 40, gamma })), gamma);
+    await page.waitForFunction(() => document.getElementById("view").dataset.position === "0.800");
+    await context.close();
+  },
+
+  async "controls have names, and states are told"() {
+    const context = await browser.newContext();
+    const page = await openedPage(context);
+    await drop(page, await drawnSample("a.png", 600, 800), await drawnSample("b.png", 800, 600));
+    await page.waitForSelector("#photos button:nth-child(2) canvas");
+    const session = await context.newCDPSession(page);
+    const { nodes } = await session.send("Accessibility.getFullAXTree");
+    const controls = nodes.filter(({ ignored, role }) => !ignored && /^(button|checkbox|combobox|slider|image|img)$/i.test(role?.value));
+    console.log(`    ${controls.map(({ role, name }) => `${role.value} "${name?.value}"`).join(", ")}`);
+    assert.ok(controls.length >= 20);
+    for (const { role, name } of controls) assert.ok(name?.value.trim(), `${role.value} without a name`);
+    assert.equal(new Set(controls.map(({ role, name }) => role.value + name.value)).size, controls.length, "names differ");
+    const live = (id) => page.evaluate((id) => document.getElementById(id).role ?? document.getElementById(id).getAttribute("role"), id);
+    assert.deepEqual(await Promise.all(["status", "error", "warning", "screen"].map(live)), ["status", "alert", "status", "status"]);
+    await context.close();
+  },
+
+  async "full screen is asked for on the screen of the panel"() {
+    const other = await launch("--screen-info={0,0 1600x900}{1600,0 1536x2048}");
+    const context = await other.newContext({ viewport: null });
+    await context.addInitScript(() => {
+      const request = Element.prototype.requestFullscreen;
+      Element.prototype.requestFullscreen = function (options) {
+        globalThis.asked = options.screen && [options.screen.left, options.screen.width, options.screen.height];
+        return request.call(this, options);
+      };
+    });
+    const page = await openedPage(context);
+    const session = await context.newCDPSession(page);
+    const { targetInfo } = await session.send("Target.getTargetInfo");
+    const { browserContextId } = targetInfo;
+    await (await other.newBrowserCDPSession()).send("Browser.grantPermissions", { permissions: ["windowManagement"], origin: site, browserContextId });
+    await choose(page, "photo", sample);
+    await page.keyboard.press("f");
+    await page.waitForFunction(() => document.fullscreenElement?.id === "panel" && document.getElementById("native").width === 1536);
+    assert.deepEqual(await page.evaluate(() => globalThis.asked), [1600, 1536, 2048]);
+    // a browser without screen does not move the window there, which the page tells
+    assert.match(await text(page, "misfit"), /1600 × 900 px, expected 1536 × 2048/);
+    await other.close();
   },
 
   async "broken files are told, and nothing is lost"() {
@@ -354,7 +669,11 @@ const checks = {
       assert.match(error, /^[^ ]+: .*, expected /);
       assert.equal(await page.isVisible("#view"), true);
     }
-    await choose(page, "depth", join(made, "depth.png"));
+    writeFileSync(join(made, "beside-depth.png"), "broken");
+    await drop(page, await drawnSample("beside.png", 600, 800), join(made, "beside-depth.png"));
+    assert.match(await text(page, "error"), /^beside-depth\.png: .*, expected /);
+    assert.equal(await text(page, "status"), "beside.png");
+    await choose(page, "depth", await drawn("b-depth.png", 80, 60, slope("#fff")));
     assert.equal(await page.isHidden("#error"), true);
     await context.close();
   },
@@ -362,11 +681,11 @@ const checks = {
   async "a calibration is kept; F shows px by px"() {
     const context = await browser.newContext({ viewport: { width: 1536, height: 2048 }, screen: { width: 1536, height: 2048 } });
     const page = await openedPage(context);
-    assert.equal(await page.isVisible("#sample"), true);
-    await choose(page, "calibration", calibration);
+    assert.equal(await page.isVisible("#warning"), true);
+    await choose(page, "calibration", calibrationOf("LKG-P99999"));
     await page.reload();
     await page.waitForSelector("body[data-ready]");
-    assert.equal(await page.isVisible("#sample"), false);
+    assert.equal(await page.isVisible("#warning"), false);
     await choose(page, "photo", sample);
     await page.keyboard.press("f");
     await page.waitForFunction(() => document.fullscreenElement?.id === "panel" && document.getElementById("native").width === 1536);
@@ -395,16 +714,7 @@ const checks = {
   async "a photo of 12 MP needs less than 1 GB"() {
     const context = await browser.newContext();
     const page = await openedPage(context);
-    const large = await page.evaluate(async (url) => {
-      const bitmap = await createImageBitmap(await (await fetch(url)).blob());
-      const canvas = new OffscreenCanvas(3000, 4000);
-      canvas.getContext("2d").drawImage(bitmap, 0, 0, 3000, 4000);
-      const bytes = new Uint8Array(await (await canvas.convertToBlob({ type: "image/jpeg" })).arrayBuffer());
-      let binary = "";
-      for (const byte of bytes) binary += String.fromCharCode(byte);
-      return btoa(binary);
-    }, `${site}/check/photo.png`);
-    writeFileSync(join(made, "large.jpg"), Buffer.from(large, "base64"));
+    await drawnSample("large.jpg", 3000, 4000);
     await choose(page, "photo", join(made, "large.jpg"));
     assert.equal(await page.isHidden("#error"), true);
     let most = 0; // kB, of the largest process

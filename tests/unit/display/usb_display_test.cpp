@@ -64,7 +64,7 @@ class FakeDisplay {
                               },
                               [this](milliseconds wait) {
                                   if (!isSilent) return readInputReport(ends_[0], "fake", wait);
-                                  const std::string report = readInputReport(ends_[0], "fake", {});
+                                  std::string report = readInputReport(ends_[0], "fake", {});
                                   if (report.empty()) waited += wait;
                                   return report;
                               }},

@@ -41,8 +41,8 @@ double worst(const ColourTable& table, const Reference& reference) {
     double most = 0;
     cv::RNG random(5);
     for (int i = 0; i < 4000; ++i) {
-        const cv::Vec3d bgr(random.uniform(0.0, 1.0), random.uniform(0.0, 1.0),
-                            random.uniform(0.0, 1.0));
+        const cv::Vec3d bgr{random.uniform(0.0, 1.0), random.uniform(0.0, 1.0),
+                            random.uniform(0.0, 1.0)}; // in this order for all compilers
         const cv::Vec3d expected = reference(bgr);
         const cv::Vec3b made = converted(table, bgr);
         for (int c = 0; c < 3; ++c)

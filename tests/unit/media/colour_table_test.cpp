@@ -87,7 +87,7 @@ TEST(ColourTable, WideGamutBecomesSrgb) {
             result[2 - i] = std::pow(std::clamp(light[i], 0.0, 1.0), 1 / 2.4);
         return result;
     };
-    EXPECT_LE(worst(ColourTable(kBt2020, 14), video), 3); // the power is steep at black
+    EXPECT_LE(worst(ColourTable(kBt2020, 14), video), 4); // the power is steep at black
 }
 
 TEST(ColourTable, HdrIsAsBrightAsOtherVideo) {

@@ -371,9 +371,10 @@ int main(int argc, char** argv) {
     }
     const Boards boards;
     const RayWorld terrace(sampleScene());
-    const bool isBoards = std::string(argv[3]) == "boards";
-    const Case one{argv[2], isBoards ? static_cast<const World&>(boards) : terrace,
-                   shakyHand(std::atoi(argv[4]), std::atof(argv[5])), cv::Size(480, 640)};
+    const World* world = &terrace;
+    if (std::string(argv[3]) == "boards") world = &boards;
+    const Case one{argv[2], *world, shakyHand(std::atoi(argv[4]), std::atof(argv[5])),
+                   cv::Size(480, 640)};
     if (std::string(argv[1]) == "make")
         make(one);
     else

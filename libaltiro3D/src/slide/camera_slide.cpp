@@ -26,9 +26,10 @@ namespace {
 constexpr int kMostChosen = 80; // pictures whose cameras are found
 constexpr double kTold = 0.05;  // of the path: the camera is farther from a straight line
 
-std::string text(const char* format, double a, double b = 0) {
+template <typename... Numbers>
+std::string text(const char* format, Numbers... numbers) {
     std::array<char, 200> line{};
-    std::snprintf(line.data(), line.size(), format, a, b);
+    std::snprintf(line.data(), line.size(), format, numbers...);
     return line.data();
 }
 

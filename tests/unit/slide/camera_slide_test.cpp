@@ -18,12 +18,11 @@ const cv::Size kSize(320, 240);
 // Pictures of a slide by a shaky hand, rendered once.
 struct Clip {
     Clip() {
-        cameras = handSlide(shakyHand(24, 0.6));
         for (const HandCamera& camera : cameras)
             pictures.push_back(boards.photograph(kSize, camera));
     }
     Boards boards;
-    std::vector<HandCamera> cameras;
+    std::vector<HandCamera> cameras = handSlide(shakyHand(24, 0.6));
     std::vector<cv::Mat> pictures;
 };
 const Clip& clip() {

@@ -505,9 +505,15 @@ void CameraSlide::makeViews(int count,
         plan.last = plan.first;
         if (isBetween) {
             const double sign = impl_->report.fromRight ? -1 : 1;
-            // closer ones have too little parallax to be matched well (docs/lab/slide.md)
-            plan.first = impl_->nearestTo(position - sign * step);
-            plan.last = impl_->nearestTo(position + sign * step);
+            // Pictures between them have too little parallax to be matched well
+            // (docs/lab/slide.md).
+            const auto isBefore = [&](std::size_t stop, double away) {
+                return sign * (stops[stop].position() - position) <= away;
+            };
+            while (plan.first > 0 && !isBefore(plan.first, -step))
+                --plan.first;
+            while (plan.last + 1 < stops.size() && isBefore(plan.last, step * (1 - 1e-9)))
+                ++plan.last;
             if (plan.first == plan.last) {
                 const bool isAfter = sign * (stops[plan.first].position() - position) > 0;
                 if ((isAfter && plan.first > 0) || plan.first + 1 == stops.size())

@@ -54,8 +54,8 @@ struct SlidePath {
     std::vector<SlideCamera> cameras;
     SlideLens lens;
     std::vector<SlidePoint> points; ///< One for each track.
-    std::vector<char> fits;         ///< Whether a track is that of a point at rest.
-    double misfitShare = 0;         ///< Share of the tracks that do not fit.
+    std::vector<char> fits; ///< Whether a track is used: that of a point at rest, not far off.
+    double misfitShare = 0; ///< Share of the tracks that do not fit.
     /// Of each picture, to the right and down: root mean square without the largest 5 %, widths.
     std::vector<cv::Vec2d> residual;
     double forwards = 0; ///< Cosine between the path and the direction of view, 0..1.

@@ -100,14 +100,14 @@ double rowsOff(const cv::Mat& view, const cv::Mat& truth) {
     return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(1, squares.size())));
 }
 
-// PSNR inside a border; brightness is made equal first, as the hand's light is not known.
-double likeness(const cv::Mat& view, const cv::Mat& truth) {
-    const cv::Rect inside(16, 16, view.cols - 32, view.rows - 32);
-    const cv::Scalar a = cv::mean(view(inside));
-    const cv::Scalar b = cv::mean(truth(inside));
+// PSNR where `isIn` is set; brightness is made equal first, as the hand's light is not known.
+double likeness(const cv::Mat& view, const cv::Mat& truth, const cv::Mat& isIn) {
+    const cv::Scalar a = cv::mean(view, isIn);
+    const cv::Scalar b = cv::mean(truth, isIn);
     cv::Mat equal;
-    cv::multiply(view(inside), cv::Scalar(b[0] / a[0], b[1] / a[1], b[2] / a[2]), equal);
-    return cv::PSNR(equal, truth(inside));
+    cv::multiply(view, cv::Scalar(b[0] / a[0], b[1] / a[1], b[2] / a[2]), equal);
+    const double squares = std::pow(cv::norm(equal, truth, cv::NORM_L2, isIn), 2);
+    return 10 * std::log10(255.0 * 255 * 3 * cv::countNonZero(isIn) / std::max(squares, 1e-9));
 }
 
 cv::Matx33d homography(const cv::Mat& from, const cv::Mat& to, double reach) {
@@ -119,18 +119,34 @@ cv::Matx33d homography(const cv::Mat& from, const cv::Mat& to, double reach) {
     return cv::findHomography(pairs.from, pairs.to, cv::RANSAC, reach);
 }
 
-// PSNR of a picture that is laid on the true view by the best of several projective maps.
-double likeOf(const cv::Mat& picture, const cv::Mat& truth) {
+// A picture laid on the true view by the best of several projective maps.
+struct Laid {
+    double psnr = 0;
+    cv::Mat isIn; // [of the truth, CV_8UC1], 255 where both are compared
+};
+Laid lay(const cv::Mat& picture, const cv::Mat& truth, const cv::Mat& isAsked) {
     const cv::Matx33d half(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1);
-    double best = 0;
+    cv::Mat inside = cv::Mat::zeros(picture.size(), CV_8UC1);
+    constexpr int kBorder = 16; // px
+    inside(cv::Rect(kBorder, kBorder, picture.cols - 2 * kBorder, picture.rows - 2 * kBorder))
+        .setTo(255);
+    Laid best;
     for (const double reach : {0.5, 1.0, 2.0, 4.0}) {
         const cv::Matx33d map = half.inv() * homography(truth, picture, reach) * half;
         cv::Mat laid;
         cv::warpPerspective(picture, laid, map, truth.size(),
                             cv::INTER_CUBIC | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
-        best = std::max(best, likeness(laid, truth));
+        cv::Mat isIn;
+        cv::warpPerspective(inside, isIn, map, truth.size(),
+                            cv::INTER_NEAREST | cv::WARP_INVERSE_MAP);
+        if (!isAsked.empty()) isIn &= isAsked;
+        const double psnr = likeness(laid, truth, isIn);
+        if (psnr > best.psnr) best = {psnr, isIn};
     }
     return best;
+}
+double likeOf(const cv::Mat& picture, const cv::Mat& truth, const cv::Mat& isAsked = {}) {
+    return lay(picture, truth, isAsked).psnr;
 }
 
 // The inner part of views of a light field that a hand has taken: it turns, rolls and zooms, and
@@ -180,17 +196,30 @@ void judgeField(const std::vector<std::string>& files) {
                          std::abs(at * placeOf.back() - placeOf[static_cast<std::size_t>(number)]));
     }
     std::printf("  positions: off by %.1f %% of a step at most\n", 100 * worst);
-    std::vector<cv::Mat> views(static_cast<std::size_t>(placeOf.back() + 1));
-    slide.makeViews(placeOf.back() + 1, [&](int view, const cv::Mat& picture) {
-        views[static_cast<std::size_t>(report.fromRight ? placeOf.back() - view : view)] =
-            picture.clone();
+    // the true place of a view that was left out is only known as between its neighbours
+    constexpr int kFine = 8; // views for each that was taken
+    const int last = kFine * placeOf.back();
+    std::vector<cv::Mat> views(static_cast<std::size_t>(last + 1));
+    slide.makeViews(last + 1, [&](int view, const cv::Mat& picture) {
+        views[static_cast<std::size_t>(view)] = picture.clone();
     });
+    const auto positionOf = [&](std::size_t picture) {
+        const auto isIt = [&](const auto& one) { return one.first == static_cast<int>(picture); };
+        const auto found = std::find_if(report.positions.begin(), report.positions.end(), isIt);
+        return found == report.positions.end() ? std::nan("") : found->second;
+    };
     for (const auto& [place, truth] : hidden) {
-        const auto next = std::lower_bound(placeOf.begin(), placeOf.end(), place);
+        const auto next = static_cast<std::size_t>(
+            std::lower_bound(placeOf.begin(), placeOf.end(), place) - placeOf.begin());
+        const double position = (positionOf(next - 1) + positionOf(next)) / 2;
+        if (std::isnan(position)) {
+            std::printf("  view %d: its neighbours are not used\n", place);
+            continue;
+        }
+        const cv::Mat& view = views[static_cast<std::size_t>(std::lround(position * last))];
+        const auto [made, isIn] = lay(view, truth, {});
         const double raw =
-            std::max(likeOf(taken[static_cast<std::size_t>(next - placeOf.begin())], truth),
-                     likeOf(taken[static_cast<std::size_t>(next - placeOf.begin()) - 1], truth));
-        const double made = likeOf(views[static_cast<std::size_t>(place)], truth);
+            std::max(likeOf(taken[next], truth, isIn), likeOf(taken[next - 1], truth, isIn));
         std::printf("  view %d: made %.2f dB, aligned neighbour %.2f dB, gain %.2f dB\n", place,
                     made, raw, made - raw);
     }
@@ -321,7 +350,7 @@ void judge(const Case& one) {
     layout.tileSize = size;
     double made = 0, raw = 0, least = 1e9, rows = 0;
     int count = 0;
-    for (int view = 1; view < kViews; view += 22) {
+    for (int view = 1; view < kViews; view += 9) {
         const double way = placeOf(view)[0] - placeOf(kViews / 2)[0];
         const cv::Matx33d at = axes + cv::Matx33d(0, 0, perMetre * way, 0, 0, 0, 0, 0, 0);
         const cv::Mat truth = world.shown(size, placeOf(view), at);
@@ -339,8 +368,8 @@ void judge(const Case& one) {
             likes += likeOf(rendered, truth);
         }
         rows = std::max(rows, rowsOff(views[static_cast<std::size_t>(view)], truth));
-        const double like = likeOf(views[static_cast<std::size_t>(view)], truth);
-        const double likeRaw = likeOf(frames[nearest], truth);
+        const auto [like, isIn] = lay(views[static_cast<std::size_t>(view)], truth, {});
+        const double likeRaw = likeOf(frames[nearest], truth, isIn);
         made += like;
         raw += likeRaw;
         least = std::min(least, like - likeRaw);

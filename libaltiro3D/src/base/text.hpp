@@ -25,6 +25,19 @@ inline std::string numberText(double value, int significantDigits = 6) {
 #endif
 }
 
+/// A number with a fixed number of decimals ("0.70"), independent of the locale.
+inline std::string fixedText(double value, int decimals) {
+    char text[512]; // of any double
+#ifdef __cpp_lib_to_chars
+    const auto end =
+        std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, decimals);
+    return {text, end.ptr};
+#else // the library of Emscripten, which has one locale
+    std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    return text;
+#endif
+}
+
 /// Reads the number at the begin of a text ("0.75", "1."), independent of the locale.
 /// @param text begins with a digit; has no exponent
 /// @return the number of characters that were read; 0 if the number is out of range

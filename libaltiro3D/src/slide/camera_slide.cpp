@@ -5,16 +5,17 @@
 #include "altiro3D/video_io.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
+#include "base/text.hpp"
 #include "depth/stereo/stereo_parts.hpp"
 #include "image/pixel_values.hpp"
+#include "slide/slide_checks.hpp"
+#include "slide/slide_path.hpp"
 #include "slide/slide_tracks.hpp"
 #include "slide/slide_views.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <opencv2/imgproc.hpp>
@@ -25,13 +26,6 @@ namespace {
 
 constexpr int kMostChosen = 80; // pictures whose cameras are found
 constexpr double kTold = 0.05;  // of the path: the camera is farther from a straight line
-
-template <typename... Numbers>
-std::string text(const char* format, Numbers... numbers) {
-    std::array<char, 200> line{};
-    std::snprintf(line.data(), line.size(), format, numbers...);
-    return line.data();
-}
 
 // A picture of a stretch of the path.
 struct Stop {
@@ -82,18 +76,17 @@ SlidePictureSource slidePhotos(std::vector<std::filesystem::path> files, Notes* 
 }
 
 std::vector<std::string> SlideReport::lines() const {
-    const std::string straight =
-        text(", up to %.1f %% of the path off a straight line, turned up to %.1f°", awayPercent,
-             turnDegrees);
-    return {text("path: parallax %.1f %% of the width", parallaxPercent) +
-                (fromRight ? ", from right to left" : ", from left to right") + straight,
-            "pictures: " + std::to_string(used) + " of " + std::to_string(pictures) +
-                text(" used, %.0f %% of the way of the camera", stretchPercent),
-            text("residual: %.2f px down, %.2f px across in the worst picture", verticalPixels,
-                 horizontalPixels) +
-                text("; %.0f %% of the corners do not fit", misfitPercent),
-            text("speed: the largest step is %.1f times the median", speedRatio),
-            text("focus: depth %.2f (0 = farthest, 1 = nearest)", focus)};
+    return {"path: parallax " + fixedText(parallaxPercent, 1) + " % of the width" +
+                (fromRight ? ", from right to left" : ", from left to right") + ", up to " +
+                fixedText(awayPercent, 1) + " % of the path off a straight line, turned up to " +
+                fixedText(turnDegrees, 1) + "°",
+            "pictures: " + std::to_string(used) + " of " + std::to_string(pictures) + " used, " +
+                fixedText(stretchPercent, 0) + " % of the way of the camera",
+            "residual: " + fixedText(verticalPixels, 2) + " px down, " +
+                fixedText(horizontalPixels, 2) + " px across in the worst picture; " +
+                fixedText(misfitPercent, 0) + " % of the corners do not fit",
+            "speed: the largest step is " + fixedText(speedRatio, 1) + " times the median",
+            "focus: depth " + fixedText(focus, 2) + " (0 = farthest, 1 = nearest)"};
 }
 
 struct CameraSlide::Impl {
@@ -120,11 +113,7 @@ struct CameraSlide::Impl {
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
                      const SlidePath& path);
-    void requireMotion(const std::vector<SlideTrack>& tracks) const;
-    void requireCorners(int corners) const;
-    bool looksReversed(const std::vector<SlidePicture>& pictures) const;
-    void requireSlide(const SlidePath& path, const std::vector<SlideTrack>& tracks, double zoom,
-                      double parallax) const;
+    std::optional<bool> looksReversed(const std::vector<SlidePicture>& pictures) const;
     void chooseWindow(double pictureWidth);
     SlideWindow windowOf(double share, double pictureWidth) const;
 
@@ -135,26 +124,18 @@ struct CameraSlide::Impl {
     SlideFrame frameOf(const cv::Mat& picture, const Stop& stop) const;
 };
 
-void CameraSlide::Impl::requireMotion(const std::vector<SlideTrack>& tracks) const {
-    constexpr double kStill = 0.01; // of the width
-    std::vector<double> ways;
-    for (const SlideTrack& track : tracks) {
-        double way = 0;
-        for (const cv::Point2d& at : track.at)
-            way = std::max(way, cv::norm(at - track.at.front()));
-        ways.push_back(way);
-    }
-    // pictures may be shifted so that most of what they show stays in its place
-    const double way = percentileOf(ways, 0.9);
-    if (way < kStill)
-        refuse(text("the camera stands: what it sees moves by %.2f %% of the width, expected a "
-                    "camera that moves sideways (1 %% or more)",
-                    100 * way));
-}
-
-// Whether what hides what says that near and far are exchanged.
-bool CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures) const {
-    const auto viewAt = [&](double share) {
+// What hides what tells whether near and far are exchanged.
+// @return nothing if too little is hidden
+std::optional<bool>
+CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures) const {
+    constexpr double kMatchSide = 640; // px
+    constexpr double kClear = 1.25;
+    constexpr std::int64_t kFewest = 100;
+    const double scale =
+        std::min(1.0, kMatchSide / std::max(window.size.width, window.size.height));
+    const SlideWindow small = scaled(window, {std::max(16, cvRound(window.size.width * scale)),
+                                              std::max(16, cvRound(window.size.height * scale))});
+    const auto frameAt = [&](double share) {
         const Stop& stop = stops[nearestTo(from + share * (to - from))];
         const auto isIt = [&](const SlidePicture& one) { return one.number == stop.number; };
         SlideFrame frame;
@@ -163,49 +144,27 @@ bool CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures)
         frame.picture.convertTo(frame.picture, -1, 1 / stop.gain);
         frame.camera = stop.camera;
         frame.aspect = aspect;
-        return viewFrom(frame, lens, window, stop.position());
+        return frame;
     };
-    cv::Mat disparity;
-    const StereoMatch match = matchStereo(viewAt(0.3), viewAt(0.7), disparity);
-    return match.isReliable && match.looksSwapped;
-}
-
-void CameraSlide::Impl::requireCorners(int corners) const {
-    constexpr int kFewest = 30;
-    if (corners >= kFewest) return;
-    refuse("only " + std::to_string(corners) +
-           " corners can be followed from one picture to the next, expected " +
-           std::to_string(kFewest) + " or more: a sharp scene with texture, in small steps");
-}
-
-// @param zoom range of the logarithm of the magnification
-// @param parallax between near and far over the path, widths
-void CameraSlide::Impl::requireSlide(const SlidePath& path, const std::vector<SlideTrack>& tracks,
-                                     double zoom, double parallax) const {
-    constexpr double kGathered = 0.25;
-    constexpr double kMostMisfits = 0.3; // of the corners
-    constexpr double kLeast = 0.01;      // of the width
-    constexpr double kSideways = 0.7;    // cosine
-    const char* const expected =
-        ", expected a camera that moves sideways (parallax of 1 % of the width or more)";
-    if (path.misfitShare > kMostMisfits) {
-        const bool isPart = gatheringOf(path, tracks) > kGathered;
-        refuse((isPart
-                    ? "the scene moves in a part of the picture: "
-                    : "the pictures are warped, as a phone's stabilisation does (turn it off), or "
-                      "all of the scene moves: ") +
-               text("%.0f %% of the corners do not fit a scene at rest, expected %.0f %% at most",
-                    100 * path.misfitShare, 100 * kMostMisfits));
+    HiddenLooks all;
+    for (const double share : {0.05, 0.3, 0.55}) {
+        const SlideFrame left = frameAt(share);
+        const SlideFrame right = frameAt(share + 0.4);
+        const double way = right.camera.place[0] - left.camera.place[0];
+        if (way <= 0) continue;
+        const SlideDepths depths = matchFrames(left, right, lens, small, low, high);
+        cv::Mat grey;
+        cv::cvtColor(viewFrom(left, lens, small, left.camera.place[0]), grey, cv::COLOR_BGR2GRAY);
+        const HiddenLooks looks = looksOfHidden(depths.left, grey, small.focal * way);
+        all.behind += looks.behind;
+        all.front += looks.front;
     }
-    if (path.forwards > kSideways || zoom > 0.1) {
-        refuse(text("the camera zooms or moves forwards: what it sees grows by %.0f %%",
-                    100 * (std::exp(zoom) - 1)) +
-               expected);
-    }
-    if (parallax < kLeast) {
-        refuse("the path is too short, or the camera turns instead of moving: " +
-               text("the parallax is %.2f %% of the width", 100 * parallax) + expected);
-    }
+    const auto isMore = [&](std::int64_t a, std::int64_t b) {
+        return a + b >= kFewest && static_cast<double>(a) > kClear * static_cast<double>(b);
+    };
+    if (isMore(all.front, all.behind)) return true;
+    if (isMore(all.behind, all.front)) return false;
+    return {};
 }
 
 void CameraSlide::Impl::find() {
@@ -233,7 +192,7 @@ void CameraSlide::Impl::find() {
                ", expected a video or several photos of a camera that moves sideways");
     std::vector<SlidePicture>& pictures = reduced.kept();
     const PictureSteps found = stepsOf(pictures);
-    requireCorners(found.corners);
+    requireCorners(found.corners, name);
     std::vector<cv::Point2d> steps = found.steps;
     cv::Point2d way(0, 0);
     for (const cv::Point2d& step : steps)
@@ -257,8 +216,8 @@ void CameraSlide::Impl::find() {
     SlideTracks tracks = followCorners(followed, aspect);
     if (options.turntable) removeStill(tracks);
     lap(1);
-    requireCorners(tracks.fewest);
-    if (!options.turntable) requireMotion(tracks.tracks);
+    requireCorners(tracks.fewest, name);
+    if (!options.turntable) requireMotion(tracks.tracks, name);
     SlideGuess guess;
     guess.pixel = 1.0 / pictures.front().grey.cols;
     guess.isTurntable = options.turntable;
@@ -272,9 +231,20 @@ void CameraSlide::Impl::find() {
         chooseWindow(size.width);
     };
     use();
-    if (!options.turntable && followsAThing(path) && looksReversed(pictures)) {
-        path = reversedPath(path, tracks.tracks, guess);
-        use();
+    if (path.reversedMiss) {
+        constexpr double kClear = 5;
+        std::optional<bool> isReversed = looksReversed(pictures);
+        if (!isReversed && *path.reversedMiss < kClear * path.miss) {
+            isReversed = report.fromRight;
+            addNote(&notes, NoteCode::Doubtful,
+                    "near and far may be exchanged, as the pictures follow a thing, and little in "
+                    "them hides what is behind it: the first picture is taken as the leftmost one; "
+                    "if the result looks inside out, give the pictures in reverse order");
+        }
+        if (isReversed.value_or(false)) {
+            path = reversedPath(path, tracks.tracks, guess);
+            use();
+        }
     }
     lap(2);
     double worst = 0;
@@ -308,8 +278,7 @@ void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
     for (const SlideCamera& camera : path.cameras)
         turn = std::max(turn, std::acos(std::clamp(camera.turn(2, 2), -1.0, 1.0)));
     report.turnDegrees = turn * 180 / CV_PI;
-    requireSlide(path, corners.tracks, growthOf(corners.tracks, static_cast<int>(chosen.size())),
-                 parallax);
+    requireSlide(path, corners.tracks, parallax, name);
 
     double wholeWay = 0;
     for (std::size_t i = 1; i < path.cameras.size(); ++i)
@@ -401,9 +370,9 @@ void CameraSlide::Impl::chooseWindow(double pictureWidth) {
         if (share == 0)
             refuse("the pictures have nothing in common, expected a camera that sees the "
                    "same things all the way");
-        addNote(
-            &notes, NoteCode::LeftOut,
-            text("the path is too long for the display: its middle %.0f %% are used", 100 * share));
+        addNote(&notes, NoteCode::LeftOut,
+                "the path is too long for the display: its middle " + fixedText(100 * share, 0) +
+                    " % are used");
     }
     window = windowOf(share, pictureWidth);
     const double middle = (from + to) / 2;
@@ -417,9 +386,9 @@ void CameraSlide::Impl::chooseWindow(double pictureWidth) {
             report.positions.emplace_back(stop.number, (stop.position() - from) / (to - from));
     report.used = static_cast<int>(report.positions.size());
     if (report.awayPercent > 100 * kTold)
-        addNote(
-            &notes, NoteCode::Doubtful,
-            text("the camera leaves a straight line by %.0f %% of the path", report.awayPercent));
+        addNote(&notes, NoteCode::Doubtful,
+                "the camera leaves a straight line by " + fixedText(report.awayPercent, 0) +
+                    " % of the path");
 }
 
 SlideFrame CameraSlide::Impl::frameOf(const cv::Mat& picture, const Stop& stop) const {
@@ -505,14 +474,20 @@ void CameraSlide::makeViews(int count,
         plan.last = plan.first;
         if (isBetween) {
             const double sign = impl_->report.fromRight ? -1 : 1;
-            // Pictures between them have too little parallax to be matched well
-            // (docs/lab/slide.md).
-            const auto isBefore = [&](std::size_t stop, double away) {
-                return sign * (stops[stop].position() - position) <= away;
+            // Nearer ones have too little parallax to be matched well (docs/lab/slide.md).
+            constexpr double kLeast = 1 - 1e-9; // steps between views
+            constexpr double kBest = 2;
+            const auto wayTo = [&](std::size_t stop) {
+                return sign * (stops[stop].position() - position) / std::max(step, 1e-12);
             };
-            while (plan.first > 0 && !isBefore(plan.first, -step))
+            const auto isBetter = [&](std::size_t next, std::size_t stop, double best) {
+                return std::abs(wayTo(next) - best) < std::abs(wayTo(stop) - best);
+            };
+            while (plan.first > 0 &&
+                   (wayTo(plan.first) > -kLeast || isBetter(plan.first - 1, plan.first, -kBest)))
                 --plan.first;
-            while (plan.last + 1 < stops.size() && isBefore(plan.last, step * (1 - 1e-9)))
+            while (plan.last + 1 < stops.size() &&
+                   (wayTo(plan.last) < kLeast || isBetter(plan.last + 1, plan.last, kBest)))
                 ++plan.last;
             if (plan.first == plan.last) {
                 const bool isAfter = sign * (stops[plan.first].position() - position) > 0;

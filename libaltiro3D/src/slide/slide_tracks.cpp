@@ -274,29 +274,4 @@ void removeStill(SlideTracks& tracks) {
     tracks.fewest = *std::min_element(counts.begin(), counts.end());
 }
 
-double growthOf(const std::vector<SlideTrack>& tracks, int pictures) {
-    double now = 0;
-    double least = 0;
-    double most = 0;
-    for (int i = 1; i < pictures; ++i) {
-        std::vector<cv::Point2d> before;
-        std::vector<cv::Point2d> after;
-        for (const SlideTrack& track : tracks) {
-            if (track.first >= i || track.end() <= i) continue;
-            after.push_back(track.at[static_cast<std::size_t>(i - track.first)]);
-            before.push_back(track.at[static_cast<std::size_t>(i - track.first) - 1]);
-        }
-        std::vector<double> ratios;
-        for (std::size_t k = 0; k < before.size(); ++k) { // of distances of far neighbours
-            const std::size_t other = (k + before.size() / 2) % before.size();
-            const double distance = cv::norm(before[k] - before[other]);
-            if (distance > 0.1) ratios.push_back(cv::norm(after[k] - after[other]) / distance);
-        }
-        if (!ratios.empty()) now += std::log(percentileOf(ratios, 0.5));
-        least = std::min(least, now);
-        most = std::max(most, now);
-    }
-    return most - least;
-}
-
 } // namespace altiro3D

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "slide/slide_path.hpp"
+#include "slide/slide_solver.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -60,8 +60,5 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
 
 /// Leaves out corners that stand still, and counts those that are left.
 void removeStill(SlideTracks& tracks);
-
-/// By how much what is seen grows or shrinks over all pictures: range of the logarithm.
-double growthOf(const std::vector<SlideTrack>& tracks, int pictures);
 
 } // namespace altiro3D

@@ -101,6 +101,17 @@ void fillRows(cv::Mat& depth) {
     fillUnknownRows(depth, known);
 }
 
+// How much two pictures differ around each px [CV_32FC1].
+cv::Mat unlikeness(const cv::Mat& a, const cv::Mat& b) {
+    cv::Mat off;
+    cv::absdiff(a, b, off);
+    cv::Mat sum;
+    cv::transform(off, sum, cv::Matx13f(1, 1, 1));
+    sum.convertTo(sum, CV_32F);
+    cv::blur(sum, sum, {3, 3});
+    return sum;
+}
+
 cv::Mat greyOf(const cv::Mat& picture) {
     cv::Mat grey;
     cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
@@ -208,9 +219,23 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
             }
         }
     });
+    // What no frame knows is behind what is beside it, or a part of it that was not matched: where
+    // the frames agree better.
+    cv::Mat nearer = -depth;
     fillRows(depth);
-    const cv::Mat first = viewFrom(left, lens, window, position, depth);
-    const cv::Mat second = viewFrom(right, lens, window, position, depth);
+    fillRows(nearer);
+    nearer = -nearer;
+    cv::Mat first = viewFrom(left, lens, window, position, depth);
+    cv::Mat second = viewFrom(right, lens, window, position, depth);
+    const cv::Mat isBeside = nearer - depth > same;
+    if (cv::countNonZero(isBeside) > 0) {
+        const cv::Mat nearFirst = viewFrom(left, lens, window, position, nearer);
+        const cv::Mat nearSecond = viewFrom(right, lens, window, position, nearer);
+        const cv::Mat isTaken =
+            isBeside & (2 * unlikeness(nearFirst, nearSecond) < unlikeness(first, second));
+        nearFirst.copyTo(first, isTaken);
+        nearSecond.copyTo(second, isTaken);
+    }
     cv::blur(weight, weight, {3, 3});
     cv::Mat view(window.size, CV_8UC3);
     overRows(window.size.height, [&](int y) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "slide/slide_path.hpp"
+#include "slide/slide_solver.hpp"
 
 #include <opencv2/core.hpp>
 

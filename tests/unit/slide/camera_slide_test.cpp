@@ -200,6 +200,38 @@ TEST(CameraSlide, PicturesThatFollowAThingHaveTheRightOrder) {
     EXPECT_TRUE(CameraSlide(sourceOf(pictures)).report().fromRight);
 }
 
+// A floor that rises to the back, kept in place in its middle: nothing hides anything, so its upper
+// side may be near or far.
+TEST(CameraSlide, IfNearAndFarMayBeExchangedTheFirstPictureIsTheLeftmostAndThatIsSaid) {
+    cv::Mat floor(kSize, CV_8UC3);
+    cv::RNG random(5);
+    random.fill(floor, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(floor, floor, {}, 1.5);
+    cv::normalize(floor, floor, 0, 255, cv::NORM_MINMAX);
+    std::vector<cv::Mat> pictures;
+    for (int i = -8; i <= 8; ++i) {
+        cv::Mat_<cv::Vec2f> places(kSize);
+        places.forEach([&](cv::Vec2f& place, const int* at) {
+            const float nearness =
+                static_cast<float>(at[0]) / static_cast<float>(kSize.height) - 0.5F;
+            place = {static_cast<float>(at[1]) + 2 * static_cast<float>(i) * nearness,
+                     static_cast<float>(at[0])};
+        });
+        cv::Mat picture;
+        cv::remap(floor, picture, places, {}, cv::INTER_CUBIC, cv::BORDER_REFLECT);
+        pictures.push_back(picture);
+    }
+    for (int order = 0; order < 2; ++order) {
+        const CameraSlide slide(sourceOf(pictures));
+        EXPECT_FALSE(slide.report().fromRight) << order;
+        const auto isIt = [](const Note& note) {
+            return note.text.find("near and far may be exchanged") == 0;
+        };
+        EXPECT_EQ(std::count_if(slide.notes().begin(), slide.notes().end(), isIt), 1) << order;
+        std::reverse(pictures.begin(), pictures.end());
+    }
+}
+
 TEST(CameraSlide, AnUprightSlideIsTurnedAndSaysSo) {
     std::vector<cv::Mat> pictures;
     for (const cv::Mat& picture : clip().pictures) {

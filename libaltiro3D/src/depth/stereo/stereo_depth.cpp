@@ -2,14 +2,13 @@
 
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
+#include "base/text.hpp"
 #include "depth/stereo/stereo_parts.hpp"
 #include "image/picture_halves.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
@@ -255,52 +254,6 @@ Range findRange(const cv::Mat& left, const cv::Mat& right) {
                        std::min(high + margin, most) * factor);
 }
 
-// What only the left eye sees lies beside a nearer thing, at its left, and belongs to what is
-// behind. If most such places look like the nearer side instead, the eyes are swapped.
-//
-//     right order    behind | hidden | in front         "hidden" looks like its left side
-//     swapped      in front | hidden | behind           disparities are negated: it looks like its
-//                                                       right side
-bool eyesLookSwapped(const cv::Mat& disparity, const cv::Mat& grey) {
-    constexpr int kMinStep = 3; // px of disparity
-    constexpr int kEdge = 2;    // px beside a step, which the matcher smears
-    constexpr int kSide = 4;    // px that are compared at each side
-    constexpr std::int64_t kFewest = 100;
-    const auto meanOf = [&grey](int y, int from, int to) {
-        const std::uint8_t* const row = grey.ptr(y);
-        int sum = 0;
-        for (int x = from; x < to; ++x)
-            sum += row[x];
-        return static_cast<double>(sum) / (to - from);
-    };
-    std::int64_t likeLeft = 0;
-    std::int64_t likeRight = 0;
-    for (int y = 0; y < disparity.rows; ++y) {
-        const auto* const row = disparity.ptr<std::int16_t>(y);
-        for (int x = 1; x < disparity.cols; ++x) {
-            if (row[x] != kUnknown || row[x - 1] == kUnknown) continue;
-            int end = x;
-            while (end < disparity.cols && row[end] == kUnknown)
-                ++end;
-            if (end == disparity.cols) break;
-            const int step = (row[end] - row[x - 1]) / kOne;
-            const int width = end - x;
-            const bool isHidden = step >= kMinStep && width >= step / 2 && width <= 2 * step;
-            const int first = x - kEdge - kSide;
-            const int last = end + kEdge + kSide;
-            if (isHidden && width > kEdge && first >= 0 && last <= disparity.cols) {
-                const double hidden = meanOf(y, x, end);
-                const double left = std::abs(meanOf(y, first, first + kSide) - hidden);
-                const double right = std::abs(meanOf(y, last - kSide, last) - hidden);
-                if (left < right) ++likeLeft;
-                if (right < left) ++likeRight;
-            }
-            x = end;
-        }
-    }
-    return likeRight + likeLeft >= kFewest && likeRight > 2 * likeLeft;
-}
-
 void toShares(const cv::Mat& disparity, cv::Mat& shares) {
     shares.create(disparity.size(), CV_32FC1);
     const double px = 1.0 / (static_cast<double>(kOne) * disparity.cols);
@@ -315,12 +268,50 @@ void toShares(const cv::Mat& disparity, cv::Mat& shares) {
 }
 
 std::string percentText(double share) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.1f %%", 100 * share);
-    return text.data();
+    return fixedText(100 * share, 1) + " %";
 }
 
 } // namespace
+
+HiddenLooks looksOfHidden(const cv::Mat& disparity, const cv::Mat& grey, double pixels) {
+    constexpr double kMinStep = 3; // px of disparity
+    constexpr int kEdge = 2;       // px beside a step, which the matcher smears
+    constexpr int kSide = 4;       // px that are compared at each side
+    const auto meanOf = [&grey](int y, int from, int to) {
+        const std::uint8_t* const row = grey.ptr(y);
+        int sum = 0;
+        for (int x = from; x < to; ++x)
+            sum += row[x];
+        return static_cast<double>(sum) / (to - from);
+    };
+    HiddenLooks looks;
+    for (int y = 0; y < disparity.rows; ++y) {
+        const float* const row = disparity.ptr<float>(y);
+        for (int x = 1; x < disparity.cols; ++x) {
+            if (!std::isnan(row[x]) || std::isnan(row[x - 1])) continue;
+            int end = x;
+            while (end < disparity.cols && std::isnan(row[end]))
+                ++end;
+            if (end == disparity.cols) break;
+            constexpr double kRounding = 0.01;
+            const double step =
+                std::floor(static_cast<double>(row[end] - row[x - 1]) * pixels + kRounding);
+            const int width = end - x;
+            const bool isHidden = step >= kMinStep && width >= step / 2 - 0.5 && width <= 2 * step;
+            const int first = x - kEdge - kSide;
+            const int last = end + kEdge + kSide;
+            if (isHidden && width > kEdge && first >= 0 && last <= disparity.cols) {
+                const double hidden = meanOf(y, x, end);
+                const double left = std::abs(meanOf(y, first, first + kSide) - hidden);
+                const double right = std::abs(meanOf(y, last - kSide, last) - hidden);
+                if (left < right) ++looks.behind;
+                if (right < left) ++looks.front;
+            }
+            x = end;
+        }
+    }
+    return looks;
+}
 
 RowDisparities matchRows(const cv::Mat& left, const cv::Mat& right, double low, double high) {
     const BothWays both = matchBothWays(left, right, rangeAround(low, high));
@@ -414,8 +405,10 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     match.farthest = percentile(certain, 0.5) / size.width;
     match.nearest = percentile(certain, 99.5) / size.width;
     if (match.nearest - match.farthest < kFlatRange) return flat();
-    match.looksSwapped = eyesLookSwapped(found, greyLeft);
     toShares(found, disparity);
+    constexpr std::int64_t kFewest = 100;
+    const HiddenLooks looks = looksOfHidden(disparity, greyLeft, size.width);
+    match.looksSwapped = looks.front + looks.behind >= kFewest && looks.front > 2 * looks.behind;
     fillFromBehind(disparity, smallLeft);
     if (hidden != nullptr && match.isReliable && matchedShareOf(both.right) > 0) {
         cv::Mat mirrored;

@@ -2,6 +2,7 @@
 
 #include "altiro3D/scene.hpp"
 
+#include <cstdint>
 #include <opencv2/core/mat.hpp>
 
 namespace altiro3D {
@@ -44,6 +45,21 @@ struct RowDisparities {
 /// @param left,right [rows x cols, CV_8UC1]
 /// @param low,high range of the disparities, px
 RowDisparities matchRows(const cv::Mat& left, const cv::Mat& right, double low, double high);
+
+/// What only the left eye sees lies beside a nearer thing, at its left, and belongs to what is
+/// behind. If most such places look like the nearer side instead, the eyes are swapped:
+///
+///     right order    behind | hidden | in front         "hidden" looks like its left side
+///     swapped      in front | hidden | behind           disparities are negated: it looks like its
+///                                                       right side
+struct HiddenLooks {
+    std::int64_t behind = 0; ///< Rows of such places that look like their left side.
+    std::int64_t front = 0;  ///< And like their right side.
+};
+/// @param disparity of the left picture [rows x cols, CV_32FC1, NaN = unknown]
+/// @param grey the left picture [as disparity, CV_8UC1]
+/// @param pixels px of disparity of a unit of `disparity`
+HiddenLooks looksOfHidden(const cv::Mat& disparity, const cv::Mat& grey, double pixels);
 
 /// Fills the unknown disparities of a pair. Each takes the farther of the nearest known values to
 /// its left and right in the row, as what one eye misses lies behind. Then each filled px takes the

@@ -22,13 +22,8 @@ part() { # what, command...
 built() { # preset: all tests but those of installed trees
     cmake --preset "$1" && cmake --build --preset "$1" && ctest --preset "$1" -j "$(nproc)" -LE install
 }
-# Unit tests are skipped: their programs hold the library's objects in every build.
-static() { # compiler
-    local folder=build/static-$1
-    cmake --preset dev -B "$folder" -DCMAKE_CXX_COMPILER="$1" -DBUILD_SHARED_LIBS=OFF \
-        -DALTIRO3D_BUILD_BENCHMARKS=OFF &&
-        cmake --build "$folder" &&
-        ctest --test-dir "$folder" -j "$(nproc)" --output-on-failure -L 'cli|install|qt'
+clang() { # the other compiler and the other kind of library
+    cmake --preset clang && cmake --build --preset clang && ctest --preset clang -j "$(nproc)"
 }
 web() {
     scripts/install-dependencies.sh web && scripts/check-web.sh
@@ -48,16 +43,13 @@ part "cppcheck" scripts/check-cppcheck.sh
 part "AddressSanitizer and UndefinedBehaviorSanitizer" built asan
 part "ThreadSanitizer" scripts/check-tsan.sh
 part "valgrind" scripts/check-valgrind.sh
-part "Clang, shared library" built clang
+part "Clang, static library" clang
 part "same bytes from GCC and Clang, on any processor" scripts/compare-builds.sh build/dev build/clang
 part "arm64, in an emulator" scripts/check-arm64.sh
 part "WebAssembly, in Chromium" web
 part "tools that are killed 200 times each" tests/cli/faults_test.sh "$PWD/build/dev/tools" "$PWD" 200
 part "fuzzing, $fuzz s a target" scripts/fuzz.sh $((fuzz * $(ls tests/fuzz/*_fuzz.cpp | wc -l)))
 part "lines of the readers that inputs of fuzzing reach" scripts/fuzz-coverage.sh
-# shared libraries are those of build/dev and build/clang
-part "static library, GCC" static g++
-part "static library, Clang" static clang++
 part "long runs in one process" scripts/soak.sh ${soak[@]+"${soak[@]}"}
 part "chunks on a real Slurm, under faults" cluster slurm
 part "chunks on a real ssh, under faults" cluster ssh

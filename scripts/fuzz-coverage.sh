@@ -14,7 +14,7 @@ failed=0
 cmake -S . -B "$build" -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -fprofile-instr-generate -fcoverage-mapping" \
     -DALTIRO3D_SANITIZE=fuzzer-no-link -DALTIRO3D_BUILD_FUZZERS=ON -DALTIRO3D_BUILD_TOOLS=OFF \
-    -DALTIRO3D_BUILD_TESTS=OFF -DALTIRO3D_BUILD_BENCHMARKS=OFF >/dev/null
+    -DALTIRO3D_BUILD_{QT,PYTHON,TESTS,BENCHMARKS}=OFF >/dev/null
 cmake --build "$build" >/dev/null
 
 # target, source, functions that are the reader (a regular expression of mangled names; '.': all),

@@ -27,9 +27,9 @@ native_lut      native_lut       readAt|checkHeader|crcOf|4load        -
 quilt           quilt            .                                     -
 picture_header  image_format     .                                     -
 picture_header  image_header     .                                     -
-exif            exif             Exif|exif|rawProfile|validOrientation -
+exif            exif             Exif|exif|rawProfile|validOrientation 4turn|7upright
 heif            heif_boxes      .                                     -
-colour          colour           .                                     -
+colour          colour           .                                     HeifFile
 embedded_depth  depth_parts      .                                     -
 embedded_depth  xmp              .                                     -
 picture         image_read       .                                     -
@@ -39,7 +39,7 @@ network_catalog network_profile  .                                     modelSear
 onnx_facts      onnx_facts       .                                     -
 view_names      image_names      listImages|naturalLess|isDigit|isName -
 video_run       resumable_video  readRun|segmentOf|wholeNumber|bitsOf|differ -
-video_run       video_segments   SegmentReader|Shown|4join             -
+video_run       video_segments   SegmentReader|Shown|4join             4fail
 depth_state     video_depth      8setState                             -
 depth_state     motion           4load                                 -
 depth_state     state_bytes      4take|checksum                        -
@@ -48,7 +48,7 @@ video           video_reader     .                                     otherStre
 other_streams   video_packets    describeOthers|4keep|drainOthers      -
 other_streams   video_reader     4pass                                 -
 other_streams   other_streams    .                                     -
-other_streams   video_container  .                                     canWriteVideo
+other_streams   video_container  .                                     canWriteVideo|canHold|markEyes|PartFile|check
 "
 suffix=$(clang++ --version | sed -n 's/.*version \([0-9]*\).*/-\1/p;q')
 printf '%-16s %-18s %6s %8s %8s\n' target reader lines reached share

@@ -10,7 +10,9 @@
 #include "support/photo_files.hpp"
 #include "video_samples.hpp"
 
+#include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -259,9 +261,23 @@ void addColour(const fs::path& root) {
     for (const std::size_t value : {64000U, 33000U, 30000U, 60000U, 15000U, 6000U})
         primaries += bigEndian(value, 4);
     seeds.add('\0' + png + pngChunk("gAMA", bigEndian(100000, 4)) + pngChunk("cHRM", primaries));
-    // a profile without tags
-    seeds.add('\1' + bigEndian(132, 4) + std::string(8, '\0') + "mntrRGB XYZ " +
-              std::string(12, '\0') + "acsp" + std::string(88, '\0') + bigEndian(0, 4));
+    const std::string withoutTags = bigEndian(132, 4) + std::string(8, '\0') + "mntrRGB XYZ " +
+                                    std::string(12, '\0') + "acsp" + std::string(88, '\0') +
+                                    bigEndian(0, 4);
+    seeds.add('\1' + withoutTags);
+    const auto littleEndian = [](std::size_t value) {
+        std::string four = bigEndian(value, 4);
+        std::reverse(four.begin(), four.end());
+        return four;
+    };
+    const std::string chunk = "ICCP" + littleEndian(withoutTags.size()) + withoutTags;
+    seeds.add('\0' + ("RIFF" + littleEndian(chunk.size() + 4)) + "WEBP" + chunk);
+    std::string corners(32, '\0'); // of P3
+    const float p3[] = {0.68F, 0.32F, 0.265F, 0.69F, 0.15F, 0.06F, 0.3127F, 0.329F};
+    std::memcpy(corners.data(), p3, sizeof p3);
+    seeds.add('\0' + ("\x76\x2f\x31\x01" + std::string("\2\0\0\0", 4)) +
+              std::string("chromaticities\0chromaticities\0\x20\0\0\0", 34) + corners);
+    seeds.add('\0' + std::string("#?RADIANCE\nPRIMARIES=.68 .32 .265 .69 .15 .06 .3127 .329\n\n"));
 }
 
 // --- everything else ---------------------------------------------------------------------------
@@ -334,7 +350,7 @@ void addVideos(const fs::path& root) {
         writer.finish();
         const std::string video = contentsOf(root / name);
         fs::remove(root / name);
-        for (char flags = 0; flags < 8; ++flags)
+        for (char flags = 0; flags < 16; ++flags)
             seeds.add(flags + video);
         seeds.add('\0' + video.substr(0, video.size() * 2 / 3));
     }

@@ -21,6 +21,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         VideoReader reader(file, options);
         if (std::max(reader.facts().size.width, reader.facts().size.height) > 300)
             return; // time is for our code
+        if ((flags & 8U) != 0)
+            fuzz::require(reader.framesBefore() >= 0, "no fewer frames than none come before");
         if ((flags & 4U) != 0) reader.skipTo(2);
         std::int64_t last = -1;
         VideoFrame frame;

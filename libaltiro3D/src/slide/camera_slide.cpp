@@ -113,7 +113,7 @@ struct CameraSlide::Impl {
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
                      const SlidePath& path);
-    std::optional<bool> looksReversed(const std::vector<SlidePicture>& pictures) const;
+    double frontShare(const std::vector<SlidePicture>& pictures) const;
     void chooseWindow(double pictureWidth);
     SlideWindow windowOf(double share, double pictureWidth) const;
 
@@ -124,12 +124,10 @@ struct CameraSlide::Impl {
     SlideFrame frameOf(const cv::Mat& picture, const Stop& stop) const;
 };
 
-// What hides what tells whether near and far are exchanged.
-// @return nothing if too little is hidden
-std::optional<bool>
-CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures) const {
+// Near and far may be exchanged. Of places that only one of two pictures sees, the share that look
+// like what is in front of them; what is right is that they look like what is behind.
+double CameraSlide::Impl::frontShare(const std::vector<SlidePicture>& pictures) const {
     constexpr double kMatchSide = 640; // px
-    constexpr double kClear = 1.25;
     constexpr std::int64_t kFewest = 100;
     const double scale =
         std::min(1.0, kMatchSide / std::max(window.size.width, window.size.height));
@@ -153,18 +151,23 @@ CameraSlide::Impl::looksReversed(const std::vector<SlidePicture>& pictures) cons
         const double way = right.camera.place[0] - left.camera.place[0];
         if (way <= 0) continue;
         const SlideDepths depths = matchFrames(left, right, lens, small, low, high);
-        cv::Mat grey;
-        cv::cvtColor(viewFrom(left, lens, small, left.camera.place[0]), grey, cv::COLOR_BGR2GRAY);
-        const HiddenLooks looks = looksOfHidden(depths.left, grey, small.focal * way);
-        all.behind += looks.behind;
-        all.front += looks.front;
+        for (const bool isRight : {false, true}) { // in the mirror, the right one is the left one
+            const SlideFrame& frame = isRight ? right : left;
+            cv::Mat depth = isRight ? depths.right : depths.left;
+            cv::Mat grey;
+            cv::cvtColor(viewFrom(frame, lens, small, frame.camera.place[0]), grey,
+                         cv::COLOR_BGR2GRAY);
+            if (isRight) {
+                cv::flip(depth, depth, 1);
+                cv::flip(grey, grey, 1);
+            }
+            const HiddenLooks looks = looksOfHidden(depth, grey, small.focal * way);
+            all.behind += looks.behind;
+            all.front += looks.front;
+        }
     }
-    const auto isMore = [&](std::int64_t a, std::int64_t b) {
-        return a + b >= kFewest && static_cast<double>(a) > kClear * static_cast<double>(b);
-    };
-    if (isMore(all.front, all.behind)) return true;
-    if (isMore(all.behind, all.front)) return false;
-    return {};
+    const std::int64_t count = all.front + all.behind;
+    return count < kFewest ? 0.5 : static_cast<double>(all.front) / static_cast<double>(count);
 }
 
 void CameraSlide::Impl::find() {
@@ -194,18 +197,6 @@ void CameraSlide::Impl::find() {
     const PictureSteps found = stepsOf(pictures);
     requireCorners(found.corners, name);
     std::vector<cv::Point2d> steps = found.steps;
-    cv::Point2d way(0, 0);
-    for (const cv::Point2d& step : steps)
-        way += step;
-    if (!options.turntable && std::abs(way.y) > std::abs(way.x)) {
-        report.turned = true;
-        addNote(&notes, NoteCode::Converted,
-                "the camera moves upright: the pictures are turned by a quarter; to see them "
-                "upright, turn the phone or move it sideways");
-        for (SlidePicture& picture : pictures)
-            cv::rotate(picture.grey, picture.grey, cv::ROTATE_90_CLOCKWISE);
-        size = {size.height, size.width};
-    }
     aspect = static_cast<double>(size.height) / size.width;
     if (options.turntable) // most corners may be those of the room, which stands
         std::fill(steps.begin(), steps.end(), cv::Point2d(1, 0));
@@ -218,6 +209,19 @@ void CameraSlide::Impl::find() {
     lap(1);
     requireCorners(tracks.fewest, name);
     if (!options.turntable) requireMotion(tracks.tracks, name);
+    const auto count = static_cast<int>(chosen.size());
+    if (!options.turntable &&
+        movesUpright(tracks.tracks, count, 1.0 / followed.front()->grey.cols)) {
+        report.turned = true;
+        addNote(&notes, NoteCode::Converted,
+                "the camera moves upright: the pictures are turned by a quarter; to see them "
+                "upright, turn the phone or move it sideways");
+        for (SlidePicture& picture : pictures)
+            cv::rotate(picture.grey, picture.grey, cv::ROTATE_90_CLOCKWISE);
+        tracks.tracks = turnedByAQuarter(tracks.tracks, aspect);
+        size = {size.height, size.width};
+        aspect = 1 / aspect;
+    }
     SlideGuess guess;
     guess.pixel = 1.0 / pictures.front().grey.cols;
     guess.isTurntable = options.turntable;
@@ -225,26 +229,35 @@ void CameraSlide::Impl::find() {
         guess.lens.focal = 0.5 / std::tan(options.viewDegrees / 2 * CV_PI / 180);
         guess.isLensKnown = true;
     }
-    SlidePath path = findPath(tracks.tracks, static_cast<int>(chosen.size()), guess);
+    FoundPaths paths = findPaths(tracks.tracks, count, guess);
+    const SlidePath& path = paths.best;
+    const Notes before = notes;
     const auto use = [&] {
+        notes = before;
         findStretch(pictures, chosen, tracks, path);
         chooseWindow(size.width);
     };
     use();
-    if (path.reversedMiss) {
-        constexpr double kClear = 5;
-        std::optional<bool> isReversed = looksReversed(pictures);
-        if (!isReversed && *path.reversedMiss < kClear * path.miss) {
-            isReversed = report.fromRight;
+    if (paths.reversed) {
+        // what hides what, which is more certain if it says the same as the tracks
+        constexpr double kMore = 1.25;
+        constexpr double kMuchMore = 2;
+        constexpr double kWorse = 1.8;
+        constexpr double kMuchWorse = 5;
+        const double front = frontShare(pictures);
+        const bool isClear = paths.worse > kMuchWorse || front < 1 / (1 + kMuchMore) ||
+                             (front < 1 / (1 + kMore) && paths.worse > kWorse);
+        const bool isReversed = front > kMuchMore / (1 + kMuchMore);
+        const bool isGuessed = !isClear && !isReversed;
+        if (isReversed || (isGuessed && report.fromRight)) {
+            paths.best = *paths.reversed;
+            use();
+        }
+        if (isGuessed)
             addNote(&notes, NoteCode::Doubtful,
                     "near and far may be exchanged, as the pictures follow a thing, and little in "
                     "them hides what is behind it: the first picture is taken as the leftmost one; "
                     "if the result looks inside out, give the pictures in reverse order");
-        }
-        if (isReversed.value_or(false)) {
-            path = reversedPath(path, tracks.tracks, guess);
-            use();
-        }
     }
     lap(2);
     double worst = 0;
@@ -321,6 +334,9 @@ SlideWindow CameraSlide::Impl::windowOf(double share, double pictureWidth) const
     std::vector<SlideCamera> cameras;
     for (const Stop& stop : stops)
         if (std::abs(stop.position() - middle) <= reach) cameras.push_back(stop.camera);
+    SlideWindow result;
+    result.focus = window.focus;
+    if (cameras.empty()) return result;
     cv::Rect2d part = commonPart(cameras, lens, aspect, window.focus);
     if (options.aspect != 0 && part.width > 0 && part.height > 0) {
         const double width = std::min(part.width, part.height * options.aspect);
@@ -328,8 +344,6 @@ SlideWindow CameraSlide::Impl::windowOf(double share, double pictureWidth) const
         part = {part.x + (part.width - width) / 2, part.y + (part.height - height) / 2, width,
                 height};
     }
-    SlideWindow result;
-    result.focus = window.focus;
     if (part.width <= 0 || part.height <= 0) return result;
     const double longest = std::max(part.width, part.height);
     result.focal = std::min(lens.focal * pictureWidth, options.longestSide / longest);
@@ -546,6 +560,9 @@ void CameraSlide::makeDepth(cv::Mat& photo, cv::Mat& depth) try {
         wanted.push_back(impl_->nearestTo(stops[middle].position() + away * path));
     std::sort(wanted.begin(), wanted.end());
     wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    if (wanted.size() == 1) // few pictures
+        wanted.insert(middle > 0 ? wanted.begin() : wanted.end(),
+                      middle > 0 ? middle - 1 : middle + 1);
     std::vector<std::pair<std::size_t, SlideFrame>> frames;
     impl_->readStops(wanted, [&](std::size_t stop, SlideFrame frame) {
         frames.emplace_back(stop, std::move(frame));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace altiro3D {
 
@@ -162,8 +163,24 @@ void guessPoints(const std::vector<SlideTrack>& tracks, SlidePath& path) {
     }
 }
 
+// Of the points at rest.
+std::vector<double> depthsOf(const SlidePath& path) {
+    std::vector<double> depths;
+    for (std::size_t t = 0; t < path.points.size(); ++t)
+        if (path.fits[t] != 0) depths.push_back(path.points[t].q);
+    return depths;
+}
+
 // Turns the axes of the scene: x along the path, z forwards. Positions become 0..1.
 void turnAlong(SlidePath& path) {
+    // What is behind infinity is seen the same way in front of it, from a camera that moves the
+    // other way.
+    if (percentileOf(depthsOf(path), 0.95) < 0) {
+        for (SlideCamera& camera : path.cameras)
+            camera.place = -camera.place;
+        for (SlidePoint& point : path.points)
+            point.q = -point.q;
+    }
     cv::Vec3d middle(0, 0, 0);
     cv::Vec3d forwards(0, 0, 0);
     for (const SlideCamera& camera : path.cameras) {
@@ -226,41 +243,19 @@ bool followsAThing(const SlidePath& path) {
         products += from * camera.turn(0, 2);
         squares += from * from;
     }
-    std::vector<double> depths;
-    for (const SlidePoint& point : path.points)
-        depths.push_back(point.q);
+    const std::vector<double> depths = depthsOf(path);
     // or its pictures were shifted so, which puts points behind infinity
     const double least = percentileOf(depths, 0.05);
     return std::abs(products / squares) > kMuch * std::abs(percentileOf(depths, 0.5)) ||
            least < -0.1 * (percentileOf(depths, 0.95) - least);
 }
 
-} // namespace
-
-SlidePath findPath(const std::vector<SlideTrack>& tracks, int pictures, const SlideGuess& guess) {
-    SlidePath path;
-    path.cameras.resize(static_cast<std::size_t>(pictures));
-    path.lens = guess.lens;
-    path.points.resize(tracks.size());
-    if (guess.isTurntable)
-        guessOrbit(tracks, guess, path);
-    else
-        guessPath(tracks, guess, path);
-    guessPoints(tracks, path);
-    solvePath(tracks, guess, path);
-    turnAlong(path);
-    if (guess.isTurntable || !followsAThing(path)) return path;
-    SlidePath other = reversedPath(path, tracks, guess);
-    if (other.miss < path.miss) std::swap(path, other);
-    path.reversedMiss = other.miss;
-    return path;
-}
-
+// The other path that explains nearly the same tracks.
 SlidePath reversedPath(const SlidePath& path, const std::vector<SlideTrack>& tracks,
                        const SlideGuess& guess) {
-    double mean = 0;
-    for (const SlidePoint& point : path.points)
-        mean += point.q / static_cast<double>(path.points.size());
+    const std::vector<double> depths = depthsOf(path);
+    const double mean = std::accumulate(depths.begin(), depths.end(), 0.0) /
+                        static_cast<double>(std::max<std::size_t>(1, depths.size()));
     SlidePath result = path;
     for (SlideCamera& camera : result.cameras) {
         camera.turn =
@@ -272,6 +267,85 @@ SlidePath reversedPath(const SlidePath& path, const std::vector<SlideTrack>& tra
     solvePath(tracks, guess, result);
     turnAlong(result);
     return result;
+}
+
+// How far a track is off: mean over its pictures, far ones count less.
+double missOf(const SlideTrack& track, const SlidePoint& point, const SlidePath& path,
+              double pixel) {
+    constexpr double kReach = 0.7; // px
+    double sum = 0;
+    for (int i = track.first; i < track.end(); ++i) {
+        const cv::Point2d off =
+            seenAt(point, path.cameras[static_cast<std::size_t>(i)], path.lens) -
+            track.at[static_cast<std::size_t>(i - track.first)];
+        sum += std::log1p(off.dot(off) / std::pow(kReach * pixel, 2));
+    }
+    return sum / static_cast<double>(track.at.size());
+}
+
+} // namespace
+
+FoundPaths findPaths(const std::vector<SlideTrack>& tracks, int pictures, const SlideGuess& guess) {
+    FoundPaths found;
+    SlidePath& path = found.best;
+    path.cameras.resize(static_cast<std::size_t>(pictures));
+    path.lens = guess.lens;
+    path.points.resize(tracks.size());
+    if (guess.isTurntable)
+        guessOrbit(tracks, guess, path);
+    else
+        guessPath(tracks, guess, path);
+    guessPoints(tracks, path);
+    solvePath(tracks, guess, path);
+    turnAlong(path);
+    if (guess.isTurntable || !followsAThing(path)) return found;
+    found.reversed = reversedPath(path, tracks, guess);
+    SlidePath& other = *found.reversed;
+    const auto wayOf = [](const SlidePath& one) {
+        return one.cameras.back().place[0] - one.cameras.front().place[0];
+    };
+    if (wayOf(path) * wayOf(other) > 0) { // it came back to the same one
+        found.reversed.reset();
+        return found;
+    }
+    double miss = 1e-9;
+    double otherMiss = 1e-9;
+    for (std::size_t t = 0; t < tracks.size(); ++t) {
+        if (path.fits[t] == 0 && other.fits[t] == 0) continue;
+        miss += missOf(tracks[t], path.points[t], path, guess.pixel);
+        otherMiss += missOf(tracks[t], other.points[t], other, guess.pixel);
+    }
+    if (otherMiss < miss) {
+        std::swap(path, other);
+        std::swap(miss, otherMiss);
+    }
+    found.worse = otherMiss / miss;
+    return found;
+}
+
+bool movesUpright(const std::vector<SlideTrack>& tracks, int pictures, double pixel) {
+    constexpr double kClear = 0.9;
+    const auto missWith = [&](const std::vector<SlideTrack>& seen) {
+        const std::vector<std::vector<Shift>> shifts =
+            shiftsOf(seen, static_cast<std::size_t>(pictures));
+        std::vector<double> nearness(seen.size());
+        const std::vector<Step> steps = findSteps(shifts, nearness, pixel);
+        double sum = 0;
+        for (std::size_t i = 0; i < shifts.size(); ++i)
+            for (const Shift& shift : shifts[i])
+                sum += std::log1p(
+                    cv::norm(shift.by - shiftBy(steps[i], shift.from, nearness[shift.track])) /
+                    pixel);
+        return sum;
+    };
+    return missWith(turnedByAQuarter(tracks, 1)) < kClear * missWith(tracks);
+}
+
+std::vector<SlideTrack> turnedByAQuarter(std::vector<SlideTrack> tracks, double aspect) {
+    for (SlideTrack& track : tracks)
+        for (cv::Point2d& at : track.at)
+            at = cv::Point2d(-at.y, at.x) * (1 / aspect);
+    return tracks;
 }
 
 std::vector<std::size_t> longestStretch(const std::vector<SlideCamera>& cameras) {

@@ -109,19 +109,7 @@ class Solver {
                 cost += square(known[k]);
         }
         return cost + square(std::log(path.lens.focal / guess_.lens.focal) / focalRange()) +
-               square(path.lens.bend / bendRange());
-    }
-
-    double missOf(const SlidePath& path) const {
-        double sum = 0;
-        std::size_t count = 0;
-        for (std::size_t t = 0; t < tracks_.size(); ++t) {
-            for (int i = tracks_[t].first; i < tracks_[t].end(); ++i, ++count) {
-                const cv::Vec2d r = residual(path, t, i);
-                sum += std::log1p(r.dot(r) / (reach_ * reach_));
-            }
-        }
-        return sum / static_cast<double>(std::max<std::size_t>(1, count));
+               square(path.lens.bend / kBend);
     }
 
     // Of a track in a picture, px.
@@ -145,7 +133,6 @@ class Solver {
   private:
     static double square(double value) { return value * value; }
     double focalRange() const { return guess_.isLensKnown ? 0.03 : kFocal; }
-    double bendRange() const { return kBend; }
 
     Own ranges() const {
         const double away = kAway * pathLength_ * (guess_.isTurntable ? 10 : 1);
@@ -328,8 +315,8 @@ class Solver {
         const int last = size_ - kCommon;
         sums.matrix(last, last) += 1 / square(focalRange());
         sums.right(last) -= std::log(path_.lens.focal / guess_.lens.focal) / square(focalRange());
-        sums.matrix(last + 1, last + 1) += 1 / square(bendRange());
-        sums.right(last + 1) -= path_.lens.bend / square(bendRange());
+        sums.matrix(last + 1, last + 1) += 1 / square(kBend);
+        sums.right(last + 1) -= path_.lens.bend / square(kBend);
     }
 
     const std::vector<SlideTrack>& tracks_;
@@ -402,7 +389,6 @@ void solvePath(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, S
         if (squareOf(t) > most) path.fits[t] = 0;
     solver.run(kNearReach, 40);
 
-    path.miss = solver.missOf(path);
     path.residual.resize(path.cameras.size());
     for (int axis = 0; axis < 2; ++axis) {
         std::vector<std::vector<double>> squares(path.cameras.size());

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
 namespace altiro3D {
@@ -55,10 +54,6 @@ struct SlidePath {
     std::vector<SlidePoint> points; ///< One for each track.
     std::vector<char> fits; ///< Whether a track is used: that of a point at rest, not far off.
     double misfitShare = 0; ///< Share of the tracks that do not fit.
-    double miss = 0;        ///< How far all tracks are off; far ones count less. For comparison.
-    /// If the camera turns as if it followed a thing: `miss` of the reversed path, which is not
-    /// less.
-    std::optional<double> reversedMiss;
     /// Of each picture, to the right and down: root mean square without the largest 5 %, widths.
     std::vector<cv::Vec2d> residual;
     double forwards = 0; ///< Cosine between the path and the direction of view, 0..1.

@@ -36,7 +36,6 @@ struct Rays {
 };
 
 // Where the px of a view are in a frame's picture.
-// @param pictureSize of the frame, as seen by remap()
 void placesIn(const SlideFrame& frame, const SlideLens& lens, const SlideWindow& window,
               double position, const cv::Mat& depth, cv::Mat& places) {
     const Rays rays(frame.camera, window, position);
@@ -105,9 +104,9 @@ void fillRows(cv::Mat& depth) {
 cv::Mat unlikeness(const cv::Mat& a, const cv::Mat& b) {
     cv::Mat off;
     cv::absdiff(a, b, off);
+    off.convertTo(off, CV_32F);
     cv::Mat sum;
     cv::transform(off, sum, cv::Matx13f(1, 1, 1));
-    sum.convertTo(sum, CV_32F);
     cv::blur(sum, sum, {3, 3});
     return sum;
 }

@@ -228,6 +228,11 @@ TEST(CameraSlide, IfNearAndFarMayBeExchangedTheFirstPictureIsTheLeftmostAndThatI
             return note.text.find("near and far may be exchanged") == 0;
         };
         EXPECT_EQ(std::count_if(slide.notes().begin(), slide.notes().end(), isIt), 1) << order;
+        for (const Note& note : slide.notes())
+            EXPECT_EQ(std::count_if(slide.notes().begin(), slide.notes().end(),
+                                    [&](const Note& other) { return other.code == note.code; }),
+                      1)
+                << note.text;
         std::reverse(pictures.begin(), pictures.end());
     }
 }
@@ -255,6 +260,29 @@ TEST(CameraSlide, OfBackAndForthTheLongestStretchIsUsed) {
     EXPECT_EQ(slide.report().positions.front().first, 0);
     EXPECT_NEAR(slide.report().positions.back().first, 23, 1);
     EXPECT_NEAR(slide.report().stretchPercent, 60, 10);
+}
+
+// The sum of all steps is then next to nothing, and tells nothing of the direction.
+TEST(CameraSlide, AClipThatComesBackIsNotTakenForAnUprightOne) {
+    ALTIRO3D_TAKES(2);
+    std::vector<cv::Mat> pictures = clip().pictures;
+    pictures.insert(pictures.end(), clip().pictures.rbegin() + 1, clip().pictures.rend());
+    for (std::size_t i = 0; i < pictures.size(); ++i) // 1 px down in every second picture
+        pictures[i] = pictures[i](cv::Rect(0, 20 - static_cast<int>(i) / 2 % 20, 320, 200)).clone();
+    const CameraSlide slide(sourceOf(pictures));
+    EXPECT_FALSE(slide.report().turned);
+    EXPECT_GT(slide.report().used, 18);
+}
+
+TEST(CameraSlide, TwoPicturesHaveViewsAndDepth) {
+    ALTIRO3D_TAKES(1);
+    CameraSlide slide(sourceOf({clip().pictures[6], clip().pictures[15]}));
+    cv::Mat photo;
+    cv::Mat depth;
+    slide.makeDepth(photo, depth);
+    EXPECT_EQ(depth.size(), slide.viewSize());
+    EXPECT_TRUE(cv::checkRange(depth));
+    EXPECT_EQ(viewsOf(slide, 3).size(), 3U);
 }
 
 TEST(CameraSlide, ALongPathIsCutToTheParallaxAllowed) {

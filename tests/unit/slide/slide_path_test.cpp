@@ -66,6 +66,10 @@ MadeSlide madeSlide(int pictures, double sign = 1, double noise = 0.1 / 640, dou
     return slide;
 }
 
+SlidePath findPath(const std::vector<SlideTrack>& tracks, int pictures, const SlideGuess& guess) {
+    return findPaths(tracks, pictures, guess).best;
+}
+
 // Largest error of the positions as share of the path, after a line was fitted.
 double positionError(const std::vector<SlideCamera>& found, const std::vector<SlideCamera>& made) {
     const double first = made.front().place[0];
@@ -131,15 +135,24 @@ TEST(SlidePath, ACameraThatMovesToTheLeftHasFallingPositions) {
     EXPECT_LT(positionError(path.cameras, slide.cameras), 0.002);
 }
 
-TEST(SlidePath, TheReversedPathFitsWithNearAndFarExchanged) {
-    const MadeSlide slide = madeSlide(15);
-    SlideGuess guess;
-    const SlidePath path = findPath(slide.tracks, 15, guess);
-    const SlidePath other = reversedPath(path, slide.tracks, guess);
-    EXPECT_GT(other.cameras.front().place[0], other.cameras.back().place[0]);
-    const SlidePath again = reversedPath(other, slide.tracks, guess);
-    EXPECT_LT(positionError(again.cameras, slide.cameras), 0.002);
-    EXPECT_LT(again.cameras.front().place[0], again.cameras.back().place[0]);
+// Through a wide lens, turns tell which of both it is.
+TEST(SlidePath, OfAHandThatFollowsAThingTheReversedPathIsClearlyWorse) {
+    for (const double kept : {0.45, 0.7, 1.0}) {
+        const FoundPaths paths = findPaths(madeSlide(25, 1, 0.1 / 640, kept).tracks, 25, {});
+        EXPECT_LT(paths.best.cameras.front().place[0], paths.best.cameras.back().place[0]) << kept;
+        EXPECT_TRUE(!paths.reversed || paths.worse > 5) << kept;
+    }
+    EXPECT_FALSE(findPaths(madeSlide(25).tracks, 25, {}).reversed);
+}
+
+TEST(SlidePath, AnUprightPathIsKnownByWhatMovesApart) {
+    const MadeSlide slide = madeSlide(20, 1, 0.3 / 640, 0.7); // its shifts are those of the hand
+    EXPECT_FALSE(movesUpright(slide.tracks, 20, 1.0 / 640));
+    const std::vector<SlideTrack> turned = turnedByAQuarter(slide.tracks, 1);
+    EXPECT_TRUE(movesUpright(turned, 20, 1.0 / 640));
+    const SlideTrack back = turnedByAQuarter(turnedByAQuarter(turned, 0.75), 1 / 0.75).front();
+    EXPECT_NEAR(back.at[1].x, -turned[0].at[1].x, 1e-12);
+    EXPECT_NEAR(back.at[1].y, -turned[0].at[1].y, 1e-12);
 }
 
 // Photos that were aligned and then shaken: what they have in common with their neighbours is the

@@ -128,8 +128,7 @@ cd "$root" || exit 1
 run photo2native -c in/small.json -q 2x3 -r 40x30 --save-quilt in/quilt.png --save-views in/views \
     in/photo.jpg in/native.png
 check "inputs can be made" ends 0
-run photo2native -c in/small.json -q 4x3 -r 360x480 --save-views in/slide -d \
-    "$source/docs/examples/sample.jpg" "$source/docs/examples/sample-depth.png" in/slide.png
+run photo2native -c in/small.json -q 4x3 -r 360x480 --save-views in/slide in/photo.jpg in/slide.png
 check "a slide can be made" ends 0
 run quilt2video -q 2x3 --seconds 0.2 --turns 1 --fps 20 in/quilt_qs3x2a0.75.png in/clip.mp4
 check "a video can be made" ends 0

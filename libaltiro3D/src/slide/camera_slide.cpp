@@ -127,10 +127,9 @@ struct CameraSlide::Impl {
 // Near and far may be exchanged. Of places that only one of two pictures sees, the share that look
 // like what is in front of them; what is right is that they look like what is behind.
 double CameraSlide::Impl::frontShare(const std::vector<SlidePicture>& pictures) const {
-    constexpr double kMatchSide = 640; // px
+    constexpr double kMatchSide = 640; // px, whatever the size of the views
     constexpr std::int64_t kFewest = 100;
-    const double scale =
-        std::min(1.0, kMatchSide / std::max(window.size.width, window.size.height));
+    const double scale = kMatchSide / std::max(window.size.width, window.size.height);
     const SlideWindow small = scaled(window, {std::max(16, cvRound(window.size.width * scale)),
                                               std::max(16, cvRound(window.size.height * scale))});
     const auto frameAt = [&](double share) {

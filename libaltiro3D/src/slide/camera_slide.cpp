@@ -240,7 +240,7 @@ void CameraSlide::Impl::find() {
     if (paths.reversed) {
         // what hides what, which is more certain if it says the same as the tracks
         constexpr double kMore = 1.25;
-        constexpr double kMuchMore = 2;
+        constexpr double kMuchMore = 2.2;
         constexpr double kWorse = 1.8;
         constexpr double kMuchWorse = 5;
         const double front = frontShare(pictures);

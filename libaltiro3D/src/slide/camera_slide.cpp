@@ -316,6 +316,12 @@ void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
     from = std::min(stops.front().position(), stops.back().position());
     to = std::max(stops.front().position(), stops.back().position());
     report.stretchPercent = 100 * std::min(1.0, (to - from) / std::max(wholeWay, 1e-9));
+    constexpr double kLittle = 40; // %
+    if (report.stretchPercent < kLittle)
+        addNote(&notes, NoteCode::LeftOut,
+                "the camera often turns back, or the pictures are not in the order in which they "
+                "were taken: the longest stretch in one direction is " +
+                    fixedText(report.stretchPercent, 0) + " % of its way");
     report.speedRatio = speeds.empty() ? 1
                                        : *std::max_element(speeds.begin(), speeds.end()) /
                                              std::max(percentileOf(speeds, 0.5), 1e-9);

@@ -274,6 +274,21 @@ TEST(CameraSlide, AClipThatComesBackIsNotTakenForAnUprightOne) {
     EXPECT_GT(slide.report().used, 18);
 }
 
+TEST(CameraSlide, PicturesThatAreNotInOrderAreTold) {
+    ALTIRO3D_TAKES(1.5);
+    std::vector<cv::Mat> pictures;
+    for (int i = 0; i < 24; ++i) // 0, 7, 14, 21, 4, ...
+        pictures.push_back(clip().pictures[static_cast<std::size_t>(i * 7 % 24)]);
+    const CameraSlide slide(sourceOf(pictures));
+    const auto isIt = [](const Note& note) {
+        return note.text.find("not in the order") != std::string::npos;
+    };
+    EXPECT_TRUE(std::any_of(slide.notes().begin(), slide.notes().end(), isIt));
+    EXPECT_LT(slide.report().stretchPercent, 40);
+    const CameraSlide inOrder(sourceOf(clip().pictures));
+    EXPECT_FALSE(std::any_of(inOrder.notes().begin(), inOrder.notes().end(), isIt));
+}
+
 TEST(CameraSlide, TwoPicturesHaveViewsAndDepth) {
     ALTIRO3D_TAKES(1);
     CameraSlide slide(sourceOf({clip().pictures[6], clip().pictures[15]}));

@@ -246,7 +246,7 @@ void CameraSlide::Impl::find() {
         const double front = frontShare(pictures);
         const bool isClear = paths.worse > kMuchWorse || front < 1 / (1 + kMuchMore) ||
                              (front < 1 / (1 + kMore) && paths.worse > kWorse);
-        const bool isReversed = front > kMuchMore / (1 + kMuchMore);
+        const bool isReversed = !isClear && front > kMuchMore / (1 + kMuchMore);
         const bool isGuessed = !isClear && !isReversed;
         if (isReversed || (isGuessed && report.fromRight)) {
             paths.best = *paths.reversed;

@@ -301,10 +301,10 @@ FoundPaths findPaths(const std::vector<SlideTrack>& tracks, int pictures, const 
     if (guess.isTurntable || !followsAThing(path)) return found;
     found.reversed = reversedPath(path, tracks, guess);
     SlidePath& other = *found.reversed;
-    const auto wayOf = [](const SlidePath& one) {
-        return one.cameras.back().place[0] - one.cameras.front().place[0];
-    };
-    if (wayOf(path) * wayOf(other) > 0) { // it came back to the same one
+    double alike = 0; // of positions, which are 0..1
+    for (std::size_t i = 0; i < path.cameras.size(); ++i)
+        alike += (path.cameras[i].place[0] - 0.5) * (other.cameras[i].place[0] - 0.5);
+    if (alike > 0) { // it came back to the same one
         found.reversed.reset();
         return found;
     }

@@ -274,8 +274,8 @@ void SmallStudio::makeSlide() const {
     const Boards boards;
     std::vector<cv::Mat> pictures;
     fs::create_directory(*this / "photos");
-    for (const HandCamera& camera : handSlide(shakyHand(12, 0.4))) {
-        pictures.push_back(boards.photograph({320, 240}, camera));
+    for (const HandCamera& camera : handSlide(shakyHand(8, 0.4))) {
+        pictures.push_back(boards.photograph({240, 180}, camera));
         writeImage(*this / "photos" / (std::to_string(pictures.size()) + ".png"), pictures.back());
     }
     writeLossless(*this / "slide.mkv", pictures);

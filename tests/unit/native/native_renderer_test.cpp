@@ -93,6 +93,7 @@ cv::Mat overTheQuilt(const Calibration& calibration, const QuiltLayout& layout,
 }
 
 TEST(NativeRenderer, GivesTheNativeOfTheQuiltBitForBit) {
+    ALTIRO3D_TAKES(1.3);
     for (const Calibration& calibration : displays()) {
         for (const cv::Size tile : {cv::Size(61, 37), cv::Size(40, 52)}) {
             for (const int views : {1, 2, 8, 45, 300}) {

@@ -69,6 +69,7 @@ cv::Mat grid(cv::Size size, int period) {
 }
 
 TEST(FindQuiltLayout, FindsColumnsAndRowsWhateverTheDepth) {
+    ALTIRO3D_TAKES(1.1);
     const std::pair<QuiltGrid, cv::Size> layouts[] = {
         {{4, 8}, {160, 90}},  {{5, 9}, {150, 84}},  {{8, 6}, {105, 140}},
         {{7, 5}, {90, 160}},  {{8, 5}, {96, 120}},  {{6, 8}, {128, 96}},

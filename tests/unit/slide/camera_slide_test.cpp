@@ -110,6 +110,7 @@ double positionError(const SlideReport& report, const std::vector<HandCamera>& c
 } // namespace
 
 TEST(CameraSlide, FindsThePathOfAShakyHand) {
+    ALTIRO3D_TAKES(1.5);
     const CameraSlide slide(sourceOf(clip().pictures));
     const SlideReport& report = slide.report();
     EXPECT_EQ(report.pictures, 24);
@@ -125,6 +126,7 @@ TEST(CameraSlide, FindsThePathOfAShakyHand) {
 }
 
 TEST(CameraSlide, PointsMoveInTheirRowsByEqualSteps) {
+    ALTIRO3D_TAKES(1);
     SlideOptions options;
     options.focus = 0.4; // the far wall, which has most corners, lies behind it
     CameraSlide slide(sourceOf(clip().pictures), options);
@@ -168,6 +170,7 @@ TEST(CameraSlide, FromRightToLeftGivesTheSameOrder) {
 
 // Corners that are followed by their brightness move along its gradients when the light changes.
 TEST(CameraSlide, LightThatChangesDoesNotMoveCorners) {
+    ALTIRO3D_TAKES(4);
     HandSlide hand;
     hand.pictures = 24;
     hand.exposure = 0.3;
@@ -203,6 +206,7 @@ TEST(CameraSlide, PicturesThatFollowAThingHaveTheRightOrder) {
 // A floor that rises to the back, kept in place in its middle: nothing hides anything, so its upper
 // side may be near or far.
 TEST(CameraSlide, IfNearAndFarMayBeExchangedTheFirstPictureIsTheLeftmostAndThatIsSaid) {
+    ALTIRO3D_TAKES(2.1);
     cv::Mat floor(kSize, CV_8UC3);
     cv::RNG random(5);
     random.fill(floor, cv::RNG::UNIFORM, 0, 256);
@@ -238,6 +242,7 @@ TEST(CameraSlide, IfNearAndFarMayBeExchangedTheFirstPictureIsTheLeftmostAndThatI
 }
 
 TEST(CameraSlide, AnUprightSlideIsTurnedAndSaysSo) {
+    ALTIRO3D_TAKES(0.7);
     std::vector<cv::Mat> pictures;
     for (const cv::Mat& picture : clip().pictures) {
         pictures.emplace_back();
@@ -290,7 +295,6 @@ TEST(CameraSlide, PicturesThatAreNotInOrderAreTold) {
 }
 
 TEST(CameraSlide, TwoPicturesHaveViewsAndDepth) {
-    ALTIRO3D_TAKES(1);
     CameraSlide slide(sourceOf({clip().pictures[6], clip().pictures[15]}));
     cv::Mat photo;
     cv::Mat depth;
@@ -301,6 +305,7 @@ TEST(CameraSlide, TwoPicturesHaveViewsAndDepth) {
 }
 
 TEST(CameraSlide, ALongPathIsCutToTheParallaxAllowed) {
+    ALTIRO3D_TAKES(0.7);
     SlideOptions options;
     options.mostParallax = 0.1;
     const CameraSlide slide(sourceOf(clip().pictures), options);
@@ -311,6 +316,7 @@ TEST(CameraSlide, ALongPathIsCutToTheParallaxAllowed) {
 
 // The boards are at 2 to 6 m.
 TEST(CameraSlide, DepthOfTheMiddleViewIsInverseDistance) {
+    ALTIRO3D_TAKES(0.8);
     CameraSlide slide(sourceOf(clip().pictures));
     cv::Mat photo;
     cv::Mat depth;
@@ -347,6 +353,7 @@ TEST(CameraSlide, RefusesPlainPictures) {
 }
 
 TEST(CameraSlide, RefusesACameraThatTurnsOrZooms) {
+    ALTIRO3D_TAKES(1.6);
     std::vector<cv::Mat> turns;
     std::vector<cv::Mat> zooms;
     std::vector<cv::Mat> flat;
@@ -364,6 +371,7 @@ TEST(CameraSlide, RefusesACameraThatTurnsOrZooms) {
 }
 
 TEST(CameraSlide, RefusesASceneThatMoves) {
+    ALTIRO3D_TAKES(0.7);
     // leaves in the wind: blocks that move on their own
     std::vector<cv::Mat> pictures;
     for (std::size_t i = 0; i < clip().pictures.size(); ++i) {
@@ -384,6 +392,7 @@ TEST(CameraSlide, RefusesASceneThatMoves) {
 }
 
 TEST(CameraSlide, RefusesPicturesThatStabilisationWarps) {
+    ALTIRO3D_TAKES(0.7);
     std::vector<cv::Mat> pictures;
     for (std::size_t i = 0; i < clip().pictures.size(); ++i) {
         const double phase = 1.9 * static_cast<double>(i);

@@ -1,5 +1,7 @@
 #include "slide/slide_path.hpp"
 
+#include "support/slow.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -106,6 +108,7 @@ TEST(SlidePath, PointsAreSeenAsByAPinholeCamera) {
 }
 
 TEST(SlidePath, FindsPlacesTurnsZoomAndLens) {
+    ALTIRO3D_TAKES(0.6);
     const MadeSlide slide = madeSlide(40);
     const SlidePath path = findPath(slide.tracks, 40, {});
     EXPECT_LT(positionError(path.cameras, slide.cameras), 0.001); // 5 % of a step of 48 views
@@ -137,6 +140,7 @@ TEST(SlidePath, ACameraThatMovesToTheLeftHasFallingPositions) {
 
 // Through a wide lens, turns tell which of both it is.
 TEST(SlidePath, OfAHandThatFollowsAThingTheReversedPathIsClearlyWorse) {
+    ALTIRO3D_TAKES(1.9);
     for (const double kept : {0.45, 0.7, 1.0}) {
         const FoundPaths paths = findPaths(madeSlide(25, 1, 0.1 / 640, kept).tracks, 25, {});
         EXPECT_LT(paths.best.cameras.front().place[0], paths.best.cameras.back().place[0]) << kept;
@@ -158,6 +162,7 @@ TEST(SlidePath, AnUprightPathIsKnownByWhatMovesApart) {
 // Photos that were aligned and then shaken: what they have in common with their neighbours is the
 // hand alone. Near and far may be exchanged, which leaves the positions as they are.
 TEST(SlidePath, AHandThatFollowsAThingAndShakesIsFollowed) {
+    ALTIRO3D_TAKES(1.8);
     for (const double kept : {0.45, 0.7, 1.0}) {
         const MadeSlide slide = madeSlide(25, 1, 0.3 / 640, kept);
         const SlidePath path = findPath(slide.tracks, 25, {});

@@ -230,7 +230,7 @@ StereoScene sceneOfPhoto(const TradeJob& job, Messages& messages) {
     StereoScene scene;
     const fs::path depthFile = job.depth.fromFiles ? job.names[1] : fs::path();
     const double focus = job.views.focus;
-    const ReadPhoto read = source.read(job.names[0], depthFile, focus, messages, times);
+    const PhotoScene read = source.read(job.names[0], depthFile, focus, messages, times);
     const DepthRefineOptions later{DepthFlaws()};
     Scene fitted;
     fitScene(read, fitPhoto(read.photo.size(), 0.75, QuiltLayout().tileSize), focus, fitted, later);

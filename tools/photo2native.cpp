@@ -77,20 +77,12 @@ void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json
     made.mayRecover = folder.mayRecover();
 }
 
-// The most strength of a print whose strength was not given, %: what its sheet shows without blur.
-double sharpStrength(const Calibration& print, const Messages& messages) {
-    const LensFacts facts = lensFacts(print);
-    if (facts.sharpDepth == 0) return std::numeric_limits<double>::infinity();
-    messages.say("strength: at most " + fixed(facts.sharpStrength, 1) + " %, the " +
-                 fixed(facts.sharpDepth, 1) + " mm of depth that the sheet shows without blur");
-    return facts.sharpStrength;
-}
-
-// Makes the photos of a job, or a part of those of a plan.
+// Makes the photos of a job.
+// @param part the photos of --chunk or --join; null for all photos
 PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
     if (isStandardStream(job.outputs.native)) messages.useStandardError();
-    messages.setQuiet(part != nullptr); // the plan has said this
+    messages.setQuiet(part != nullptr); // --plan has said the following
     StageTimes setup;
     // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
@@ -99,7 +91,7 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
-        part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->plan.photos, {}, true};
+        part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->chunks.photos, {}, true};
     PhotoPlan plan = planPhotos(job, display, layout, inputs);
     if (part != nullptr) part->choose(plan);
     const Outputs outputs = checkedOutputs(job, plan, display, layout.viewCount);
@@ -109,17 +101,12 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
         messages.say("quilt: " + quiltText(layout, display.aspect()));
     setup.end("plan");
     PhotoRun photoRun = openPhotoRun(job, display, layout, setup, messages);
-    photoRun.print = print;
-    if (print && lensGeometry(display.calibration).isLying())
-        messages.warn("lenses that lie show both eyes the same view: the print has no depth, and "
-                      "changes as it is tilted");
-    if (print && !job.isStrengthGiven)
-        photoRun.mostStrength = sharpStrength(display.calibration, messages);
+    if (print) photoRun.printOn(*print, messages);
     if (part != nullptr) part->requireSame(photoRun);
     messages.detail("ready: " + setup.text());
-    const std::string fixedWay = fixedWayText(job.scene.unasked);
+    const std::string unasked = unaskedText(job.scene.unasked);
     const bool isPlaced = displayUse(job) != DisplayUse::None;
-    if (isPlaced && !fixedWay.empty()) messages.say(fixedWay);
+    if (isPlaced && !unasked.empty()) messages.say(unasked);
     outputs.makeDirectories();
     messages.setQuiet(false);
 
@@ -262,14 +249,14 @@ int main(int argc, char** argv) {
                             "estimated (or given), and every sub-pixel of the panel takes its "
                             "colour from its own view of the scene.");
     addOptions(commandLine);
-    return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
+    return runTool(argc, argv, commandLine, [&](const CommandLine& parsed, Messages& messages) {
         const auto makePart = [&](const PhotoJob& planned, const PhotoPart& part) {
             return makePhotos(planned, &part, messages);
         };
         if (const auto status =
-                runPhotoChunks(given, {argv, argv + argc}, addOptions, makePart, messages))
+                runPhotoChunks(parsed, {argv, argv + argc}, addOptions, makePart, messages))
             return *status;
         // an ordinary run
-        return makePhotos(photoJob(given), nullptr, messages).status;
+        return makePhotos(photoJob(parsed), nullptr, messages).status;
     });
 }

@@ -137,17 +137,24 @@ ChosenDepth::ChosenDepth(const DepthOptions& options, Messages& messages)
         source_ = depthFromRgbd(*options_.rgbd, options_.kind);
         return;
     }
-    chooseNetwork(messages);
-    if (options_.medium == Medium::Photo) setEstimator(source_); // stored depth precedes it
+    std::shared_ptr<DepthSource> network = chooseNetwork(messages);
+    if (options_.medium == Medium::Photo) {
+        setEstimator(std::move(network));
+    } else {
+        source_ = std::move(network);
+        description_ = source_->description();
+    }
+    tellEngine(messages);
 }
 
 void ChosenDepth::setEstimator(std::shared_ptr<DepthSource> estimator) {
-    source_ = std::move(estimator);
-    description_ = source_->description();
+    description_ = estimator->description();
     if (options_.stereo && !options_.isPair) {
-        source_ = depthFromStereo(*options_.stereo, source_);
+        source_ = depthFromStereo(*options_.stereo, std::move(estimator));
     } else if (options_.photo.useDepth || options_.photo.unblurred) {
-        source_ = storedDepthOr(source_, options_.photo);
+        source_ = storedDepthOr(std::move(estimator), options_.photo);
+    } else {
+        source_ = std::move(estimator);
     }
 }
 
@@ -164,22 +171,20 @@ void ChosenDepth::tellEngine(const Messages& messages) {
                     engineName(network()->engine()));
 }
 
-void ChosenDepth::chooseNetwork(Messages& messages) {
+std::shared_ptr<DepthSource> ChosenDepth::chooseNetwork(Messages& messages) {
     const std::vector<NetworkProfile> catalog = modelCatalog();
     const std::optional<InstalledNetwork> chosen = options_.network.empty()
                                                        ? usualNetwork(options_.isLarge, catalog)
                                                        : namedNetwork(options_, catalog);
-    if (chosen) {
-        openNetwork(*chosen, catalog, messages);
-        return;
-    }
-    source_ = estimatedDepth();
-    description_ = source_->description();
-    if (options_.medium == Medium::Video) source_->load(); // fails
+    if (chosen) return openNetwork(*chosen, catalog, messages);
+    std::shared_ptr<DepthSource> missing = estimatedDepth();
+    if (options_.medium == Medium::Video) missing->load(); // fails
+    return missing;
 }
 
-void ChosenDepth::openNetwork(const InstalledNetwork& chosen,
-                              const std::vector<NetworkProfile>& catalog, Messages& messages) {
+std::shared_ptr<DepthSource> ChosenDepth::openNetwork(const InstalledNetwork& chosen,
+                                                      const std::vector<NetworkProfile>& catalog,
+                                                      Messages& messages) {
     networkFile_ = chosen.file;
     if (options_.engine == InferenceEngine::OnnxRuntime && !hasOnnxRuntime()) {
         throw Error(ErrorCode::Unsupported, "--engine",
@@ -196,40 +201,40 @@ void ChosenDepth::openNetwork(const InstalledNetwork& chosen,
     }
     const cv::Size size = wantedSize ? scaledInput(profile, *wantedSize) : cv::Size();
     requireHarmless(chosen.file, profile, catalog, size, options_.engine, messages);
-    source_ = depthFromNetworkFile(chosen.file, profile, target, size, options_.engine);
+    std::shared_ptr<DepthSource> source =
+        depthFromNetworkFile(chosen.file, profile, target, size, options_.engine);
     const bool isNamed = !options_.network.empty() || options_.isLarge;
     if (isNamed || options_.medium == Medium::Video) { // else a photo may bring depth of its own
         const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
-        source_->load();
+        source->load();
     }
-    description_ = source_->description();
     const cv::Size input = size.empty() ? cv::Size(profile.inputWidth, profile.inputHeight) : size;
-    messages.say("depth: " + description_ + ", " +
+    messages.say("depth: " + source->description() + ", " +
                  (profile.inputShape == InputShape::Photo
                       ? std::to_string(std::max(input.width, input.height)) + " px wide or high"
                       : sizeText(input)));
-    tellEngine(messages);
+    return source;
 }
 
-ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
-                            Messages& messages, StageTimes& times) {
+PhotoScene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
+                             Messages& messages, StageTimes& times) {
     PhotoFile photo = pictureToRead(photoFile);
     static_cast<void>(photo.bytes()); // once, also a pipe
     refuseNative(photo, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
     if (options_.refusesVr) refuseVrName(photoFile);
     warnIfQuilt(photoFile, "quilt2native", messages);
-    std::unique_ptr<DepthSource> given;
+    std::unique_ptr<DepthSource> named;
     if (options_.isPair) {
         if (depthFile.empty()) throw UsageError("--stereo files takes LEFT RIGHT, got one picture");
         StereoInput pair = *options_.stereo;
         pair.right = depthFile;
-        given = depthFromStereo(pair, source_);
+        named = depthFromStereo(pair, source_);
     } else if (!depthFile.empty() && options_.fromFiles) { // else the source finds and checks it
-        given = depthFromFile(depthFile, options_.kind);
+        named = depthFromFile(depthFile, options_.kind);
     }
-    DepthSource& source = given ? *given : *source_;
-    ReadPhoto result;
+    DepthSource& source = named ? *named : *source_; // of a plain photo: storedDepthOr(network)
+    PhotoScene result;
     PhotoDepth found;
     Notes notes;
     {
@@ -252,7 +257,7 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
         messages.say(photo.path().string() + ": no sharp original in the file is used");
     result.origin = found.origin;
     result.source = options_.fromFiles ? description_ : found.text;
-    result.file = given ? depthFile : found.separateFile;
+    result.file = named ? depthFile : found.separateFile;
     const bool isEstimated = result.origin == DepthOrigin::Estimated;
     const bool isNamed = !options_.given.empty(); // by an option
     if (!isEstimated && !isNamed && (depthFile.empty() || options_.isPair))
@@ -267,7 +272,7 @@ ReadPhoto ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile
     tellEngine(messages);
     const double photoAspect = static_cast<double>(result.photo.cols) / result.photo.rows;
     const double depthAspect = static_cast<double>(result.depth.cols) / result.depth.rows;
-    if (given && !options_.isPair && !haveSameShape(photoAspect, depthAspect)) {
+    if (named && !options_.isPair && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
                       std::to_string(result.depth.cols) + " x " +
                       std::to_string(result.depth.rows) + " and " + sizeText(result.photo.size()) +

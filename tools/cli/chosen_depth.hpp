@@ -18,7 +18,7 @@ std::string engineName(InferenceEngine engine);
 std::vector<std::string> namesOf(const std::vector<NetworkProfile>& catalog);
 
 /// A photo, its depth, and where that comes from.
-struct ReadPhoto : Scene {
+struct PhotoScene : Scene {
     DepthOrigin origin = DepthOrigin::Estimated;
     std::string source;         ///< Of the depth, for people and reports.
     std::filesystem::path file; ///< The depth image or right eye's picture; empty: none was used.
@@ -37,7 +37,7 @@ class ChosenDepth {
     void setEstimator(std::shared_ptr<DepthSource> estimator);
     /// Releases the network and its memory, after the last read().
     void release();
-    /// The network; null if none is used, or if no photo has needed it yet.
+    /// The network; null if none is used, if no photo has needed it yet, and after release().
     const DepthNetwork* network() const { return source_ ? source_->network() : nullptr; }
     /// The file of the network that the options choose, whether or not it is loaded; empty: none.
     const std::filesystem::path& networkFile() const { return networkFile_; }
@@ -45,7 +45,8 @@ class ChosenDepth {
     const std::string& description() const { return description_; }
     /// Meaning of the numbers of given depth, or of source().
     DepthKind kind() const { return source_ ? source_->kind() : options_.kind; }
-    /// The source that estimates depth; only if depth is not given by files.
+    /// The source of all depth that no file of its own gives: of photos, depth that comes with a
+    /// photo precedes the network's. Null if depth is given by files.
     const std::shared_ptr<DepthSource>& source() const { return source_; }
 
     /// Reads the photo of one item and reads or estimates its depth, as the options say.
@@ -53,16 +54,17 @@ class ChosenDepth {
     /// @param depthFile depth image with `-d`, the right eye's picture with `--stereo files`, else
     ///        empty
     /// @param flatDepth value of the depth map if the depth has no range
-    ReadPhoto read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
-                   double flatDepth, Messages& messages, StageTimes& times);
+    PhotoScene read(const std::filesystem::path& photoFile, const std::filesystem::path& depthFile,
+                    double flatDepth, Messages& messages, StageTimes& times);
     /// Estimates the depth of the last photo again; only if it was estimated.
     /// @return the source as text
     std::string estimateScene(const cv::Mat& photo, double flatDepth, Scene& scene);
 
   private:
-    void chooseNetwork(Messages& messages);
-    void openNetwork(const InstalledNetwork& chosen, const std::vector<NetworkProfile>& catalog,
-                     Messages& messages);
+    std::shared_ptr<DepthSource> chooseNetwork(Messages& messages);
+    std::shared_ptr<DepthSource> openNetwork(const InstalledNetwork& chosen,
+                                             const std::vector<NetworkProfile>& catalog,
+                                             Messages& messages);
     void tellEngine(const Messages& messages);
 
     DepthOptions options_;

@@ -62,10 +62,10 @@ enum class DisplayUse {
     None      ///< Nothing; no messages.
 };
 
-/// Finds the display: `-m` and `-c`, else `$LKG_CALIBRATION`, `./visual.json`, a mounted display
-/// volume, or finally the sample calibration. Reports it, and warns if it is the sample or if the
-/// calibration is unusual. If a file holds several calibrations, `--serial` chooses; without it,
-/// the first is taken with a warning.
+/// Finds the display: `-m` and `-c` (a file, or Bridge), else `$LKG_CALIBRATION`, `./visual.json`,
+/// a mounted display volume, a display's memory on USB, or finally the sample calibration. Reports
+/// it, and warns if it is the sample or if the calibration is unusual. If a file holds several
+/// calibrations, `--serial` chooses; without it, the first is taken with a warning.
 /// @throws UsageError, Error
 ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
                           const VolumeSearch& volumes = {}, DisplayUse use = DisplayUse::Show);

@@ -122,6 +122,7 @@ enum class Way {
     Best     // --best
 };
 
+// Without options that ask for another way, photos are made by Way::Lens.
 Way wayOf(const CommandLine& commandLine, bool isPhoto) {
     const auto has = [&](const char* option) { return commandLine.has(option); };
     if (has("best")) {
@@ -302,7 +303,7 @@ std::string pathName(const NativeMaker& maker) {
     return maker.path() == NativePath::Direct ? "direct" : "quilt";
 }
 
-std::string fixedWayText(const AutoChoices& unasked) {
+std::string unaskedText(const AutoChoices& unasked) {
     const bool framing = unasked.framing;
     const bool focus = unasked.focus;
     if (!framing && !focus) return {};

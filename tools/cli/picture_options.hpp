@@ -56,7 +56,7 @@ NativeMaker makeNativeMaker(const SceneOptions& options, const ChosenDisplay& di
 /// Of its path: "direct" or "quilt".
 std::string pathName(const NativeMaker& maker);
 /// What was chosen unasked, and the options that choose nothing; empty without it.
-std::string fixedWayText(const AutoChoices& unasked);
+std::string unaskedText(const AutoChoices& unasked);
 /// "focus 0.72, strength 8.4 %": what was chosen
 std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views);
 std::string methodName(ViewMethod method);

@@ -24,7 +24,7 @@ namespace {
 
 std::atomic<int> stopSignal{0}; // the signal that the user has sent
 
-// The first signal ends the video with a complete file; a second one ends the process.
+// The first signal asks the tool to stop (catchStop()); a second one ends the process.
 extern "C" void stopOnce(int signal) {
     stopSignal.store(signal);
     std::signal(signal, SIG_DFL);

@@ -222,9 +222,9 @@ void PhotoPart::remake(PhotoPlan& photos) const {
 
 void PhotoPart::requireSame(const PhotoRun& run) const {
     const std::string now = madeWith(run);
-    if (now == plan.madeWith) return;
+    if (now == chunks.madeWith) return;
     throw Error(ErrorCode::Mismatch, "the plan",
-                "was made with other settings (" + plan.madeWith + "), expected the same, not " +
+                "was made with other settings (" + chunks.madeWith + "), expected the same, not " +
                     now);
 }
 
@@ -257,21 +257,22 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
     }
     return runLogged(call, [&] {
         PhotoPart part;
-        part.plan = readPhotoChunks(call.folder);
+        part.chunks = readPhotoChunks(call.folder);
         const bool isJoin = call.task == ChunkCall::Task::Join;
-        std::tie(part.first, part.end) = isJoin ? std::pair(std::size_t{0}, part.plan.photos.size())
-                                                : part.plan.photosOf(call.number);
-        if (isJoin) requireChunks(call.folder, part.plan.count());
+        std::tie(part.first, part.end) = isJoin
+                                             ? std::pair(std::size_t{0}, part.chunks.photos.size())
+                                             : part.chunks.photosOf(call.number);
+        if (isJoin) requireChunks(call.folder, part.chunks.count());
         int status = kExitDone;
         const auto work = [&](const CommandLine& given) {
             PhotoJob planned = photoJob(given);
             planned.jsonProgress = json;
             planned.skipExisting = isJoin || !planned.replace; // else what exists is older
             if (isJoin) {
-                if (planned.replace) part.made = outputsOfChunks(call.folder, part.plan.count());
+                if (planned.replace) part.made = outputsOfChunks(call.folder, part.chunks.count());
                 const PhotosMade made = make(planned, part);
                 logPhotos(call, made);
-                logLine(call, "joined " + counted(part.plan.count(), "chunk"));
+                logLine(call, "joined " + counted(part.chunks.count(), "chunk"));
                 status = made.status;
                 return;
             }
@@ -280,7 +281,7 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
             status = makeChunk(
                 call, [&] { return make(planned, part); }, messages);
         };
-        openCommandLine(call.folder, commandLine.name(), part.plan.threads, addOptions, work);
+        openCommandLine(call.folder, commandLine.name(), part.chunks.threads, addOptions, work);
         return status;
     });
 }

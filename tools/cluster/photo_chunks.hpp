@@ -43,7 +43,7 @@ bool isPhotoChunkMade(const std::filesystem::path& folder, int number);
 
 /// The part of a plan's photos that a call makes.
 struct PhotoPart {
-    PhotoChunks plan;
+    PhotoChunks chunks; ///< Of the plan.
     std::size_t first = 0;
     std::size_t end = 0;
     /// Of the join of a run that replaces files: the outputs that its chunks made. Others are

@@ -76,7 +76,7 @@ Json networkJson(const PhotoRun& run) {
             {"large", run.job.depth.isLarge}};
 }
 
-void tellPicture(const PhotoRun& run, const MadePhoto& made, Messages& messages) {
+void tellPicture(const PhotoRun& run, const PhotoFacts& made, Messages& messages) {
     const PhotoItem& item = made.item;
     std::vector<std::string> lines; // names and what they are
     if (!item.native.empty()) {
@@ -108,7 +108,7 @@ void tellPicture(const PhotoRun& run, const MadePhoto& made, Messages& messages)
     messages.say(line);
 }
 
-Json pictureReport(const PhotoRun& run, const MadePhoto& made, const StageTimes& times) {
+Json pictureReport(const PhotoRun& run, const PhotoFacts& made, const StageTimes& times) {
     const PhotoItem& item = made.item;
     Json report = {{"photo", item.photo.string()},
                    {"photoWidth", made.photoSize.width},
@@ -156,7 +156,8 @@ Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) 
         {"serial", run.display.calibration.serial},
         {"fingerprint", fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                                         : fingerprint(run.display.calibration))}};
-    // with a camera or auto each picture has its own
+    // With a camera or auto each picture has its own. Else this is what was asked for; a picture
+    // whose estimated depth bears less has its own in its entry.
     const Json strength = !job.camera.file().empty() || choices.strength
                               ? Json(nullptr)
                               : Json(options.views.strengthPercent);

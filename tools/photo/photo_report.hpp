@@ -10,7 +10,7 @@
 namespace altiro3D::tools {
 
 /// What was made of a photo.
-struct MadePhoto {
+struct PhotoFacts {
     const PhotoItem& item;
     cv::Size photoSize;
     cv::Size videoSize;
@@ -29,9 +29,9 @@ struct MadePhoto {
 };
 
 /// Says what was made: a line for each file, or one for each of many photos.
-void tellPicture(const PhotoRun& run, const MadePhoto& made, Messages& messages);
+void tellPicture(const PhotoRun& run, const PhotoFacts& made, Messages& messages);
 /// The entry of a photo in the report.
-nlohmann::ordered_json pictureReport(const PhotoRun& run, const MadePhoto& made,
+nlohmann::ordered_json pictureReport(const PhotoRun& run, const PhotoFacts& made,
                                      const StageTimes& times);
 /// The report of a run without its times and pictures.
 nlohmann::ordered_json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages);

@@ -47,7 +47,7 @@ AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv
 // the part that was asked for.
 // @param shown the part of the photo on the panel
 cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
-                   const ReadPhoto& scene, const cv::Rect& shown, Messages& messages) {
+                   const PhotoScene& scene, const cv::Rect& shown, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
     const PhotoFit fit =
@@ -94,7 +94,7 @@ std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun
 
 // Writes the pictures for two eyes, of the whole photo at its own size.
 void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
-                const ReadPhoto& scene, Messages& messages) {
+                const PhotoScene& scene, Messages& messages) {
     if (const auto pair = photographedEyes(item, run, scene.origin)) {
         messages.say("both eyes: as they were photographed");
         StereoPair eyes = *pair;
@@ -193,7 +193,7 @@ struct PlacedPhoto {
 
 // Places a photo. The options of run.maker are those that were asked for; of those of the photo,
 // its own maker (makerOf()) takes strength and focus.
-PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& scene,
+PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoScene& scene,
                        Messages& messages) {
     PlacedPhoto placed;
     const double panelAspect = run.display.aspect();
@@ -243,7 +243,7 @@ void makeQuilt(const NativeMaker& maker, const Scene& scene, const PlacedPhoto& 
 }
 
 // Pictures that were not named are converted only if they are photos.
-void requirePhoto(const PhotoItem& item, const ReadPhoto& photo, Messages& messages) {
+void requirePhoto(const PhotoItem& item, const PhotoScene& photo, Messages& messages) {
     if (!item.isFromFolder || !item.depth.empty()) return;
     const FoundQuilt found = findQuiltLayout(photo.photo);
     if (found.verdict == QuiltVerdict::Quilt) {
@@ -287,7 +287,7 @@ std::string costKey(const NativeMaker& maker, cv::Size photo) {
 
 // Chooses depth and method by the first photo, for all of them.
 // @return true if the depth must be estimated anew
-bool chooseByBudget(PhotoRun& run, const ReadPhoto& scene, const Scene& fitted,
+bool chooseByBudget(PhotoRun& run, const PhotoScene& scene, const Scene& fitted,
                     Messages& messages) {
     std::vector<NamedDepthSource> sources;
     std::vector<std::unique_ptr<DepthSource>> loaded;
@@ -327,23 +327,23 @@ bool chooseByBudget(PhotoRun& run, const ReadPhoto& scene, const Scene& fitted,
 }
 
 // Tells how a photo was placed. @return what is reported of it, but for the size of its video
-MadePhoto describe(const PhotoItem& item, const PhotoRun& run, const ReadPhoto& scene,
-                   const PlacedPhoto& placed, const NativeMaker& maker, Messages& messages) {
+PhotoFacts tellPlacement(const PhotoItem& item, const PhotoRun& run, const PhotoScene& scene,
+                         const PlacedPhoto& placed, const NativeMaker& maker, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     const NativeOptions& options = placed.options;
-    MadePhoto made{item,
-                   photoSize,
-                   {},
-                   placed.aspect,
-                   placed.quiltAspect,
-                   placed.placement.fit.source,
-                   options.framing,
-                   maker.options().views,
-                   {},
-                   placed.chosen,
-                   scene.source,
-                   scene.isUnblurred,
-                   false};
+    PhotoFacts made{item,
+                    photoSize,
+                    {},
+                    placed.aspect,
+                    placed.quiltAspect,
+                    placed.placement.fit.source,
+                    options.framing,
+                    maker.options().views,
+                    {},
+                    placed.chosen,
+                    scene.source,
+                    scene.isUnblurred,
+                    false};
     // a depth image beside the photo may not fit it
     made.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
     if (displayUse(run.job) != DisplayUse::None) {
@@ -376,7 +376,24 @@ void writeNative(const PhotoItem& item, const PhotoRun& run, const NativeMaker& 
     times.end(run.print ? "native and write" : "write");
 }
 
+// The most strength of a print whose strength was not given, %: what its sheet shows without blur.
+double sharpStrength(const Calibration& print, const Messages& messages) {
+    const LensFacts facts = lensFacts(print);
+    if (facts.sharpDepth == 0) return std::numeric_limits<double>::infinity();
+    messages.say("strength: at most " + fixed(facts.sharpStrength, 1) + " %, the " +
+                 fixed(facts.sharpDepth, 1) + " mm of depth that the sheet shows without blur");
+    return facts.sharpStrength;
+}
+
 } // namespace
+
+void PhotoRun::printOn(const PrintSheet& sheet, Messages& messages) {
+    print = sheet;
+    if (lensGeometry(display.calibration).isLying())
+        messages.warn("lenses that lie show both eyes the same view: the print has no depth, and "
+                      "changes as it is tilted");
+    if (!job.isStrengthGiven) mostStrength = sharpStrength(display.calibration, messages);
+}
 
 PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                       StageTimes& times, Messages& messages) {
@@ -397,7 +414,7 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
 Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     StageTimes times;
     const double flatDepth = run.maker.options().views.focus; // the photo's own is chosen later
-    ReadPhoto scene = run.depth.read(item.photo, item.depth, flatDepth, messages, times);
+    PhotoScene scene = run.depth.read(item.photo, item.depth, flatDepth, messages, times);
     endIfStopWanted();
     requirePhoto(item, scene, messages);
     PlacedPhoto placed = placePhoto(item, run, scene, messages);
@@ -415,7 +432,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     }
     const NativeMaker maker = makerOf(run, placed.options.views);
     const Scene& fitted = placed.placement.scene;
-    MadePhoto made = describe(item, run, scene, placed, maker, messages);
+    PhotoFacts made = tellPlacement(item, run, scene, placed, maker, messages);
 
     const bool makesNative = !item.native.empty();
     const bool isOverQuilt = maker.path() == NativePath::OverQuilt;

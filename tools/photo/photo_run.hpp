@@ -24,12 +24,17 @@ struct PhotoRun {
     ChosenDepth depth;
     cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
     cv::Mat native; ///< reused; none of a print
+    /// The sheet; nothing for panels.
     std::optional<PrintSheet> print;
     double mostStrength = std::numeric_limits<double>::infinity(); ///< %
-    /// No other photo follows: its depth releases the network's memory.
+    /// Set before makePhoto() if no other photo follows: its depth releases the network's memory.
     bool isForOnePhoto = false;
-    /// Of the report, as release() frees it.
+    /// The network in the report, kept past ChosenDepth::release().
     std::shared_ptr<const nlohmann::ordered_json> network = nullptr;
+
+    /// Prints the photos. Without --strength, their strength is limited to what the sheet shows
+    /// without blur.
+    void printOn(const PrintSheet& sheet, Messages& messages);
 };
 
 /// Chooses the source of depth and prepares the maker of Natives.

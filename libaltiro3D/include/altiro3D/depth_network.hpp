@@ -28,7 +28,8 @@ enum class ChannelOrder { Rgb, Bgr };
 /// Shape of a network's input.
 enum class InputShape {
     Fixed, ///< inputWidth x inputHeight; every photo is stretched to it.
-    Photo  ///< The photo's shape; its longer side is the larger of inputWidth and inputHeight.
+    Photo  ///< The photo's shape; its longer side is the larger of inputWidth and inputHeight, or
+           ///< what a call of DepthNetwork::estimate() asks for.
 };
 
 /// How a photo is resampled to the network's input.
@@ -65,7 +66,7 @@ struct NetworkProfile {
     std::array<double, 3> std{1, 1, 1};              ///< Divisor after mean, in channelOrder, != 0.
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
-    InferenceEngine engine = InferenceEngine::Best;     ///< The only engine that can run it.
+    InferenceEngine engine = InferenceEngine::Best;     ///< The engine that it needs; Best: any.
     std::string remark; ///< For the user: a key of the file without effect; empty: none.
 };
 

@@ -247,7 +247,7 @@ void addFloatNotes(const cv::Mat& picture, const ImageHeader& header, const Colo
                     " % of the picture is brighter than white and shown as white");
 }
 
-using PhotoPart = std::function<cv::Rect(cv::Size)>;
+using ColourPart = std::function<cv::Rect(cv::Size)>;
 
 void convertPart(cv::Mat& picture, cv::Rect area, const ColourFacts& facts, Notes* notes) {
     cv::Mat part = picture(area).clone();
@@ -258,7 +258,7 @@ void convertPart(cv::Mat& picture, cv::Rect area, const ColourFacts& facts, Note
 
 // @param photoPart if given, the part whose colours are converted
 LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
-                   const PhotoPart& photoPart = {}) {
+                   const ColourPart& photoPart = {}) {
     const fs::path& path = file.path();
     const std::string extension = lowerExtension(path);
     const std::string& bytes = file.bytes();
@@ -288,7 +288,7 @@ LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
                         " channels, expected grey, RGB or either with alpha");
     }
     if (colours == Colours::ToSrgb) addFloatNotes(picture, header, facts, notes);
-    if (!photoPart) convertToSrgb(picture, facts, notes);
+    if (!photoPart) convertToSrgb(picture, facts, notes); // nothing to do with Colours::AsStored
     loaded.picture = upright(picture, header.orientation);
     if (photoPart) convertPart(loaded.picture, photoPart(loaded.picture.size()), facts, notes);
     addNotes(header, extension, notes);
@@ -380,7 +380,7 @@ cv::Mat readImage(const PhotoFile& file, Notes* notes) try {
     leaveAsOurs(exception);
 }
 
-cv::Mat readImageParts(const PhotoFile& file, const PhotoPart& photoPart, Notes* notes) {
+cv::Mat readImageParts(const PhotoFile& file, const ColourPart& photoPart, Notes* notes) {
     return reading(file.path(), [&]() -> cv::Mat {
         const LoadedPicture loaded = load(file, Colours::ToSrgb, notes, photoPart);
         cv::Mat picture = loaded.picture;

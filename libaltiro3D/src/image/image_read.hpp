@@ -9,7 +9,7 @@
 namespace altiro3D {
 
 /// As readImage(), but only the colours of a part are converted to sRGB: other parts hold depth.
-/// @param photoPart the part of an upright picture of a given size
+/// @param photoPart the part of an upright picture of a given size; empty: all of it
 /// @throws Error as readImage()
 cv::Mat readImageParts(const PhotoFile& file, const std::function<cv::Rect(cv::Size)>& photoPart,
                        Notes* notes);

@@ -118,7 +118,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
     const auto width = static_cast<std::size_t>(native.cols);
     const auto largestShift = static_cast<double>(halfParallax);
     const double steps = renderer.shiftSteps(largestShift);
-    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth), steps);
+    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth),
+                                         steps); // if Discrete
     forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<SubpixelSampler> sampler =
             renderer.sampler(places.columns, places.parts, largestShift);
@@ -143,7 +144,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                                 planes[static_cast<std::size_t>(channel)].data());
             }
         };
-        const auto sampleRowWhole = [&](int y) {
+        const auto sampleRowBySteps = [&](int y) {
             for (int colour = 0; colour < 3; ++colour) {
                 std::int16_t* const to = wholeShifts[static_cast<std::size_t>(2 - colour)].data();
                 if (discrete) {
@@ -154,7 +155,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                                         width, viewCount, halfParallax, steps, to);
                 }
             }
-            sampler->sampleWhole(
+            sampler->sampleBySteps(
                 {wholeShifts[0].data(), wholeShifts[1].data(), wholeShifts[2].data()},
                 {planes[0].data(), planes[1].data(), planes[2].data()});
         };
@@ -174,8 +175,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
                 continue;
             }
             open = row;
-            if (steps > 0) { // see ViewRenderer::shiftSteps()
-                sampleRowWhole(y);
+            if (steps > 0) { // Layered nearly always, see ViewRenderer::shiftSteps()
+                sampleRowBySteps(y);
             } else {
                 sampleRow(y);
             }

@@ -143,9 +143,9 @@ void checkFit(const PhotoFit& fit, cv::Size photo) {
               std::to_string(fit.rightMargin) + " px, expected those of withMargins()");
 }
 
-// applyFitToDepth() @param enlarge fitDepth() or fitRefinedDepth()
+// The body of applyFitToDepth(). @param resize fitDepth() or fitRefinedDepth()
 void resampleDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
-                   const cv::Mat& fittedPhoto, double focus, decltype(fitDepth) enlarge,
+                   const cv::Mat& fittedPhoto, double focus, decltype(fitDepth) resize,
                    cv::Mat& fitted) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkFit(fit, photoSize);
@@ -163,7 +163,7 @@ void resampleDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit
     const cv::Rect filled = fit.filled();
     cv::Mat inside;
     if (isGuided) {
-        enlarge(depth, part, fittedPhoto(filled), inside);
+        resize(depth, part, fittedPhoto(filled), inside);
     } else {
         interpolateDepth(depth, part, filled.size(), inside);
     }
@@ -210,7 +210,8 @@ DepthFlaws refineAndEnlarge(const Scene& scene, const PhotoFit& fit, double focu
     inOwn.source -= shown.tl();
     resampleDepth(own.depth, shown.size(), inOwn, result.photo, focus, fitRefinedDepth,
                   result.depth);
-    result.edges = DepthEdges::Decided;
+    result.edges =
+        DepthEdges::Decided; // so that only mixed px are measured; fitScene() restores it
     flaws.mixedPixels = refineScene(result, mixed, fit.filled()).mixedPixels;
     return flaws;
 }
@@ -306,7 +307,7 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) try {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    if (scene.edges == DepthEdges::Decided) { // by the photo, in estimatePhoto()
+    if (scene.edges == DepthEdges::Decided) { // in estimatePhoto(): only mixed px are left
         DepthFlaws mixed;
         mixed.mixedPixels = flaws.mixedPixels;
         return mixed;

@@ -13,7 +13,7 @@ namespace altiro3D {
 
 namespace {
 
-// A network has decided the edges of its depth; no other depth has such edges.
+// Whether a network has estimated the depth: no other source decides its edges.
 bool isEstimated(const Scene& scene) {
     return scene.edges == DepthEdges::Decided;
 }

@@ -49,8 +49,8 @@ class SubpixelSampler {
     /// Reads all three channels, for methods with ViewRenderer::shiftSteps().
     /// @param shifts for each channel: wholeShift() of p S/2 in these steps, as for sample()
     /// @param values for each channel, as for sample()
-    virtual void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
-                             const std::array<std::uint8_t*, 3>& values) {
+    virtual void sampleBySteps(const std::array<const std::int16_t*, 3>& shifts,
+                               const std::array<std::uint8_t*, 3>& values) {
         static_cast<void>(shifts);
         static_cast<void>(values);
     }
@@ -99,7 +99,7 @@ class ViewRenderer {
     virtual bool makesRows() const { return false; }
     virtual std::unique_ptr<RowRenderer> rowRenderer() const { return nullptr; }
 
-    /// Steps per px of shifts that a sampler takes by sampleWhole(), because it computes in whole
+    /// Steps per px of shifts that a sampler takes by sampleBySteps(), because it computes in whole
     /// numbers; 0 if it takes them by sample().
     /// @param largestShift as for sampler()
     virtual double shiftSteps(double largestShift) const {

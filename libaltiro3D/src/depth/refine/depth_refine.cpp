@@ -39,7 +39,7 @@ cv::Mat unshifted(const cv::Mat& depth, cv::Point shift) {
 }
 
 // Makes near things smaller on each side, larger if negative.
-void shrink(cv::Mat& depth, int pixels) {
+void shrinkNear(cv::Mat& depth, int pixels) {
     const int side = 2 * std::abs(pixels) + 1;
     const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side});
     cv::Mat result;
@@ -291,7 +291,7 @@ DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refi
     if (flaws.shiftPixels != cv::Point()) result = unshifted(result, flaws.shiftPixels);
     int growth = static_cast<int>(std::lround(flaws.growthPixels));
     if (flaws.softnessPixels > 0) {
-        if (growth != 0) shrink(result, growth);
+        if (growth != 0) shrinkNear(result, growth);
         if (flaws.isUneven) {
             decideContours(photo, result);
         } else {
@@ -299,8 +299,9 @@ DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& refi
         }
         growth = 0;
     }
-    growth -= flaws.mixedPixels; // at once, because thin things do not survive being shrunk first
-    if (growth != 0) shrink(result, growth);
+    // at once, because thin things do not survive being shrunk first; below 0 near things grow
+    growth -= flaws.mixedPixels;
+    if (growth != 0) shrinkNear(result, growth);
     result.copyTo(refined);
     return flaws;
 } catch (const cv::Exception& exception) {

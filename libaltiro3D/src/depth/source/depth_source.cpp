@@ -186,6 +186,7 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     read(image, scene.photo, raw);
     scene.hidden = {};
     scene.edges = edges();
+    // of networks, joined from parts, only the range is stretched
     normalizeDepth(raw, scene.depth, normalization);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);

@@ -86,15 +86,15 @@ std::launch besideOthers() {
 }
 
 // @param photo goes with the depth, or waits for that of the other source
-PhotoDepth withPhoto(Found found, const cv::Mat& photo, const DepthSource& other, Notes* notes) {
+PhotoDepth withPhoto(Found found, const cv::Mat& photo, const DepthSource& fallback, Notes* notes) {
     addNotes(notes, found.notes);
-    if (found.rawDepth.empty()) found.text = other.description();
+    if (found.rawDepth.empty()) found.text = fallback.description();
     found.photo = photo;
     return static_cast<PhotoDepth&&>(found);
 }
 
-// @param other only decodes it
-cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& other, Notes* notes) {
+// @param fallback decodes the file by its readPhoto(), and estimates nothing yet
+cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& fallback, Notes* notes) {
     if (unblurred) {
         Notes own;
         cv::Mat original = readUnblurredPhoto(file, &own);
@@ -106,11 +106,11 @@ cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& other, N
             return original;
         }
     }
-    return other.readPhoto(file, notes).photo;
+    return fallback.readPhoto(file, notes).photo;
 }
 
-PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options, DepthSource& other,
-                      Notes* notes) {
+PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options,
+                      DepthSource& fallback, Notes* notes) {
     static_cast<void>(file.bytes()); // a pipe gives its depth as well
     std::future<Found> depth =
         std::async(besideOthers(), [&] { return options.useDepth ? findDepth(file) : Found(); });
@@ -119,25 +119,26 @@ PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options, D
     if (options.useDepth) pair = readStereoPair(file, &pairNotes);
     putNameBefore(pairNotes, file.path());
     addNotes(notes, pairNotes);
-    // of two that are broken it is named
-    const cv::Mat photo = pair ? pair->left : readPhotoOf(file, options.unblurred, other, notes);
+    // before depth.get(): if both are damaged, the error names the photo
+    const cv::Mat photo = pair ? pair->left : readPhotoOf(file, options.unblurred, fallback, notes);
     Found found = depth.get();
     replaceUnfit(found, file, photo.size());
-    if (!options.useDepth || !found.rawDepth.empty()) return withPhoto(found, photo, other, notes);
+    if (!options.useDepth || !found.rawDepth.empty())
+        return withPhoto(found, photo, fallback, notes);
     addNotes(notes, found.notes);
-    if (pair) return withPhoto(matchPair(*pair, file), photo, other, notes);
-    if (!options.namedHalves) return withPhoto({}, photo, other, notes);
+    if (pair) return withPhoto(matchPair(*pair, file), photo, fallback, notes);
+    if (!options.namedHalves) return withPhoto({}, photo, fallback, notes);
     Notes own;
     const std::optional<PhotoDepth> halves = readNamedHalves(file, photo, &own);
     putNameBefore(own, file.path());
     addNotes(notes, own);
-    return halves ? *halves : withPhoto({}, photo, other, notes);
+    return halves ? *halves : withPhoto({}, photo, fallback, notes);
 }
 
-StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource& other,
+StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource& fallback,
                     Notes* notes) {
     if (input.right.empty()) {
-        const cv::Mat picture = other.readPhoto(file, notes).photo;
+        const cv::Mat picture = fallback.readPhoto(file, notes).photo;
         try {
             return splitStereoPair(picture, input.layout, halvesOf(file.path(), input.halves));
         } catch (const Error& error) {
@@ -148,7 +149,7 @@ StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource
     std::future<cv::Mat> right =
         std::async(besideOthers(), [&] { return readPhoto(input.right, &rightNotes); });
     StereoPair pair;
-    pair.left = other.readPhoto(file, notes).photo;
+    pair.left = fallback.readPhoto(file, notes).photo;
     pair.right = right.get();
     pair.origin = "two files";
     putNameBefore(rightNotes, input.right);
@@ -156,15 +157,15 @@ StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource
     return pair;
 }
 
-PhotoDepth readEyesOf(const PhotoFile& file, const StereoInput& input, DepthSource& other,
+PhotoDepth readEyesOf(const PhotoFile& file, const StereoInput& input, DepthSource& fallback,
                       Notes* notes) {
-    const StereoPair pair = readPair(file, input, other, notes);
+    const StereoPair pair = readPair(file, input, fallback, notes);
     try {
         Found found = matchPair(pair, file);
         if (found.rawDepth.empty() && input.right.empty() && !found.notes.empty())
             found.notes.front().text += "; if the file does not hold both eyes, all of it is "
                                         "shown without --stereo";
-        return withPhoto(std::move(found), pair.left, other, notes);
+        return withPhoto(std::move(found), pair.left, fallback, notes);
     } catch (const Error& error) {
         if (input.right.empty() || error.code() != ErrorCode::Mismatch) throw;
         throw Error(error.code(), input.right.string(), error.what());
@@ -174,29 +175,29 @@ PhotoDepth readEyesOf(const PhotoFile& file, const StereoInput& input, DepthSour
 // Reads photos by a function that looks for depth; all else is left to another source.
 class PhotoDepthSource : public DepthSource {
   public:
-    using Read = std::function<PhotoDepth(const PhotoFile&, DepthSource& other, Notes*)>;
-    PhotoDepthSource(std::shared_ptr<DepthSource> other, Read read)
-        : other_(std::move(other)), read_(std::move(read)) {
-        check(other_ != nullptr, "fallback", "is null, expected a source");
+    using Read = std::function<PhotoDepth(const PhotoFile&, DepthSource& fallback, Notes*)>;
+    PhotoDepthSource(std::shared_ptr<DepthSource> fallback, Read read)
+        : fallback_(std::move(fallback)), read_(std::move(read)) {
+        check(fallback_ != nullptr, "fallback", "is null, expected a source");
     }
 
-    std::string description() const override { return other_->description(); }
-    DepthEdges edges() const override { return other_->edges(); }
-    DepthKind kind() const override { return other_->kind(); }
-    const DepthNetwork* network() const override { return other_->network(); }
-    void load() override { other_->load(); }
+    std::string description() const override { return fallback_->description(); }
+    DepthEdges edges() const override { return fallback_->edges(); }
+    DepthKind kind() const override { return fallback_->kind(); }
+    const DepthNetwork* network() const override { return fallback_->network(); }
+    void load() override { fallback_->load(); }
     PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
-        return read_(file, *other_, notes);
+        return read_(file, *fallback_, notes);
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        other_->read(image, photo, raw);
+        fallback_->read(image, photo, raw);
     }
     void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        other_->readFrame(image, photo, raw);
+        fallback_->readFrame(image, photo, raw);
     }
 
   private:
-    std::shared_ptr<DepthSource> other_;
+    std::shared_ptr<DepthSource> fallback_;
     Read read_;
 };
 

@@ -304,8 +304,8 @@ class FastSampler : public SubpixelSampler {
         HWY_DYNAMIC_DISPATCH(fastSamplesAtOn)(rowOf(channel), places_.data(), values);
     }
 
-    void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
-                     const std::array<std::uint8_t*, 3>& values) override {
+    void sampleBySteps(const std::array<const std::int16_t*, 3>& shifts,
+                       const std::array<std::uint8_t*, 3>& values) override {
         for (std::size_t channel = 0; channel < 3; ++channel)
             HWY_DYNAMIC_DISPATCH(fastWholeSamplesOn)
         (rowOf(static_cast<int>(channel)), shifts[channel], values[channel]);
@@ -362,8 +362,8 @@ class FastRows : public RowRenderer {
             std::fill(wholeShifts_.begin(), wholeShifts_.end(),
                       wholeShift(shift, double{kShiftSteps}));
             const std::int16_t* const same = wholeShifts_.data();
-            sampler_->sampleWhole({same, same, same},
-                                  {planes_[0].data(), planes_[1].data(), planes_[2].data()});
+            sampler_->sampleBySteps({same, same, same},
+                                    {planes_[0].data(), planes_[1].data(), planes_[2].data()});
         } else {
             const double bounded = std::clamp(shift, -kMaxShift, kMaxShift);
             std::fill(shifts_.begin(), shifts_.end(), static_cast<float>(bounded));

@@ -77,7 +77,7 @@ class LayeredReader {
     }
 
     // Finds what the pixels show and gives it to read(begin).
-    // @param shifts of the pixels, as for SubpixelSampler::sampleWhole()
+    // @param shifts of the pixels, as for SubpixelSampler::sampleBySteps()
     template <class F>
     void find(const std::int16_t* shifts, const F& read) {
         bounded_ = true;
@@ -409,8 +409,8 @@ class LayeredSampler : public SubpixelSampler {
         reader_.find(wholeShifts_.data(), read);
     }
 
-    void sampleWhole(const std::array<const std::int16_t*, 3>& shifts,
-                     const std::array<std::uint8_t*, 3>& values) override {
+    void sampleBySteps(const std::array<const std::int16_t*, 3>& shifts,
+                       const std::array<std::uint8_t*, 3>& values) override {
         for (std::size_t channel = 0; channel < 3; ++channel)
             reader_.find(shifts[channel], [&](std::size_t begin) {
                 reader_.read(static_cast<int>(channel), values[channel] + begin);

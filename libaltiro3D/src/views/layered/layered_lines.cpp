@@ -50,14 +50,14 @@ void layeredColumnsOn(const LayeredTables& tables, std::vector<float>& scratch,
     std::copy_n(offsets, width, columns.offsets.begin());
     const float perUnit =
         tables.reachPixels / 65534.9F; // so the largest shift is within 65535 units
-    const std::uint16_t* const mirroredClear = tables.clear + tables.stride + width - 1;
+    const std::uint16_t* const mirroredFree = tables.freeUpTo + tables.stride + width - 1;
     for (std::size_t x = 0; x < width; ++x) {
-        columns.to[x] = perUnit * static_cast<float>(tables.clear[x]);
-        columns.lines.to[x] = tables.clear[x] >> 1;
+        columns.to[x] = perUnit * static_cast<float>(tables.freeUpTo[x]);
+        columns.lines.to[x] = tables.freeUpTo[x] >> 1;
     }
     for (std::size_t x = 0; x < width; ++x) {
-        columns.from[x] = -perUnit * static_cast<float>(*(mirroredClear - x));
-        columns.lines.from[x] = *(mirroredClear - x) >> 1;
+        columns.from[x] = -perUnit * static_cast<float>(*(mirroredFree - x));
+        columns.lines.from[x] = *(mirroredFree - x) >> 1;
     }
     // px of soft borders are on no line, even if they do not move, so their block is open
     forSoftColumns([&](int x) {

@@ -42,7 +42,8 @@ constexpr int wordOffset(std::int16_t word) {
     return word >> 2;
 }
 
-// Tables, columns and lines are in layered_lines.cpp, guesses in layered_guesses.cpp.
+// Tables are written in layered_scene.cpp, columns and lines in layered_lines.cpp, guesses in
+// layered_guesses.cpp.
 
 /// Tables of one row. Each holds the row with kTablePadding entries on both sides and then,
 /// `stride` entries further, the same for the mirrored row. Pointers are to column 0.
@@ -52,7 +53,7 @@ struct LayeredTables {
     const std::int16_t* surfaces = nullptr;
     /// The shift up to which no surface further right reaches the column, in 1/65535 of the largest
     /// shift; known before any search.
-    const std::uint16_t* clear = nullptr;
+    const std::uint16_t* freeUpTo = nullptr;
     /// LayeredScene::shares of the row, not mirrored; null if all borders are hard.
     const std::uint8_t* shares = nullptr;
     int stride = 0;        ///< Columns from a table to its mirrored table.

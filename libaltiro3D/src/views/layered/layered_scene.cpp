@@ -112,7 +112,7 @@ class TableWriter {
           inOrder_(scene.inOrder) {}
 
     void write(const std::vector<float>& offsets, double scale, const LayeredRow& row,
-               std::int16_t* words, std::int16_t* surfaceOf, std::uint16_t* clear) const {
+               std::int16_t* words, std::int16_t* surfaceOf, std::uint16_t* freeUpTo) const {
         const auto perUnit = static_cast<float>(1 / scale);
         const auto largest = static_cast<float>(kMaxOffset);
         for (int x = 0; x < width_; ++x) {
@@ -128,13 +128,13 @@ class TableWriter {
                 words[x] = static_cast<std::int16_t>(words[x] | kLastFlag);
             std::fill(surfaceOf + surface.first, surfaceOf + end, static_cast<std::int16_t>(k));
         }
-        writeClear(words, static_cast<float>(scale), row, clear);
+        writeFreeUpTo(words, static_cast<float>(scale), row, freeUpTo);
     }
 
   private:
-    void writeClear(const std::int16_t* words, float scale, const LayeredRow& row,
-                    std::uint16_t* clear) const {
-        std::fill_n(clear, width_, static_cast<std::uint16_t>(inOrder_ ? kClearForAll : 0));
+    void writeFreeUpTo(const std::int16_t* words, float scale, const LayeredRow& row,
+                       std::uint16_t* freeUpTo) const {
+        std::fill_n(freeUpTo, width_, static_cast<std::uint16_t>(inOrder_ ? kFreeForAll : 0));
         if (!inOrder_) return;
         for (const LayeredSurface& surface : row.surfaces) {
             const float offset = scale * static_cast<float>(wordOffset(words[surface.first]));
@@ -144,13 +144,13 @@ class TableWriter {
                 const float way = static_cast<float>(surface.first - x) - border - 0.01F;
                 if (way > 0 && way >= offset * reachPixels_) break;
                 const float shift = way > 0 ? way / offset : 0;
-                const int units = static_cast<int>(shift / reachPixels_ * kClearForAll);
-                clear[x] = static_cast<std::uint16_t>(std::min(int{clear[x]}, units));
+                const int units = static_cast<int>(shift / reachPixels_ * kFreeForAll);
+                freeUpTo[x] = static_cast<std::uint16_t>(std::min(int{freeUpTo[x]}, units));
             }
         }
     }
 
-    static constexpr int kClearForAll = 65535;
+    static constexpr int kFreeForAll = 65535;
 
     int width_;
     int reach_;
@@ -179,7 +179,7 @@ LayeredTables LayeredScene::tables(int row) const {
     LayeredTables result;
     result.words = words.ptr<std::int16_t>(row) + kTablePadding;
     result.surfaces = surfaceOf.ptr<std::int16_t>(row) + kTablePadding;
-    result.clear = clear.ptr<std::uint16_t>(row) + kTablePadding;
+    result.freeUpTo = freeUpTo.ptr<std::uint16_t>(row) + kTablePadding;
     if (!shares.empty()) result.shares = shares.ptr<std::uint8_t>(row);
     result.stride = stride();
     result.width = width;
@@ -207,7 +207,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
     scene.reachPixels = static_cast<float>(options.reachPixels);
     scene.reachColumns = reach;
     scene.inOrder = options.tearPixels <= 1; // with more, a surface may fold
-    scene.clear.create(photo.rows, 2 * scene.stride(), CV_16UC1);
+    scene.freeUpTo.create(photo.rows, 2 * scene.stride(), CV_16UC1);
     const std::array<cv::Mat*, 2> padded = {&scene.words, &scene.surfaceOf};
     for (cv::Mat* table : padded)
         table->create(photo.rows, 2 * scene.stride() + static_cast<int>(kRowPadding), CV_16SC1);
@@ -240,7 +240,7 @@ LayeredScene layeredScene(const cv::Mat& photo, const cv::Mat& depth, double foc
                 prepareStrips(bgr, row == &mirrored, offsets, options, *row);
                 writer.write(offsets, scale, *row, scene.words.ptr<std::int16_t>(y) + begin,
                              scene.surfaceOf.ptr<std::int16_t>(y) + begin,
-                             scene.clear.ptr<std::uint16_t>(y) + begin);
+                             scene.freeUpTo.ptr<std::uint16_t>(y) + begin);
                 begin += scene.stride();
             }
         }

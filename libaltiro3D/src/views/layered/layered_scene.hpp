@@ -55,7 +55,7 @@ struct LayeredScene {
     std::vector<LayeredRow> rows[2];
     cv::Mat words;     ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
     cv::Mat surfaceOf; ///< As `words`, LayeredTables::surfaces
-    cv::Mat clear;     ///< As `words` but CV_16UC1, LayeredTables::clear
+    cv::Mat freeUpTo;  ///< As `words` but CV_16UC1, LayeredTables::freeUpTo
     /// [rows x cols, CV_8UC1], share of the surface behind in px of soft borders, in 1/256, else 0.
     /// Empty if all borders are hard.
     cv::Mat shares;

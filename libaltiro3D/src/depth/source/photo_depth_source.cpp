@@ -231,7 +231,8 @@ std::unique_ptr<DepthSource> storedDepthOr(std::shared_ptr<DepthSource> fallback
 std::unique_ptr<DepthSource> depthFromStereo(StereoInput input,
                                              std::shared_ptr<DepthSource> fallback) {
     return std::make_unique<PhotoDepthSource>(
-        std::move(fallback), [input](const PhotoFile& file, DepthSource& other, Notes* notes) {
+        std::move(fallback),
+        [input = std::move(input)](const PhotoFile& file, DepthSource& other, Notes* notes) {
             return readEyesOf(file, input, other, notes);
         });
 }

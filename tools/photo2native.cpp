@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <ctime>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 using namespace altiro3D;

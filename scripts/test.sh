@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Installs what is needed, builds everything and runs the tests, but not those with the label "slow",
-# which scripts/check-all.sh runs. Takes about ten minutes on two cores.
+# which scripts/check-all.sh runs. Takes about twelve minutes on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-echo "altiro3D: builds and tests, about ten minutes on two cores"
+echo "altiro3D: builds and tests, about twelve minutes on two cores"
 scripts/install-dependencies.sh test
 cmake --preset dev
 cmake --build --preset dev

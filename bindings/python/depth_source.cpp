@@ -160,8 +160,8 @@ void bindDepthSource(py::module_& m) {
     m.def(
         "depth_from_network_file",
         [](const std::filesystem::path& file, const NetworkProfile& profile, cv::Size inputSize) {
-            return std::shared_ptr<DepthSource>(
-                depthFromNetworkFile(file, profile, bestInferenceTarget(), inputSize));
+            return std::shared_ptr<DepthSource>(depthFromNetworkFile(
+                file, profile, bestInferenceTarget(profile.engine), inputSize));
         },
         py::arg("file"), py::arg("profile"), py::kw_only(),
         py::arg_v("input_size", cv::Size(), "(0, 0)"),

@@ -193,7 +193,9 @@ std::shared_ptr<DepthSource> ChosenDepth::openNetwork(const InstalledNetwork& ch
     }
     const NetworkProfile& profile = chosen.profile;
     const std::optional<int>& wantedSize = options_.networkSize;
-    const InferenceTarget target = bestInferenceTarget();
+    const InferenceEngine engine =
+        options_.engine == InferenceEngine::Best ? profile.engine : options_.engine;
+    const InferenceTarget target = bestInferenceTarget(engine);
     if (wantedSize && *wantedSize % profile.multipleOf != 0) {
         throw UsageError("--network-size is " + std::to_string(*wantedSize) +
                          ", expected a multiple of " + std::to_string(profile.multipleOf) +
@@ -266,7 +268,8 @@ PhotoScene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFil
     photo = PhotoFile(photo.path()); // releases the bytes of a large file
     times.end("read");
     {
-        const QuietStandardError quiet; // it may load the network
+        const QuietStandardError quiet; // loading a network may print
+        // estimates the depth by the network, unless it was found
         source.readScene(found, flatDepth, result);
     }
     tellEngine(messages);

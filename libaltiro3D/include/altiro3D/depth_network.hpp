@@ -104,8 +104,10 @@ findProfile(const std::vector<NetworkProfile>& catalog, const std::filesystem::p
 enum class InferenceTarget { Cpu, Cuda };
 
 /// The processor on which networks run here.
-/// @return CUDA if this OpenCV offers it, else the CPU
-[[nodiscard]] ALTIRO3D_EXPORT InferenceTarget bestInferenceTarget();
+/// @param engine that of the network's profile, or the one that was asked for
+/// @return CUDA if this OpenCV offers it and the engine may be OpenCV, else the CPU
+[[nodiscard]] ALTIRO3D_EXPORT InferenceTarget
+bestInferenceTarget(InferenceEngine engine = InferenceEngine::Best);
 
 /// A loaded depth network. Move-only; one thread at a time per object.
 ///

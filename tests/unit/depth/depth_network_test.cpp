@@ -1015,6 +1015,10 @@ TEST_F(DepthNetworkFile, OnlyEightBitColourPhotosAreTaken) {
               "photo: is 4 x 4 px of CV_8UC1, expected CV_8UC3 (8-bit BGR)");
 }
 
+TEST(DepthNetwork, OnnxRuntimeRunsOnTheCpu) {
+    EXPECT_EQ(bestInferenceTarget(InferenceEngine::OnnxRuntime), InferenceTarget::Cpu);
+}
+
 TEST_F(DepthNetworkFile, CudaIsRefusedWhereOpenCvHasNone) {
     if (bestInferenceTarget() == InferenceTarget::Cuda) {
         GTEST_SKIP() << "this OpenCV offers CUDA";

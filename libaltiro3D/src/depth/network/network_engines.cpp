@@ -233,7 +233,8 @@ std::unique_ptr<NetworkGraph> loadWithOnnxRuntime(const std::string& file,
 
 #endif
 
-InferenceTarget bestInferenceTarget() {
+InferenceTarget bestInferenceTarget(InferenceEngine engine) {
+    if (engine == InferenceEngine::OnnxRuntime) return InferenceTarget::Cpu;
     const std::pair cuda(cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA);
     const auto offered = cv::dnn::getAvailableBackends();
     const bool isOffered = std::find(offered.begin(), offered.end(), cuda) != offered.end();

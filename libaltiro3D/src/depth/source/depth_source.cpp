@@ -183,10 +183,11 @@ void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene
     normalization.kind = kind();
     normalization.flatDepth = flatDepth;
     cv::Mat raw;
+    // storedDepthOr() passes read(), kind() and edges() on to its fallback
     read(image, scene.photo, raw);
     scene.hidden = {};
     scene.edges = edges();
-    // of networks, joined from parts, only the range is stretched
+    // networks: once more, as estimatePhoto() joins several runs
     normalizeDepth(raw, scene.depth, normalization);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
@@ -208,7 +209,8 @@ std::unique_ptr<DepthSource> depthFromNetworkFile(std::filesystem::path file,
 std::unique_ptr<DepthSource> estimatedDepth() {
     const std::optional<InstalledNetwork> network = standardNetwork();
     if (!network) return std::make_unique<MissingNetwork>();
-    return depthFromNetworkFile(network->file, network->profile);
+    return depthFromNetworkFile(network->file, network->profile,
+                                bestInferenceTarget(network->profile.engine));
 }
 
 std::unique_ptr<DepthSource> depthFromFile(std::filesystem::path file, DepthKind kind) {

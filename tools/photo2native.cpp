@@ -88,6 +88,7 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     ChosenDisplay display =
         job.go ? goDisplay() : findDisplay(job.display, messages, {}, displayUse(job));
     const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
+    // without a quilt, too: it has the number of the views and the shape of their parallax
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
         part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->chunks.photos, {}, true};

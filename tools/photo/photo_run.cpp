@@ -191,8 +191,9 @@ struct PlacedPhoto {
     double quiltAspect = 1; // of the quilt to save
 };
 
-// Places a photo. The options of run.maker are those that were asked for; of those of the photo,
-// its own maker (makerOf()) takes strength and focus.
+// Places a photo. run.maker has the options that were asked for, PlacedPhoto::options those that
+// were chosen for this photo. placeScene() uses all of these; makerOf() passes on strength and
+// focus.
 PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoScene& scene,
                        Messages& messages) {
     PlacedPhoto placed;
@@ -205,6 +206,7 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.choices;
     const cv::Size result = run.maker.workSize();
+    // as the scene is framed so far; nothing without --camera
     const auto strength = run.job.camera.strength(fitWithMargins(size, aspect, result, options));
     if (strength) {
         options.views.strengthPercent = *strength;

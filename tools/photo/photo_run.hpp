@@ -39,7 +39,8 @@ struct PhotoRun {
 
 /// Chooses the source of depth and prepares the maker of Natives.
 /// @param job must outlive the run
-/// @param times receives "network", if one is loaded now, and "display"
+/// @param times receives "network", if one is loaded now, and "display", else with the choice of
+///        the network
 /// @throws UsageError, Error
 PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                       StageTimes& times, Messages& messages);

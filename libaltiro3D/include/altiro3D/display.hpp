@@ -189,8 +189,8 @@ struct DisplayModel {
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
 /// The default quilt for a display: its model's. For an unknown model: 48 views of the panel's
-/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt whose longer side has about 4096
-/// px.
+/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about the area of
+/// 4096 x 4096 px.
 ///
 /// @param calibration the display; must be valid
 /// @return the layout

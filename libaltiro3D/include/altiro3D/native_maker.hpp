@@ -82,8 +82,9 @@ enum class Detail {
     Panel ///< px of the panel.
 };
 
-/// How a photo with depth becomes a Native. The defaults make the published picture;
-/// showAs(Detail::Lens) is recommended for photos, showLive() for cameras.
+/// How a photo with depth becomes a Native. The defaults are method Layered, photos of the size of
+/// a view, discrete views and no lens filter. showAs(Detail::Lens) is recommended for photos,
+/// showLive() for cameras.
 ///
 /// Time of NativeMaker::makeNative(scene, native) for the sample photo (900 x 1200 px) on a
 /// Portrait, one thread of a Zen 4 server, and what `refine` takes of it:
@@ -196,7 +197,8 @@ class ALTIRO3D_EXPORT NativeMaker {
 
     /// The path in use. @return Direct or OverQuilt
     [[nodiscard]] NativePath path() const;
-    /// The options in use. @return as given to the constructor or to withViews()
+    /// The options in use. @return as given to the constructor or to withViews(); lensFilter is off
+    /// for lenses that lie
     [[nodiscard]] const NativeOptions& options() const;
     /// Layout of the quilts. @return the layout
     [[nodiscard]] const QuiltLayout& layout() const;

@@ -16,7 +16,8 @@ struct HiddenLayer {
 enum class DepthEdges {
     Unknown, ///< Refinement measures their flaws and corrects them.
     Matched, ///< Found by matching two pictures: they are not moved.
-    /// Decided by the photo when the depth was estimated: they stay, but for mixedPixels below.
+    /// Decided by the photo when a network estimated the depth: they stay, but for mixedPixels
+    /// below.
     Decided
 };
 

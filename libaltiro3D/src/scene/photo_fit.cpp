@@ -307,7 +307,7 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) try {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    if (scene.edges == DepthEdges::Decided) { // in estimatePhoto(): only mixed px are left
+    if (scene.edges == DepthEdges::Decided) { // by estimatePhoto(), which leaves mixed px
         DepthFlaws mixed;
         mixed.mixedPixels = flaws.mixedPixels;
         return mixed;

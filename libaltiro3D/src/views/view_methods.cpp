@@ -11,10 +11,10 @@ namespace altiro3D {
 namespace {
 
 std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& options,
-                                         double reach) {
+                                         double outermost) {
     const cv::Mat& photo = scene.photo;
     const cv::Mat& depth = scene.depth;
-    const double largestShift = shiftOf(options, shownColumns(scene).size(), reach);
+    const double largestShift = shiftOf(options, shownColumns(scene).size(), outermost);
     switch (options.method) {
     case ViewMethod::Fast:
         return makeFastRenderer(photo, depth, options, largestShift);
@@ -33,7 +33,7 @@ std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& 
 } // namespace
 
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
-                                           double reach) {
+                                           double outermost) {
     checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1 of 0..1");
     const HiddenLayer& hidden = scene.hidden;
     if (!hidden.photo.empty() || !hidden.depth.empty()) {
@@ -48,7 +48,7 @@ std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions
     return orOutOfMemory("photo",
                          "no memory for views of " + sizeText(scene.photo.size()) +
                              " px, expected a smaller photo",
-                         [&] { return rendererOf(scene, options, reach); });
+                         [&] { return rendererOf(scene, options, outermost); });
 }
 
 float halfParallaxOf(const ViewOptions& options, int width) {

@@ -13,11 +13,11 @@ namespace altiro3D {
 /// @param scene photo [rows x cols, CV_8UC3, BGR]; depth [as the photo, CV_32FC1], clamped to 0..1,
 ///        NaN counts as 0; hidden layer of the photo's size or empty
 /// @param options method and its options; must be valid
-/// @param reach largest |position| of the views
+/// @param outermost largest |position| of the views
 /// @return renders views of all columns, with the shifts of the shown ones
 /// @throws Error InvalidArgument (types, sizes, shown columns), Mismatch, TooLarge, OutOfMemory
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
-                                           double reach);
+                                           double outermost);
 
 /// Method Fast. Photo and depth must outlive the renderer.
 /// @param photo [rows x cols, CV_8UC3, BGR]

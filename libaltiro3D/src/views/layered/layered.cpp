@@ -199,7 +199,8 @@ class LayeredReader {
         }
     }
 
-    // Finds what the listed pixels show.
+    // Finds what the listed pixels show: layeredAmongSurfaces() (layered_guesses.cpp), then
+    // LayeredSearch (layered_ends.cpp).
     void findEnds() {
         const LayeredSurfaces surfaces = {left_.data(),
                                           right_.data(),

@@ -23,7 +23,8 @@ built() { # preset: all tests but those of installed trees
     cmake --preset "$1" && cmake --build --preset "$1" && ctest --preset "$1" -j "$(nproc)" -LE install
 }
 clang() { # the other compiler and the other kind of library
-    cmake --preset clang && cmake --build --preset clang && ctest --preset clang -j "$(nproc)"
+    cmake --preset clang && cmake --build --preset clang &&
+        ctest --preset clang -j "$(nproc)" -LE slow && ctest --preset clang -L install
 }
 web() {
     scripts/install-dependencies.sh web && scripts/check-web.sh
@@ -34,7 +35,7 @@ cluster() { # slurm or ssh; a skipped test is a failure here
 }
 
 part "all tests but slow ones" scripts/test.sh
-part "slow tests" ctest --preset dev -j "$(nproc)" -L slow
+part "slow tests" ctest --preset dev -j "$(nproc)" -L slow -LE cluster # which has parts below
 part "format" scripts/check-format.sh
 part "includes" scripts/check-includes.py
 part "documentation" scripts/check-docs.sh

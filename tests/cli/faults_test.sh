@@ -80,7 +80,7 @@ run_within() {
     status=$?
     sed -i '/^x264 \[error\]: malloc/d' "$root/err" # which x264 says for itself
 }
-limits=(300 320 335 350 400 500 600 700 800 1000 1300) # MB; libraries alone take some 310
+limits=(270 285 300 320 335 350 400 500 600 700 800 1000 1300) # MB; libraries alone take some 260 to 310
 
 # The arguments of a run that succeeds, in `words`: of a tool, its input and its output.
 call() {

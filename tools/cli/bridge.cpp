@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -45,10 +46,19 @@ QUrl addressOf(const std::string& text) {
     return url;
 }
 
-// Qt's network needs an application; the viewer may have none yet.
+// Requires that many threads can run at the same time. @throws std::system_error
+void requireThreads(int count) {
+    if (count > 0) std::async(std::launch::async, requireThreads, count - 1).get();
+}
+
+constexpr int kThreadsOfQt = 5; // connections, D-Bus, HTTP, two for names
+
+// Qt's network needs an application; the viewer may have none yet. Qt waits for ever for a thread
+// that cannot be started.
 class NetworkUse {
   public:
     NetworkUse() {
+        requireThreads(kThreadsOfQt);
         if (QCoreApplication::instance() == nullptr)
             own_ = std::make_unique<QCoreApplication>(count_, words_);
     }

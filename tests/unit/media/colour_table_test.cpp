@@ -125,9 +125,20 @@ TEST(ColourTable, WithoutOneColoursStayAndAlphaIsOverBlack) {
 
 struct TaggedVideo {
     const char* codec;
-    const char* tags;
+    const char* primariesName;
+    const char* transferName;
     int primaries;
     int transfer;
+
+    // FFmpeg 5 takes tags from the options of the codec, FFmpeg 7 from the frames.
+    std::string filter() const {
+        return std::string("setparams=color_primaries=") + primariesName +
+               ":color_trc=" + transferName;
+    }
+    std::string options() const {
+        return std::string(codec) + " -color_primaries " + primariesName + " -color_trc " +
+               transferName;
+    }
 };
 
 class TaggedVideos : public FfmpegTest, public testing::WithParamInterface<TaggedVideo> {};
@@ -136,8 +147,8 @@ class TaggedVideos : public FfmpegTest, public testing::WithParamInterface<Tagge
 TEST_P(TaggedVideos, AreConvertedAndTheirCopyIsNotTagged) {
     const TaggedVideo& video = GetParam();
     ffmpeg("-f lavfi -i color=0xC83C28:size=64x48:rate=5:duration=0.4 -vf "
-           "scale=out_color_matrix=bt2020 " +
-           std::string(video.codec) + " " + video.tags + " " + arg(directory / "tagged.mkv"));
+           "scale=out_color_matrix=bt2020," +
+           video.filter() + " " + video.options() + " " + arg(directory / "tagged.mkv"));
     VideoReader reader(directory / "tagged.mkv");
     const auto frame = reader.next();
     ASSERT_TRUE(frame);
@@ -171,16 +182,15 @@ TEST_P(TaggedVideos, AreConvertedAndTheirCopyIsNotTagged) {
 INSTANTIATE_TEST_SUITE_P(
     Tagged, TaggedVideos,
     testing::Values(
-        TaggedVideo{"-c:v libx264 -crf 4 -pix_fmt yuv420p",
-                    "-color_primaries bt2020 -color_trc bt709 -colorspace bt2020nc", kBt2020, 1},
-        TaggedVideo{"-c:v libx265 -crf 4 -x265-params log-level=none -pix_fmt yuv420p10le",
-                    "-color_primaries bt2020 -color_trc arib-std-b67 -colorspace bt2020nc", kBt2020,
-                    kHlg},
-        TaggedVideo{"-c:v libx265 -crf 4 -x265-params log-level=none -pix_fmt yuv420p10le",
-                    "-color_primaries bt2020 -color_trc smpte2084 -colorspace bt2020nc", kBt2020,
-                    kPq},
-        TaggedVideo{"-c:v ffv1 -pix_fmt bgr0", "-color_primaries smpte432 -color_trc iec61966-2-1",
-                    kP3, kSrgbCurve}));
+        TaggedVideo{"-c:v libx264 -crf 4 -pix_fmt yuv420p -colorspace bt2020nc", "bt2020", "bt709",
+                    kBt2020, 1},
+        TaggedVideo{"-c:v libx265 -crf 4 -x265-params log-level=none -pix_fmt yuv420p10le "
+                    "-colorspace bt2020nc",
+                    "bt2020", "arib-std-b67", kBt2020, kHlg},
+        TaggedVideo{"-c:v libx265 -crf 4 -x265-params log-level=none -pix_fmt yuv420p10le "
+                    "-colorspace bt2020nc",
+                    "bt2020", "smpte2084", kBt2020, kPq},
+        TaggedVideo{"-c:v ffv1 -pix_fmt bgr0", "smpte432", "iec61966-2-1", kP3, kSrgbCurve}));
 
 struct TransparentVideo {
     const char* name;

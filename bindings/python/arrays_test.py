@@ -33,7 +33,8 @@ def pixels_of_png(data):
             packed += body
         elif kind == b"IEND":
             break
-    raw = numpy.frombuffer(zlib.decompress(packed), numpy.uint8).reshape(height, 1 + 3 * width)
+    raw = numpy.frombuffer(zlib.decompress(packed), numpy.uint8).astype(int)
+    raw = raw.reshape(height, 1 + 3 * width)
     pixels = numpy.zeros((height + 1, 3 * width + 3), int)  # a row and a px of zeros before
     for y in range(height):
         for x in range(3, 3 * width + 3):

@@ -118,8 +118,8 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
     const auto width = static_cast<std::size_t>(native.cols);
     const auto largestShift = static_cast<double>(halfParallax);
     const double steps = renderer.shiftSteps(largestShift);
-    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth),
-                                         steps); // if Discrete
+    // of discrete positions; continuous ones take wholeShiftsOfPhases()
+    const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth), steps);
     forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<SubpixelSampler> sampler =
             renderer.sampler(places.columns, places.parts, largestShift);

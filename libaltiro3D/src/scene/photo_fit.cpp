@@ -210,8 +210,8 @@ DepthFlaws refineAndEnlarge(const Scene& scene, const PhotoFit& fit, double focu
     inOwn.source -= shown.tl();
     resampleDepth(own.depth, shown.size(), inOwn, result.photo, focus, fitRefinedDepth,
                   result.depth);
-    result.edges =
-        DepthEdges::Decided; // so that only mixed px are measured; fitScene() restores it
+    // so that only mixed px are measured; fitScene() restores it
+    result.edges = DepthEdges::Decided;
     flaws.mixedPixels = refineScene(result, mixed, fit.filled()).mixedPixels;
     return flaws;
 }

@@ -12,7 +12,10 @@
 #include <QElapsedTimer>
 #include <QProcess>
 #include <QSignalSpy>
+#include <atomic>
+#include <chrono>
 #include <fcntl.h>
+#include <functional>
 #include <future>
 #include <gtest/gtest.h>
 #include <mutex>
@@ -118,6 +121,21 @@ TEST(ViewerWorker, TheLatestOfEachKindWins) {
         last.get_future().wait();
     }
     EXPECT_EQ(done, (std::vector<int>{0, 100, 5}));
+}
+
+// A swing asks for frames faster than a slow computer makes them.
+TEST(ViewerWorker, WorkWithoutEndLeavesTurnsToTheOthers) {
+    std::promise<void> shown;
+    std::atomic<bool> ends = false;
+    std::function<void()> frame;
+    Worker worker;
+    frame = [&] {
+        if (!ends) worker.post(1, frame);
+    };
+    worker.post(1, frame);
+    worker.post(2, [&] { shown.set_value(); });
+    EXPECT_EQ(shown.get_future().wait_for(std::chrono::seconds(60)), std::future_status::ready);
+    ends = true;
 }
 
 TEST_F(ViewerController, ShowsAPhotoFromTheMiddleAndFromTheSide) {

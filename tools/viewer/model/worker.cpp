@@ -1,6 +1,5 @@
 #include "viewer/model/worker.hpp"
 
-#include <algorithm>
 #include <utility>
 
 namespace altiro3D::viewer {
@@ -25,17 +24,24 @@ void Worker::post(std::size_t kind, std::function<void()> task) {
 }
 
 void Worker::run() {
-    const auto first = [this] {
-        return std::find_if(waiting_.begin(), waiting_.end(),
-                            [](const auto& task) { return static_cast<bool>(task); });
+    std::size_t last = kKinds; // the kind that ran last
+    const auto next = [&] {    // kKinds if none waits
+        std::size_t repeated = kKinds;
+        for (std::size_t kind = 0; kind < kKinds; ++kind) {
+            if (!waiting_[kind]) continue;
+            if (kind != last) return kind;
+            repeated = kind;
+        }
+        return repeated;
     };
     for (;;) {
         std::function<void()> task;
         {
             std::unique_lock<std::mutex> lock(mutex_);
-            wake_.wait(lock, [&] { return ending_ || first() != waiting_.end(); });
+            wake_.wait(lock, [&] { return ending_ || next() != kKinds; });
             if (ending_) return;
-            std::swap(task, *first());
+            last = next();
+            std::swap(task, waiting_[last]);
         }
         task();
     }

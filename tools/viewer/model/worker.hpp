@@ -18,7 +18,7 @@ void later(QObject* object, Function function) {
 }
 
 /// A thread that runs the latest task of each kind: a task that has not begun is replaced by the
-/// next one of its kind.
+/// next one of its kind. A kind that is posted without end leaves every other turn to the others.
 class Worker {
   public:
     static constexpr std::size_t kKinds = 3;
@@ -29,7 +29,8 @@ class Worker {
     Worker(const Worker&) = delete;
     Worker& operator=(const Worker&) = delete;
 
-    /// Adds a task; waiting tasks of lower kinds run first.
+    /// Adds a task; waiting tasks of lower kinds run first, but a kind does not run twice in a row
+    /// while another one waits.
     /// @param kind 0..kKinds-1 @param task must not throw
     void post(std::size_t kind, std::function<void()> task);
 

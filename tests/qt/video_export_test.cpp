@@ -167,12 +167,12 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
     QObject::connect(&controller(), &Controller::frameReady, window_.get(), [&] {
         const Frame& frame = controller().frame();
         if (frame.depthSource.find("both eyes, as often") != 0) return; // not played yet
+        const bool isFilm = cv::norm(frame.request.document->picture, eyes.left, cv::NORM_L1) <
+                            10.0 * static_cast<double>(eyes.left.total() * 3);
+        if (!isFilm) return; // the title's depth is estimated, in the network's size
         const cv::Mat& depth = frame.setup.depth;
         const double thing = cv::mean(depth(cv::Rect(180, 130, 40, 40)))[0];
         const double wall = cv::mean(depth(cv::Rect(330, 30, 40, 40)))[0];
-        const bool isFilm = cv::norm(frame.request.document->picture, eyes.left, cv::NORM_L1) <
-                            10.0 * static_cast<double>(eyes.left.total() * 3);
-        if (!isFilm) return;
         ++things;
         EXPECT_GT(thing, 0.9);
         EXPECT_LT(wall, 0.1);

@@ -1241,7 +1241,7 @@ TEST_F(Photo2Native, DepthInThePhotoIsUsedAndSaid) {
     EXPECT_TRUE(isDone(convert("-d p.jpg d.png given.png")));
     EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "given.png"));
 
-    // a named source goes before it, and so does "off"
+    // a named source takes precedence, and so does "off"
     for (const Arguments& other :
          {Arguments("-n tiny"), Arguments("-n tiny --embedded-depth off")}) {
         const Outcome run = convert(other + Arguments("-y p.jpg b.png"));

@@ -151,8 +151,8 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             "auto (default) uses the depth that comes with a photo, in its file (portraits of "
             "phones, MPO and spatial photos, halves that the name states: a_LR.jpg, a_RGBD.jpg) or "
             "beside it (a.jpg and a-depth.png, a_depth.png, a.disparity.png, ...); off ignores it. "
-            "-d, --rgbd, -n and -l go before it; with -n and auto together, -n is for photos "
-            "without depth.",
+            "-d, --rgbd, -n and -l take precedence over it; with -n and auto together, -n is for "
+            "photos without depth.",
             "auto|off");
         commandLine.addAdvanced({"unblurred"},
                                 "Use the sharp original of a portrait where the file has one.");

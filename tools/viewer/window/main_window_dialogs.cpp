@@ -125,7 +125,7 @@ void MainWindow::betterDepthDialog() {
         if (const auto& document = controller_.document();
             document && document->kind == Kind::Scene && controller_.knobs().depth != kGivenDepth) {
             Knobs knobs = controller_.knobs();
-            knobs.depth = kBestDepth; // a photo's own depth goes before it
+            knobs.depth = kBestDepth; // a photo's own depth takes precedence
             controller_.turn(knobs, tr("depth"));
         }
         say(tr("The network %1 is installed and used").arg(QString::fromStdString(network->name)),

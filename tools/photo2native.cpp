@@ -22,13 +22,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A run of one photo. @param pictures receives its entry in the report
-void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& pictures,
+// A run of one photo. @param entries receives its entry in the report
+void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& entries,
                   Messages& messages) {
     const std::string output = nameOf(mainOutput(item), "standard output");
     if (item.isMade) {
         messages.say(item.photo.string() + ": skipped, as " + output + " exists");
-        pictures.push_back({{"photo", item.photo.string()}, {"skipped", true}});
+        entries.push_back({{"photo", item.photo.string()}, {"skipped", true}});
         return;
     }
     run.isForOnePhoto = true;
@@ -36,7 +36,7 @@ void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& 
     progress.step(item.photo.string(), item.photo);
     catchStop();
     try {
-        pictures.push_back(makePhoto(item, run, messages));
+        entries.push_back(makePhoto(item, run, messages));
         progress.end(kExitDone, 1);
     } catch (const Stopped&) {
         made.status = kExitStopped;
@@ -44,14 +44,14 @@ void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& 
         messages.warn("stopped; " + output + " was not made");
         progress.end(kExitStopped, 0);
     } catch (const std::exception& error) {
-        failedEnd(error).addTo(pictures, "photo", {item.photo, item.native});
+        failedEnd(error).addTo(entries, "photo", {item.photo, item.native});
         progress.end(kExitFailed, 0);
         throw;
     }
 }
 
-// A run of many photos. @param pictures receives their entries in the report
-void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json& pictures,
+// A run of many photos. @param entries receives their entries in the report
+void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json& entries,
                     Messages& messages) {
     std::vector<FolderItem> files;
     for (const PhotoItem& item : plan.items)
@@ -62,12 +62,12 @@ void makeManyPhotos(const PhotoPlan& plan, PhotoRun& run, PhotosMade& made, Json
             made.outputs.push_back(file);
     };
     const auto make = [&](std::size_t i) {
-        pictures.push_back(makePhoto(plan.items[i], run, messages));
+        entries.push_back(makePhoto(plan.items[i], run, messages));
         addOutputs(i);
         return kExitDone;
     };
     made.status = folder.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
-        end.addTo(pictures, "photo", files[i]);
+        end.addTo(entries, "photo", files[i]);
         if (!end.error.empty()) made.notMade.push_back("failed: " + end.error);
         if (!end.leftOut.empty())
             made.notMade.push_back(files[i].input.string() + ": " + end.leftOut);
@@ -85,17 +85,18 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     StageTimes setup;
     // the processor time until here, nearly all of it for loading libraries
     setup.add("start", 1000.0 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
-    ChosenDisplay display =
+    ChosenDisplay display = // --go: a Looking Glass Go, which need not be connected
         job.go ? goDisplay() : findDisplay(job.display, messages, {}, displayUse(job));
+    // with --print, display becomes that of the sheet
     const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     // without a quilt, too: it has the number of the views and the shape of their parallax
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
         part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->chunks.photos, {}, true};
     PhotoPlan plan = planPhotos(job, display, layout, inputs);
-    if (part != nullptr) part->choose(plan);
+    if (part != nullptr) part->keepOwn(plan);
     const Outputs outputs = checkedOutputs(job, plan, display, layout.viewCount);
-    if (part != nullptr) part->remake(plan);
+    if (part != nullptr) part->markOutdated(plan);
     if (job.go) job.go->requireSpace(plan.items.size());
     if (displayUse(job) != DisplayUse::None)
         messages.say("quilt: " + quiltText(layout, display.aspect()));
@@ -111,21 +112,21 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     messages.setQuiet(false);
 
     PhotosMade made;
-    Json pictures = Json::array();
+    Json pictureEntries = Json::array();
     const auto writeReport = [&](int status) {
         if (job.report.empty()) return;
         Json report = photoReport(photoRun, status, messages);
         for (const auto& [stage, milliseconds] : setup.milliseconds())
             report["setupMilliseconds"][stage] = milliseconds;
         report["peakMegabytes"] = peakMegabytes();
-        report["pictures"] = pictures;
+        report["pictures"] = pictureEntries;
         writeFile(job.report, jsonText(report, 2) + "\n");
     };
     const auto showByBridge = [&] {
         std::vector<BridgeEntry> entries;
         for (const PhotoItem& item : plan.items) {
             const fs::path& file = item.quilt.empty() ? item.rgbd : item.quilt;
-            if (plan.batch &&
+            if (plan.batch && // one photo that fails does not come here
                 std::find(made.outputs.begin(), made.outputs.end(), file) == made.outputs.end())
                 continue;
             entries.push_back(item.quilt.empty() ? rgbdEntry(file, savedRgbdLayout(file).halves ==
@@ -137,10 +138,10 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     };
     try {
         if (plan.batch) {
-            makeManyPhotos(plan, photoRun, made, pictures, messages);
+            makeManyPhotos(plan, photoRun, made, pictureEntries, messages);
             if (job.go) job.go->finish(made.outputs, messages);
         } else {
-            makeOnePhoto(plan.items.front(), photoRun, made, pictures, messages);
+            makeOnePhoto(plan.items.front(), photoRun, made, pictureEntries, messages);
         }
         if (job.bridge && made.status != kExitStopped) showByBridge();
     } catch (...) {
@@ -250,13 +251,14 @@ int main(int argc, char** argv) {
                             "colour from its own view of the scene.");
     addOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& parsed, Messages& messages) {
+        // with --plan, --chunk and --join
         const auto makePart = [&](const PhotoJob& planned, const PhotoPart& part) {
             return makePhotos(planned, &part, messages);
         };
         if (const auto status =
                 runPhotoChunks(parsed, {argv, argv + argc}, addOptions, makePart, messages))
             return *status;
-        // an ordinary run
-        return makePhotos(photoJob(parsed), nullptr, messages).status;
+        const PhotoJob job = photoJob(parsed);
+        return makePhotos(job, nullptr, messages).status;
     });
 }

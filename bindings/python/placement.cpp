@@ -18,7 +18,7 @@ void bindScene(py::module_& m) {
     py::enum_<DepthEdges>(m, "DepthEdges", "What is known of the edges of a depth map.")
         .value("Unknown", DepthEdges::Unknown, "refinement measures and corrects them")
         .value("Matched", DepthEdges::Matched, "found by matching two pictures: not moved")
-        .value("Decided", DepthEdges::Decided, "decided by the photo when depth was estimated");
+        .value("Aligned", DepthEdges::Aligned, "aligned with the photo when depth was estimated");
     py::class_<Scene>(m, "Scene",
                       "A photo and its depth map. It shares the arrays' memory: do not "
                       "change them while it is in use.")

@@ -198,7 +198,7 @@ Scene sceneOf(const val& image, const val& depth) {
         DepthNormalization normalization;
         normalization.kind = oneOf(depth, "kind", kDepthKinds, DepthKind::NearWhite);
         normalizeDepth(depthOf(depth), scene.depth, normalization);
-        if (depth["estimated"].isTrue()) scene.edges = DepthEdges::Decided;
+        if (depth["estimated"].isTrue()) scene.edges = DepthEdges::Aligned;
         return scene;
     });
 }
@@ -210,7 +210,7 @@ val photoOfScene(const Scene& scene) {
 val depthOfScene(const Scene& scene) {
     return guarded([&] {
         val result = pictureOf<float>("Float32Array", scene.depth);
-        result.set("estimated", scene.edges == DepthEdges::Decided);
+        result.set("estimated", scene.edges == DepthEdges::Aligned);
         return result;
     });
 }

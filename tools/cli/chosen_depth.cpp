@@ -139,7 +139,7 @@ ChosenDepth::ChosenDepth(const DepthOptions& options, Messages& messages)
     }
     std::shared_ptr<DepthSource> network = chooseNetwork(messages);
     if (options_.medium == Medium::Photo) {
-        setEstimator(std::move(network));
+        useEstimator(std::move(network));
     } else {
         source_ = std::move(network);
         description_ = source_->description();
@@ -147,12 +147,12 @@ ChosenDepth::ChosenDepth(const DepthOptions& options, Messages& messages)
     tellEngine(messages);
 }
 
-void ChosenDepth::setEstimator(std::shared_ptr<DepthSource> estimator) {
+void ChosenDepth::useEstimator(std::shared_ptr<DepthSource> estimator) {
     description_ = estimator->description();
     if (options_.stereo && !options_.isPair) {
         source_ = depthFromStereo(*options_.stereo, std::move(estimator));
-    } else if (options_.photo.useDepth || options_.photo.unblurred) {
-        source_ = storedDepthOr(std::move(estimator), options_.photo);
+    } else if (options_.stored.useDepth || options_.stored.unblurred) {
+        source_ = storedDepthOr(std::move(estimator), options_.stored);
     } else {
         source_ = std::move(estimator);
     }
@@ -177,8 +177,8 @@ std::shared_ptr<DepthSource> ChosenDepth::chooseNetwork(Messages& messages) {
                                                        ? usualNetwork(options_.isLarge, catalog)
                                                        : namedNetwork(options_, catalog);
     if (chosen) return openNetwork(*chosen, catalog, messages);
-    std::shared_ptr<DepthSource> missing = estimatedDepth();
-    if (options_.medium == Medium::Video) missing->load(); // fails
+    std::shared_ptr<DepthSource> missing = estimatedDepth(); // fails when it is needed
+    if (options_.medium == Medium::Video) missing->load();   // now
     return missing;
 }
 
@@ -205,8 +205,8 @@ std::shared_ptr<DepthSource> ChosenDepth::openNetwork(const InstalledNetwork& ch
     requireHarmless(chosen.file, profile, catalog, size, options_.engine, messages);
     std::shared_ptr<DepthSource> source =
         depthFromNetworkFile(chosen.file, profile, target, size, options_.engine);
-    const bool isNamed = !options_.network.empty() || options_.isLarge;
-    if (isNamed || options_.medium == Medium::Video) { // else a photo may bring depth of its own
+    const bool isAskedFor = !options_.network.empty() || options_.isLarge;
+    if (isAskedFor || options_.medium == Medium::Video) { // else a photo may bring depth of its own
         const QuietStandardError quiet; // some builds of ONNX Runtime print when they start
         source->load();
     }
@@ -220,28 +220,28 @@ std::shared_ptr<DepthSource> ChosenDepth::openNetwork(const InstalledNetwork& ch
 
 PhotoScene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFile, double flatDepth,
                              Messages& messages, StageTimes& times) {
-    PhotoFile photo = pictureToRead(photoFile);
-    static_cast<void>(photo.bytes()); // once, also a pipe
-    refuseNative(photo, "a photo");
+    PhotoFile file = pictureToRead(photoFile);
+    static_cast<void>(file.bytes()); // once, also a pipe
+    refuseNative(file, "a photo");
     if (!depthFile.empty()) refuseNative(depthFile, "a depth picture");
     if (options_.refusesVr) refuseVrName(photoFile);
     warnIfQuilt(photoFile, "quilt2native", messages);
-    std::unique_ptr<DepthSource> named;
+    std::unique_ptr<DepthSource> ofFiles; // depth or a right eye of a file of its own
     if (options_.isPair) {
         if (depthFile.empty()) throw UsageError("--stereo files takes LEFT RIGHT, got one picture");
         StereoInput pair = *options_.stereo;
         pair.right = depthFile;
-        named = depthFromStereo(pair, source_);
+        ofFiles = depthFromStereo(pair, source_);
     } else if (!depthFile.empty() && options_.fromFiles) { // else the source finds and checks it
-        named = depthFromFile(depthFile, options_.kind);
+        ofFiles = depthFromFile(depthFile, options_.kind);
     }
-    DepthSource& source = named ? *named : *source_; // of a plain photo: storedDepthOr(network)
+    DepthSource& source = ofFiles ? *ofFiles : *source_; // of a plain photo: storedDepthOr(network)
     PhotoScene result;
     PhotoDepth found;
     Notes notes;
     {
         const QuietStandardError quiet;
-        found = source.readPhoto(photo, &notes);
+        found = source.readPhoto(file, &notes);
     }
     if (options_.rgbd) {
         rgbdOf(photoFile, *options_.rgbd,
@@ -255,27 +255,27 @@ PhotoScene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFil
             messages.warn(note.text);
         }
     }
-    if (options_.photo.unblurred && !result.isUnblurred)
-        messages.say(photo.path().string() + ": no sharp original in the file is used");
+    if (options_.stored.unblurred && !result.isUnblurred)
+        messages.say(file.path().string() + ": no sharp original in the file is used");
     result.origin = found.origin;
     result.source = options_.fromFiles ? description_ : found.text;
-    result.file = named ? depthFile : found.separateFile;
+    result.file = ofFiles ? depthFile : found.separateFile;
     const bool isEstimated = result.origin == DepthOrigin::Estimated;
-    const bool isNamed = !options_.given.empty(); // by an option
-    if (!isEstimated && !isNamed && (depthFile.empty() || options_.isPair))
-        messages.say((messages.hasSubject() ? "" : photo.path().string() + ": ") + result.source);
-    if (isEstimated && !options_.photo.useDepth && !options_.stereo) warnOfHalves(photo, messages);
-    photo = PhotoFile(photo.path()); // releases the bytes of a large file
+    const bool isGiven = !options_.given.empty(); // by an option
+    if (!isEstimated && !isGiven && (depthFile.empty() || options_.isPair))
+        messages.say((messages.hasSubject() ? "" : file.path().string() + ": ") + result.source);
+    if (isEstimated && !options_.stored.useDepth && !options_.stereo) warnOfHalves(file, messages);
+    file = PhotoFile(file.path()); // releases the bytes of a large file
     times.end("read");
     {
         const QuietStandardError quiet; // loading a network may print
         // estimates the depth by the network, unless it was found
-        source.readScene(found, flatDepth, result);
+        source.readScene(found, flatDepth, result); // the Scene in it
     }
     tellEngine(messages);
     const double photoAspect = static_cast<double>(result.photo.cols) / result.photo.rows;
     const double depthAspect = static_cast<double>(result.depth.cols) / result.depth.rows;
-    if (named && !options_.isPair && !haveSameShape(photoAspect, depthAspect)) {
+    if (ofFiles && !options_.isPair && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
                       std::to_string(result.depth.cols) + " x " +
                       std::to_string(result.depth.rows) + " and " + sizeText(result.photo.size()) +
@@ -283,8 +283,8 @@ PhotoScene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFil
     }
     if (result.origin == DepthOrigin::Given &&
         looksInverted(result.depth, [&] { return trustedEstimate(result.photo); })) {
-        const fs::path& file = depthFile.empty() ? photo.path() : depthFile;
-        messages.warn(invertedText(file, options_.kind, isNamed));
+        const fs::path& named = depthFile.empty() ? file.path() : depthFile;
+        messages.warn(invertedText(named, options_.kind, isGiven));
     }
     times.end("depth");
     return result;

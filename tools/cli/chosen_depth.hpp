@@ -33,8 +33,8 @@ class ChosenDepth {
     /// @throws UsageError, Error
     ChosenDepth(const DepthOptions& options, Messages& messages);
 
-    /// Estimates depth with another source; depth that comes with a photo still precedes it.
-    void setEstimator(std::shared_ptr<DepthSource> estimator);
+    /// Estimates depth with a source; depth that comes with a photo still precedes it.
+    void useEstimator(std::shared_ptr<DepthSource> estimator);
     /// Releases the network and its memory, after the last read().
     void release();
     /// The network; null if none is used, if no photo has needed it yet, and after release().

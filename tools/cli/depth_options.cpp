@@ -227,9 +227,9 @@ DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
     commandLine.exclude("stereo", {"d", "rgbd", "embedded-depth", "unblurred"});
     for (const char* other : {"d", "rgbd"})
         commandLine.exclude(other, {"embedded-depth", "unblurred"});
-    options.photo.unblurred = has("unblurred");
+    options.stored.unblurred = has("unblurred");
     if (!options.given.empty() || options.stereo) return options;
-    options.photo.useDepth = use ? *use == 0 : options.network.empty() && !options.isLarge;
+    options.stored.useDepth = use ? *use == 0 : options.network.empty() && !options.isLarge;
     options.refusesVr = !use || *use == 0;
     return options;
 }

@@ -242,6 +242,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
     const auto has = [&](const char* option) { return commandLine.has(option); };
     const auto isAuto = [&](const char* option) { return commandLine.value(option) == "auto"; };
     SceneOptions options;
+    // those that are asked for; photos have more, below
     options.choices = {isAuto("fit"), isAuto("focus"), isAuto("strength")};
     NativeOptions& native = options.native;
     native.views = viewOptions(commandLine, options.choices, standard);
@@ -256,7 +257,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
     native.depthCurve = commandLine.number("depth-curve", 0.5, 2).value_or(1);
     if (has("k")) native.detail = Detail::Panel;
     if (has("continuous")) native.positions = ViewPositions::Continuous;
-    const Way way = wayOf(commandLine, isPhoto);
+    const Way way = wayOf(commandLine, isPhoto); // a plain photo: Detail::Lens
     if (way != Way::AsAsked) native.showAs(way == Way::Best ? Detail::Panel : Detail::Lens);
     if (!isPhoto) native.lensFilter = false;
     if (way == Way::Best) options.continuous = "--best";
@@ -274,14 +275,14 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
     return options;
 }
 
-NativeMaker makeNativeMaker(const SceneOptions& scene, const ChosenDisplay& display,
+NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& display,
                             const QuiltLayout& layout, Messages& messages, bool preferContinuous) {
-    NativeOptions options = scene.native;
+    NativeOptions options = asked.native;
     const std::string why =
         display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
     if (isContinuous(options) && !why.empty()) {
-        if (!scene.continuous.empty())
-            throw UsageError(scene.continuous + ": " + why + ", expected fewer (-q)");
+        if (!asked.continuous.empty())
+            throw UsageError(asked.continuous + ": " + why + ", expected fewer (-q)");
         options.detail = Detail::View; // without what showAs() sets
         options.lensFilter = false;
         options.positions = ViewPositions::Discrete;

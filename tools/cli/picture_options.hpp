@@ -50,7 +50,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
 /// Makes the NativeMaker for a display. On the path over a quilt it uses lookUpTable().
 /// @param preferContinuous as --continuous, unless another option rules it out
 /// @throws UsageError, Error
-NativeMaker makeNativeMaker(const SceneOptions& options, const ChosenDisplay& display,
+NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& display,
                             const QuiltLayout& layout, Messages& messages,
                             bool preferContinuous = false);
 /// Of its path: "direct" or "quilt".

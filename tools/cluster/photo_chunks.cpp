@@ -33,11 +33,11 @@ fs::path recordFile(const fs::path& folder, int number) {
 }
 
 std::string madeWith(const PhotoRun& run) {
-    const fs::path& network = run.depth.networkFile();
+    const fs::path& network = run.depthSource.networkFile();
     return "version " + std::string(version()) + ", OpenCV " + CV_VERSION + ", display " +
            fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                            : fingerprint(run.display.calibration)) +
-           ", depth by " + run.depth.description() +
+           ", depth by " + run.depthSource.description() +
            (network.empty() ? "" : " of " + std::to_string(fs::file_size(network)) + " bytes");
 }
 
@@ -208,13 +208,13 @@ bool isPhotoChunkMade(const fs::path& folder, int number) {
     }
 }
 
-void PhotoPart::choose(PhotoPlan& photos) const {
+void PhotoPart::keepOwn(PhotoPlan& photos) const {
     const auto begin = photos.items.begin();
     photos.items = {begin + static_cast<std::ptrdiff_t>(first),
                     begin + static_cast<std::ptrdiff_t>(end)};
 }
 
-void PhotoPart::remake(PhotoPlan& photos) const {
+void PhotoPart::markOutdated(PhotoPlan& photos) const {
     if (!made) return;
     for (PhotoItem& item : photos.items)
         item.isMade = item.isMade && made->count(fs::absolute(item.native).string()) != 0;

@@ -51,9 +51,9 @@ struct PhotoPart {
     std::optional<std::set<std::string>> made;
 
     /// Reduces a plan of all photos to this part.
-    void choose(PhotoPlan& photos) const;
+    void keepOwn(PhotoPlan& photos) const;
     /// Marks the photos to be made again whose outputs are older than the plan.
-    void remake(PhotoPlan& photos) const;
+    void markOutdated(PhotoPlan& photos) const;
     /// Requires what the plan was made with. @throws Error Mismatch
     void requireSame(const PhotoRun& run) const;
 };

@@ -106,7 +106,7 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
                 continue;
             }
             for (FolderFile& photo : listFiles(name, search, leftOut, messages)) {
-                if (!job.depth.photo.useDepth) photo.depth.clear();
+                if (!job.depth.stored.useDepth) photo.depth.clear();
                 inputs.push_back(photo);
             }
         }

@@ -65,7 +65,7 @@ std::vector<OtherOutput> othersOf(const PhotoItem& item) {
 } // namespace
 
 Json networkJson(const PhotoRun& run) {
-    const DepthNetwork* const network = run.depth.network();
+    const DepthNetwork* const network = run.depthSource.network();
     if (network == nullptr) return nullptr;
     return {{"name", network->profile().name},
             {"file", network->file().string()},
@@ -117,7 +117,7 @@ Json pictureReport(const PhotoRun& run, const PhotoFacts& made, const StageTimes
     if (made.isImageUsed)
         report[run.job.depth.isPair ? "rightImage" : "depthImage"] = item.depth.string();
     report["depthSource"] = made.depthSource;
-    if (run.job.depth.photo.unblurred) report["unblurred"] = made.isUnblurred;
+    if (run.job.depth.stored.unblurred) report["unblurred"] = made.isUnblurred;
     for (const OtherOutput& other : othersOf(item))
         report[other.key] = other.file;
     if (!item.video.empty()) {
@@ -162,34 +162,35 @@ Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) 
                               ? Json(nullptr)
                               : Json(options.views.strengthPercent);
     const Json focus = choices.focus ? Json(nullptr) : Json(options.views.focus);
-    report["settings"] = {{"display", display},
-                          {"invert", given(job, "invert", "auto")},
-                          {"viewFilter", given(job, "view-filter", "nearest")},
-                          {"sampling", given(job, "sampling", "nearest")},
-                          {"quilt",
-                           {{"columns", layout.columns},
-                            {"rows", layout.rows},
-                            {"viewWidth", layout.tileSize.width},
-                            {"viewHeight", layout.tileSize.height},
-                            {"views", layout.viewCount}}},
-                          {"method", methodName(options.views.method)},
-                          {"knobs", knobsJson(job, options.views)},
-                          {"exactDepth", options.refine.keepsDepth()},
-                          {"strengthPercent", strength},
-                          {"focus", focus},
-                          {"fit", choices.framing ? "auto" : fitName(options.fit)},
-                          {"center", given(job, "center")},
-                          {"zoom", options.framing.zoom},
-                          {"detail", kDetails[static_cast<int>(options.detail)]},
-                          {"lensFilter", options.lensFilter},
-                          {"path", pathName(run.maker)},
-                          {"continuous", options.positions == ViewPositions::Continuous},
-                          {"depth", run.depth.description()},
-                          {"depthImages", job.depth.fromFiles},
-                          {"rgbdSide", given(job, "rgbd")},
-                          {"stereo", given(job, "stereo")},
-                          {"network", run.network != nullptr ? *run.network : networkJson(run)},
-                          {"depthKind", given(job, "depth-kind", "near-white")}};
+    report["settings"] = {
+        {"display", display},
+        {"invert", given(job, "invert", "auto")},
+        {"viewFilter", given(job, "view-filter", "nearest")},
+        {"sampling", given(job, "sampling", "nearest")},
+        {"quilt",
+         {{"columns", layout.columns},
+          {"rows", layout.rows},
+          {"viewWidth", layout.tileSize.width},
+          {"viewHeight", layout.tileSize.height},
+          {"views", layout.viewCount}}},
+        {"method", methodName(options.views.method)},
+        {"knobs", knobsJson(job, options.views)},
+        {"exactDepth", options.refine.keepsDepth()},
+        {"strengthPercent", strength},
+        {"focus", focus},
+        {"fit", choices.framing ? "auto" : fitName(options.fit)},
+        {"center", given(job, "center")},
+        {"zoom", options.framing.zoom},
+        {"detail", kDetails[static_cast<int>(options.detail)]},
+        {"lensFilter", options.lensFilter},
+        {"path", pathName(run.maker)},
+        {"continuous", options.positions == ViewPositions::Continuous},
+        {"depth", run.depthSource.description()},
+        {"depthImages", job.depth.fromFiles},
+        {"rgbdSide", given(job, "rgbd")},
+        {"stereo", given(job, "stereo")},
+        {"network", run.networkEntry != nullptr ? *run.networkEntry : networkJson(run)},
+        {"depthKind", given(job, "depth-kind", "near-white")}};
     if (!job.outputs.video.empty()) {
         report["settings"]["video"] = {{"secondsPerTurn", job.sway.secondsPerTurn},
                                        {"turns", job.sway.turns},

@@ -205,9 +205,11 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     NativeOptions& options = placed.options = run.maker.options();
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.choices;
-    const cv::Size result = run.maker.workSize();
-    // as the scene is framed so far; nothing without --camera
-    const auto strength = run.job.camera.strength(fitWithMargins(size, aspect, result, options));
+    const cv::Size workSize = run.maker.workSize(); // also over a quilt, where no lens is filtered
+    const auto fitNow = [&] { // for the camera, which sees the source and the size alone
+        return fitPhoto(size, aspect, workSize, options.fit, options.framing);
+    };
+    const auto strength = run.job.camera.strength(fitNow()); // nothing without --camera
     if (strength) {
         options.views.strengthPercent = *strength;
         choices.strength = choices.limit = false;
@@ -220,9 +222,8 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     placed.chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) placed.chosen += "; border of the scan cut: " + border;
-    options.views = run.job.camera.apply(options.views,
-                                         fitWithMargins(size, aspect, result, options), messages);
-    placed.placement = placeScene(scene, aspect, result, options);
+    options.views = run.job.camera.apply(options.views, fitNow(), messages);
+    placed.placement = placeScene(scene, aspect, workSize, options);
     return placed;
 }
 
@@ -300,8 +301,9 @@ bool chooseByBudget(PhotoRun& run, const PhotoScene& scene, const Scene& fitted,
         if (run.job.depth.isDefault) {
             sources = depthSources(messages);
         } else {
-            depths.push_back({run.depth.description(), [] {},
-                              [&] { run.depth.estimateScene(scene.photo, focus, estimated); }});
+            depths.push_back(
+                {run.depthSource.description(), [] {},
+                 [&] { run.depthSource.estimateScene(scene.photo, focus, estimated); }});
         }
     }
     loaded.resize(sources.size());
@@ -323,8 +325,8 @@ bool chooseByBudget(PhotoRun& run, const PhotoScene& scene, const Scene& fitted,
                           depths, makeNative, messages);
     run.maker = run.maker.withViews(chosen.views);
     if (chosen.depth == 0 || sources.empty()) return false;
-    run.depth.setEstimator(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
-                                                : sources[chosen.depth].load());
+    run.depthSource.useEstimator(loaded[chosen.depth] ? std::move(loaded[chosen.depth])
+                                                      : sources[chosen.depth].load());
     return true;
 }
 
@@ -333,49 +335,44 @@ PhotoFacts tellPlacement(const PhotoItem& item, const PhotoRun& run, const Photo
                          const PlacedPhoto& placed, const NativeMaker& maker, Messages& messages) {
     const cv::Size photoSize = scene.photo.size();
     const NativeOptions& options = placed.options;
-    PhotoFacts made{item,
-                    photoSize,
-                    {},
-                    placed.aspect,
-                    placed.quiltAspect,
-                    placed.placement.fit.source,
-                    options.framing,
-                    maker.options().views,
-                    {},
-                    placed.chosen,
-                    scene.source,
-                    scene.isUnblurred,
-                    false};
+    PhotoFacts facts{item,
+                     photoSize,
+                     {},
+                     placed.aspect,
+                     placed.quiltAspect,
+                     placed.placement.fit.source,
+                     options.framing,
+                     maker.options().views,
+                     {},
+                     placed.chosen,
+                     scene.source,
+                     scene.isUnblurred,
+                     false};
     // a depth image beside the photo may not fit it
-    made.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
+    facts.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
     if (displayUse(run.job) != DisplayUse::None) {
         if (!messages.hasSubject()) {
-            tellCut(made.photoAspect(), placed.aspect, run.maker.options(), messages);
+            tellCut(facts.photoAspect(), placed.aspect, run.maker.options(), messages);
             if (!placed.chosen.empty()) messages.say("auto: " + placed.chosen);
         }
         const bool hasCamera = !run.job.camera.file().empty();
-        made.parallax =
+        facts.parallax =
             tellParallax(hasCamera, maker, shownDepth(placed.placement.scene), messages);
     } else if (item.video.empty() && !item.stereo.empty()) {
-        made.views.strengthPercent = run.job.eyes.options().strengthPercent;
+        facts.views.strengthPercent = run.job.eyes.options().strengthPercent;
     }
-    return made;
+    return facts;
 }
 
 // Prints are written while they are made.
-void writeNative(const PhotoItem& item, const PhotoRun& run, const NativeMaker& maker,
-                 const Scene& fitted, StageTimes& times) {
-    if (run.print) {
-        run.print->write(item.native, [&](const RowSink& rows) {
-            maker.makeNative(fitted, run.quilt, [&](const cv::Mat& band) {
-                endIfStopWanted();
-                rows(band);
-            });
+void makePrint(const PhotoItem& item, const PhotoRun& run, const NativeMaker& maker,
+               const Scene& fitted) {
+    run.print->write(item.native, [&](const RowSink& rows) {
+        maker.makeNative(fitted, run.quilt, [&](const cv::Mat& band) {
+            endIfStopWanted();
+            rows(band);
         });
-    } else {
-        writePicture(item.native, run.native, ImageMark::Native);
-    }
-    times.end(run.print ? "native and write" : "write");
+    });
 }
 
 // The most strength of a print whose strength was not given, %: what its sheet shows without blur.
@@ -416,7 +413,7 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
 Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     StageTimes times;
     const double flatDepth = run.maker.options().views.focus; // the photo's own is chosen later
-    PhotoScene scene = run.depth.read(item.photo, item.depth, flatDepth, messages, times);
+    PhotoScene scene = run.depthSource.read(item.photo, item.depth, flatDepth, messages, times);
     endIfStopWanted();
     requirePhoto(item, scene, messages);
     PlacedPhoto placed = placePhoto(item, run, scene, messages);
@@ -424,17 +421,17 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     endIfStopWanted();
     if (run.budget.mustChoose()) {
         if (chooseByBudget(run, scene, placed.placement.scene, messages))
-            scene.source = run.depth.estimateScene(scene.photo, flatDepth, scene);
+            scene.source = run.depthSource.estimateScene(scene.photo, flatDepth, scene);
         placed = placePhoto(item, run, scene, messages); // the views are others now
         times.end("budget");
     }
-    if (run.isForOnePhoto && run.network == nullptr) {
-        run.network = std::make_shared<const Json>(networkJson(run));
-        run.depth.release();
+    if (run.isForOnePhoto && run.networkEntry == nullptr) {
+        run.networkEntry = std::make_shared<const Json>(networkJson(run));
+        run.depthSource.release();
     }
     const NativeMaker maker = makerOf(run, placed.options.views);
     const Scene& fitted = placed.placement.scene;
-    PhotoFacts made = tellPlacement(item, run, scene, placed, maker, messages);
+    PhotoFacts facts = tellPlacement(item, run, scene, placed, maker, messages);
 
     const bool makesNative = !item.native.empty();
     const bool isOverQuilt = maker.path() == NativePath::OverQuilt;
@@ -446,13 +443,13 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative && !run.print) {
         warnAboutNativeFormat(item.native, messages);
-        maker.makeNative(fitted, run.quilt, run.native);
+        maker.makeNative(fitted, run.quilt, run.native); // of the one or of the other, by its path
         times.end("native");
     }
     endIfStopWanted();
 
     if (!item.video.empty()) {
-        made.videoSize = saveVideo(item, run, placed.options, scene, made.crop, messages);
+        facts.videoSize = saveVideo(item, run, placed.options, scene, facts.crop, messages);
         times.end("video");
         endIfStopWanted();
     }
@@ -463,11 +460,17 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");
     // last, so that an existing Native means that all outputs exist
-    if (makesNative) writeNative(item, run, maker, fitted, times);
+    if (makesNative && run.print) {
+        makePrint(item, run, maker, fitted);
+        times.end("native and write");
+    } else if (makesNative) {
+        writePicture(item.native, run.native, ImageMark::Native);
+        times.end("write");
+    }
 
-    tellPicture(run, made, messages);
+    tellPicture(run, facts, messages);
     messages.detail(times.text());
-    return pictureReport(run, made, times);
+    return pictureReport(run, facts, times);
 }
 
 } // namespace altiro3D::tools

@@ -21,7 +21,7 @@ struct PhotoRun {
     ChosenDisplay display;
     NativeMaker maker;
     Budget budget;
-    ChosenDepth depth;
+    ChosenDepth depthSource;
     cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
     cv::Mat native; ///< reused; none of a print
     /// The sheet; nothing for panels.
@@ -30,7 +30,7 @@ struct PhotoRun {
     /// Set before makePhoto() if no other photo follows: its depth releases the network's memory.
     bool isForOnePhoto = false;
     /// The network in the report, kept past ChosenDepth::release().
-    std::shared_ptr<const nlohmann::ordered_json> network = nullptr;
+    std::shared_ptr<const nlohmann::ordered_json> networkEntry = nullptr;
 
     /// Prints the photos. Without --strength, their strength is limited to what the sheet shows
     /// without blur.
@@ -39,8 +39,9 @@ struct PhotoRun {
 
 /// Chooses the source of depth and prepares the maker of Natives.
 /// @param job must outlive the run
-/// @param times receives "network", if one is loaded now, and "display", else with the choice of
-///        the network
+///
+/// A network that the job names is loaded now, the usual one by the first photo without depth.
+/// @param times receives "display", and "network" if one is loaded now
 /// @throws UsageError, Error
 PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                       StageTimes& times, Messages& messages);

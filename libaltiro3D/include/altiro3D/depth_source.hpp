@@ -184,7 +184,7 @@ class ALTIRO3D_EXPORT DepthSource {
     void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
 };
 
-/// Depth from a network, DepthEdges::Decided. For a photo, a network with InputShape::Photo runs
+/// Depth from a network, DepthEdges::Aligned. For a photo, a network with InputShape::Photo runs
 /// twice: at its profile's size, and, mirrored, at 1.625 times that size (or at
 /// DepthNetwork::inputSize(), if that is larger than the profile's), whose edges the result takes.
 /// Other networks, those with a smaller input size, and frames of videos run once. Then straight

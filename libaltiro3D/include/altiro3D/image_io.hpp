@@ -29,7 +29,7 @@ constexpr double kMaxImagePixels = 4.0e8;
 ///     const cv::Mat photo = readPhoto(file);
 ///     const std::optional<EmbeddedDepth> depth = readEmbeddedDepth(file);
 ///
-/// Copies share the bytes. Several threads may read one object.
+/// Copies share the bytes. Several threads may read one object. Its source is image_read.cpp.
 class ALTIRO3D_EXPORT PhotoFile {
   public:
     /// Nothing is read before it is needed.
@@ -62,6 +62,7 @@ class ALTIRO3D_EXPORT PhotoFile {
 
   private:
     struct State;
+    // for the one above; the null pointer tells them apart
     PhotoFile(std::filesystem::path path, const State* state);
     std::shared_ptr<State> state_;
 };

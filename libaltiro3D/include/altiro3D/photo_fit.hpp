@@ -120,7 +120,7 @@ ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, c
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
 /// Measures how the depth of a scene differs from its photo. Growth and shift of
-/// DepthEdges::Matched are 0; DepthEdges::Decided have mixed px only.
+/// DepthEdges::Matched are 0; DepthEdges::Aligned have mixed px only.
 ///
 /// @param scene photo and depth of one size
 /// @return the flaws, as measureDepthFlaws() of photo and depth gives them

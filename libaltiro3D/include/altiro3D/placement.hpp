@@ -65,7 +65,7 @@ struct Placement {
                                                       const PlacementOptions& options);
 
 /// Fits a scene to a panel and refines its depth: fitWithMargins(), fitScene(). Estimated depth
-/// (DepthEdges::Decided) stays as it is with method Fast, which gains little by exact edges.
+/// (DepthEdges::Aligned) stays as it is with method Fast, which gains little by exact edges.
 ///
 /// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()
 /// @param aspect as for fitPhoto()
@@ -111,8 +111,9 @@ constexpr double kMaxAutoHidden = 5;
 /// What chooseFromScene() has chosen.
 struct ChosenOptions {
     PlacementOptions options; ///< With the framing, focus and strength that were chosen.
-    /// The part of the photo without the border of a scan, at sides where it would be seen; all of
-    /// the photo if the framing was not to be chosen.
+    /// For messages, as the framing shows no border already: the part of the photo without the
+    /// border of a scan, at sides where it would be seen; all of the photo if the framing was not
+    /// to be chosen.
     cv::Rect inside;
 };
 

@@ -16,9 +16,9 @@ struct HiddenLayer {
 enum class DepthEdges {
     Unknown, ///< Refinement measures their flaws and corrects them.
     Matched, ///< Found by matching two pictures: they are not moved.
-    /// Decided by the photo when a network estimated the depth: they stay, but for mixedPixels
-    /// below.
-    Decided
+    /// Aligned with those of the photo when a network estimated the depth: they stay, but for
+    /// mixedPixels below.
+    Aligned
 };
 
 /// A photo and its depth map.

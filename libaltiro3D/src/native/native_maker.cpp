@@ -61,7 +61,8 @@ struct NativeMaker::Impl {
     cv::Size quiltSize;
     std::shared_ptr<const LensFilter> filter; // of photos of the work size
 
-    // In a quilt, Detail::Lens is Detail::View; the direct way makes more of it.
+    // In a quilt, Detail::Lens is Detail::View. On the direct way, the constructor from a display
+    // replaces workSize by what the lenses can show.
     Impl(const NativeOptions& o, const QuiltLayout& l, cv::Size panel)
         : options(o), layout(l), panelSize(panel), quilter(l, o.views),
           workSize(o.detail == Detail::Panel ? panel : l.tileSize),

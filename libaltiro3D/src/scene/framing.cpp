@@ -132,8 +132,7 @@ void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& weights
 
 Framing frameSubject(const cv::Mat& weights, cv::Size picture, double panelAspect, double zoom) {
     checkWeights(weights);
-    const cv::Rect shown =
-        fitPhoto(picture, panelAspect, {1, 1}, FitMode::Cover, {{0.5, 0.5}, zoom}).source;
+    const cv::Rect shown = shownPart(picture, panelAspect, FitMode::Cover, {{0.5, 0.5}, zoom});
     const auto scaled = [](int part, int from, int to) {
         const double exact = static_cast<double>(part) * to / from;
         return std::clamp(static_cast<int>(std::lround(exact)), 1, to);
@@ -228,7 +227,7 @@ Framing insideViews(const Scene& scene, const cv::Rect& inside, double panelAspe
     const cv::Size size = scene.photo.size();
     check(!inside.empty() && (inside & cv::Rect({}, size)) == inside, "part",
           "is not inside the photo, expected a part of its px");
-    const cv::Rect shown = fitPhoto(size, panelAspect, {1, 1}, FitMode::Cover, framing).source;
+    const cv::Rect shown = shownPart(size, panelAspect, FitMode::Cover, framing);
     // How far the outermost views look beyond a column, in widths of what is shown.
     const auto reachOf = [&](int column) {
         const auto at = static_cast<int>(std::int64_t{column} * scene.depth.cols / size.width);

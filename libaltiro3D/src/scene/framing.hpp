@@ -8,6 +8,13 @@
 
 namespace altiro3D {
 
+/// The part of a photo that the panel shows: PhotoFit::source of fitPhoto(), which the size of the
+/// result does not change.
+inline cv::Rect shownPart(cv::Size photo, double panelAspect, FitMode mode,
+                          const Framing& framing) {
+    return fitPhoto(photo, panelAspect, {1, 1}, mode, framing).source;
+}
+
 /// How likely each place of a scene belongs to its subject: places that are sharp, near, nearer
 /// than others in their row, and close to the middle have large weights; (7.1).
 ///

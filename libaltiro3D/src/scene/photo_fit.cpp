@@ -210,9 +210,9 @@ DepthFlaws refineAndEnlarge(const Scene& scene, const PhotoFit& fit, double focu
     inOwn.source -= shown.tl();
     resampleDepth(own.depth, shown.size(), inOwn, result.photo, focus, fitRefinedDepth,
                   result.depth);
-    // so that only mixed px are measured; fitScene() restores it
-    result.edges = DepthEdges::Decided;
+    result.edges = DepthEdges::Aligned; // so that only mixed px are measured
     flaws.mixedPixels = refineScene(result, mixed, fit.filled()).mixedPixels;
+    result.edges = scene.edges;
     return flaws;
 }
 
@@ -307,7 +307,7 @@ void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& f
 
 DepthFlaws measureDepthFlaws(const Scene& scene) try {
     DepthFlaws flaws = measureDepthFlaws(scene.photo, scene.depth);
-    if (scene.edges == DepthEdges::Decided) { // by estimatePhoto(), which leaves mixed px
+    if (scene.edges == DepthEdges::Aligned) { // by estimatePhoto(), which leaves mixed px
         DepthFlaws mixed;
         mixed.mixedPixels = flaws.mixedPixels;
         return mixed;
@@ -361,7 +361,6 @@ DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene
         applyFitToDepth(scene.depth, photoSize, fit, result.photo, focus, result.depth);
         flaws = refineScene(result, refine, fit.filled());
     }
-    result.edges = scene.edges;
     fitted = result;
     return flaws;
 } catch (const cv::Exception& exception) {

@@ -13,9 +13,9 @@ namespace altiro3D {
 
 namespace {
 
-// Whether a network has estimated the depth: no other source decides its edges.
+// Whether a network has estimated the depth: no other source aligns its edges.
 bool isEstimated(const Scene& scene) {
-    return scene.edges == DepthEdges::Decided;
+    return scene.edges == DepthEdges::Aligned;
 }
 
 // The depth of a part of a photo, with at most as many px as tell its steps.
@@ -68,8 +68,7 @@ double strengthLimit(const cv::Mat& depth) {
 
 double strengthOf(const Scene& scene, double aspect, const QuiltLayout& quilt,
                   const PlacementOptions& options, const AutoChoices& choices) {
-    const cv::Rect shown =
-        fitPhoto(scene.photo.size(), aspect, {1, 1}, options.fit, options.framing).source;
+    const cv::Rect shown = shownPart(scene.photo.size(), aspect, options.fit, options.framing);
     const cv::Mat depth = depthOf(scene, shown);
     const double limit = strengthLimit(depth);
     if (!choices.strength) return std::min(options.views.strengthPercent, limit);
@@ -103,7 +102,7 @@ void chooseSubject(const Scene& scene, double aspect, const AutoChoices& choices
     Framing& framing = options.framing;
     if (choices.framing) framing.centre = frameSubject(weights, size, aspect, framing.zoom).centre;
     if (!choices.focus) return;
-    const cv::Rect part = fitPhoto(size, aspect, {1, 1}, options.fit, framing).source;
+    const cv::Rect part = shownPart(size, aspect, options.fit, framing);
     const cv::Rect2d share(static_cast<double>(part.x) / size.width,
                            static_cast<double>(part.y) / size.height,
                            static_cast<double>(part.width) / size.width,
@@ -132,8 +131,8 @@ PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, const ViewOptions& o
     if (shift == 0) return fit;
     const int step = std::max(1, fit.size.width / kSteps);
     const double steps = std::ceil((shift + kInterpolated) / step);
-    return withMargins(fit, picture,
-                       static_cast<int>(std::min(steps * step, fit.size.width / 2.0)));
+    const int pixels = static_cast<int>(std::min(steps * step, fit.size.width / 2.0));
+    return withMargins(fit, picture, pixels);
 }
 
 PhotoFit fitWithMargins(cv::Size photo, double aspect, cv::Size size,

@@ -62,7 +62,7 @@ TEST_F(DepthSourceTest, ANetworkOrdersThePhotoAsItsRunsDo) {
             << size;
     }
     EXPECT_EQ(source->kind(), DepthKind::NearWhite);
-    EXPECT_EQ(source->edges(), DepthEdges::Decided);
+    EXPECT_EQ(source->edges(), DepthEdges::Aligned);
     EXPECT_EQ(source->description(), "network altiro3d (" + network.file.string() + ")");
 }
 
@@ -330,7 +330,7 @@ TEST_F(DepthSourceTest, APairBringsWhatOnlyTheRightEyeSees) {
     EXPECT_GT(scene.depth.at<float>(behind), scene.depth.at<float>(beside) + 0.5F);
     ownSource()->readScene(eyes.left, 0.5, scene);
     EXPECT_TRUE(scene.hidden.photo.empty());
-    EXPECT_EQ(scene.edges, DepthEdges::Decided);
+    EXPECT_EQ(scene.edges, DepthEdges::Aligned);
 }
 
 TEST_F(DepthSourceTest, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {

@@ -36,7 +36,7 @@ cv::Mat weightsOf(const altiro3D::Scene& scene) {
 double chosenStrength(double focus, const QuiltLayout& layout, const cv::Mat& depth,
                       bool isLimitAlone = false) {
     altiro3D::Scene scene{cv::Mat(depth.size(), CV_8UC3, cv::Scalar::all(90)), depth};
-    scene.edges = DepthEdges::Decided;
+    scene.edges = DepthEdges::Aligned;
     PlacementOptions options;
     options.views.focus = focus;
     options.views.strengthPercent = 10000;

@@ -481,7 +481,7 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     cv::Mat raw;
     estimatedDepth()->readFrame(scene.photo, photo, raw);
     normalizeDepth(raw, scene.depth);
-    scene.edges = DepthEdges::Decided;
+    scene.edges = DepthEdges::Aligned;
     cv::Mat native;
     NativeMaker(smallDisplay()).makeNative(scene, native);
     EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));

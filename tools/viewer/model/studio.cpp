@@ -283,7 +283,7 @@ Frame Studio::render(const Request& request) {
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {
         state_->how = state_->depthMaker->choose(request.knobs.depth, request.document->hasDepth());
-        setup.edges = state_->how != kGivenDepth                         ? DepthEdges::Decided
+        setup.edges = state_->how != kGivenDepth                         ? DepthEdges::Aligned
                       : request.document->origin == DepthOrigin::Matched ? DepthEdges::Matched
                                                                          : DepthEdges::Unknown;
         if (request.painted.depth.empty()) {

@@ -35,7 +35,7 @@ std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, con
     const NativeMaker toNative(display, layoutOf(knobs, display), options);
     const auto depth = std::make_shared<PlayedDepth>(maker);
     const DepthEdges edges = first.eyes               ? DepthEdges::Matched
-                             : first.rawDepth.empty() ? DepthEdges::Decided
+                             : first.rawDepth.empty() ? DepthEdges::Aligned
                                                       : DepthEdges::Unknown;
     Source source = first.source;
     if (first.rawDepth.empty()) source.reading = Reading::Photo; // no search for a quilt in each

@@ -21,7 +21,7 @@ constexpr int kFrameSide = 320; // and of frames
 constexpr int kReadSide = 1024; // networks read a copy of larger photos
 // docs/lab/depth.md has the measurements of other sizes and shares.
 constexpr double kDetailSize = 1.625; // of the larger copy, in sizes of the network's own input
-constexpr double kLayoutShare = 0.65; // of the run at the network's own size
+constexpr double kCoarseShare = 0.65; // of the run at the network's own size
 constexpr int kWindows = 16;          // of the guided filter, across the longer side
 constexpr double kFlatVariance = 1e-3;
 
@@ -64,12 +64,12 @@ int detailSide(const NetworkProfile& profile, cv::Size inputSize) {
 }
 
 // The depth of both runs of a photo.
-cv::Mat joined(const cv::Mat& layout, const cv::Mat& mirrored, cv::Size size) {
+cv::Mat joined(const cv::Mat& coarse, const cv::Mat& mirrored, cv::Size size) {
     cv::Mat edges;
     cv::flip(mirrored, edges, 1);
     edges = resized(edges, size);
     cv::Mat mean;
-    cv::addWeighted(resized(layout, size), kLayoutShare, edges, 1 - kLayoutShare, 0, mean);
+    cv::addWeighted(resized(coarse, size), kCoarseShare, edges, 1 - kCoarseShare, 0, mean);
     cv::Mat depth = withEdgesOf(edges, mean);
     cv::min(cv::max(depth, 0), 1, depth);
     return depth;

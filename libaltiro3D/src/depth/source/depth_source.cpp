@@ -49,7 +49,7 @@ class NetworkSource : public DepthSource {
     std::string description() const override {
         return "network " + profile_.name + " (" + file_.string() + ")";
     }
-    DepthEdges edges() const override { return DepthEdges::Decided; }
+    DepthEdges edges() const override { return DepthEdges::Aligned; }
     DepthKind kind() const override { return DepthKind::NearWhite; }
     const DepthNetwork* network() const override { return network_ ? &*network_ : nullptr; }
     void load() override {

@@ -106,7 +106,7 @@ cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& fallback
             return original;
         }
     }
-    return fallback.readPhoto(file, notes).photo;
+    return fallback.readPhoto(file, notes).photo; // of a network: altiro3D::readPhoto()
 }
 
 PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options,

@@ -6,6 +6,7 @@
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/texts.hpp"
+#include "support/video.hpp"
 #include "viewer/model/depth_maker.hpp"
 #include "viewer_scenes.hpp"
 
@@ -590,16 +591,16 @@ TEST(ViewerStudio, APhotoAFrameAndTheViewerGiveOneNative) {
     }
     clip.finish();
     depths.finish();
-    std::vector<cv::Mat> written;
     VideoConversion conversion;
     conversion.input = folder / "clip.mkv";
     conversion.given.emplace().source = folder / "depth.mkv";
+    conversion.output = folder / "native.mkv";
+    conversion.encoding.codec = VideoCodec::Ffv1;
     conversion.display = *display;
-    conversion.show = [&](const cv::Mat& native) {
-        written.push_back(native.clone());
-        return true;
-    };
     VideoConverter(std::move(conversion)).run();
+    std::vector<cv::Mat> written;
+    for (const VideoFrame& frame : allFrames(folder / "native.mkv"))
+        written.push_back(frame.picture);
     ASSERT_EQ(written.size(), scenes.size());
     cv::Mat native;
     NativeMaker(*display).makeNative(scenes.front(), native);

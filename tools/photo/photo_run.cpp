@@ -198,7 +198,7 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
                        Messages& messages) {
     PlacedPhoto placed;
     const double panelAspect = run.display.aspect();
-    placed.quiltAspect =
+    placed.quiltAspect = // of its name, which quiltFileName() has made
         item.quilt.empty() ? panelAspect : parseQuiltName(item.quilt)->aspect.value_or(panelAspect);
     const bool isOverQuilt = run.maker.path() == NativePath::OverQuilt;
     const double aspect = placed.aspect = isOverQuilt ? placed.quiltAspect : panelAspect;

@@ -206,7 +206,8 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.choices;
     const cv::Size workSize = run.maker.workSize(); // also over a quilt, where no lens is filtered
-    const auto fitNow = [&] { // for the camera, which sees the source and the size alone
+    // as the scene is framed so far; for the camera, to which margins do not matter
+    const auto fitNow = [&] {
         return fitPhoto(size, aspect, workSize, options.fit, options.framing);
     };
     const auto strength = run.job.camera.strength(fitNow()); // nothing without --camera
@@ -443,7 +444,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative && !run.print) {
         warnAboutNativeFormat(item.native, messages);
-        maker.makeNative(fitted, run.quilt, run.native); // of the one or of the other, by its path
+        maker.makeNative(fitted, run.quilt, run.native); // of scene or quilt, by its path
         times.end("native");
     }
     endIfStopWanted();

@@ -111,9 +111,9 @@ constexpr double kMaxAutoHidden = 5;
 /// What chooseFromScene() has chosen.
 struct ChosenOptions {
     PlacementOptions options; ///< With the framing, focus and strength that were chosen.
-    /// For messages, as the framing shows no border already: the part of the photo without the
-    /// border of a scan, at sides where it would be seen; all of the photo if the framing was not
-    /// to be chosen.
+    /// The part of the photo without the border of a scan, at sides where it would be seen; all of
+    /// the photo if the framing was not to be chosen. For messages: the framing excludes the
+    /// border.
     cv::Rect inside;
 };
 

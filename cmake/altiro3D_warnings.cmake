@@ -14,4 +14,5 @@ if(ALTIRO3D_SANITIZE)
 endif()
 # Tests call functions for what they throw, without a use for the result.
 add_library(altiro3D_test_warnings INTERFACE)
-target_compile_options(altiro3D_test_warnings INTERFACE -Wno-unused-result)
+target_compile_options(altiro3D_test_warnings INTERFACE -Wno-unused-result
+  $<$<NOT:$<BOOL:${ALTIRO3D_SANITIZE_TESTS}>>:-fno-sanitize=all>)

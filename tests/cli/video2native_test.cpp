@@ -1106,7 +1106,7 @@ TEST_F(Video2NativeTool, AnInterruptEndsTheFileProperly) {
 
 TEST_F(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
     ALTIRO3D_TAKES(23);
-#ifdef ALTIRO3D_TOOLS_ARE_SANITIZED
+#ifdef ALTIRO3D_SANITIZED
     GTEST_SKIP() << "AddressSanitizer keeps what was freed";
 #endif
     const auto peakOf = [](const char* seconds) {

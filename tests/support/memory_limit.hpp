@@ -8,14 +8,9 @@
 
 /// Skips the test if a limit of the address space cannot work: sanitizers reserve terabytes, and
 /// the emulator QEMU ignores it.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef ALTIRO3D_SANITIZED
 #define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
-#endif
-#endif
-#ifndef ALTIRO3D_REQUIRE_MEMORY_LIMITS
+#else
 #define ALTIRO3D_REQUIRE_MEMORY_LIMITS()                                                           \
     if (!::altiro3D::test::memoryLimitsHold()) GTEST_SKIP() << "limits of memory do not hold here"
 #endif

@@ -29,10 +29,16 @@ else
         done
     done < <(git diff --name-only --diff-filter=d "$base" -- 'bindings/*.hpp' 'libaltiro3D/*.hpp' 'tools/*.hpp' 'tests/*.hpp')
 fi
+for build in dev fuzz; do # clang-tidy cannot read precompiled headers of GCC
+    [[ -f build/$build/compile_commands.json ]] || continue
+    mkdir -p "build/tidy/$build"
+    sed 's/-Winvalid-pch -include [^ ]*cmake_pch.hxx//' "build/$build/compile_commands.json" \
+        >"build/tidy/$build/compile_commands.json"
+done
 checked=() # build and file, in turn
 for file in "${files[@]}"; do
-    build=build/dev
-    [[ $file != tests/fuzz/* ]] || build=build/fuzz
+    build=build/tidy/dev
+    [[ $file != tests/fuzz/* ]] || build=build/tidy/fuzz
     if grep -qs "/$file\"" "$build/compile_commands.json"; then
         checked+=("$build" "$file")
     else # programs of their own that no build has, and fuzz targets where there is no Clang

@@ -81,7 +81,7 @@ std::string submit(const std::vector<std::string>& words) {
         throw Error(ErrorCode::WriteFailed, words[0],
                     "has not taken the job: " + (answer.err.empty() ? "no reason" : answer.err));
     }
-    const std::string id = answer.out.substr(0, answer.out.find_first_of(";\n")); // "12;cluster"
+    std::string id = answer.out.substr(0, answer.out.find_first_of(";\n")); // "12;cluster"
     if (id.empty() || id.find_first_not_of("0123456789") != std::string::npos) {
         throw Error(ErrorCode::ReadFailed, words[0],
                     "answered \"" + oneLine(answer.out) + "\", expected the number of a job");

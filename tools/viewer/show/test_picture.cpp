@@ -85,16 +85,16 @@ cv::Mat makeTestPicture(const Display& display) {
 }
 
 std::vector<std::string> testPictureAdvice() {
-    return {"Look at the middle of the panel with one eye: green from straight ahead, red from "
-            "the left, blue from the right.",
+    return {("Look at the middle of the panel with one eye: green from straight ahead, red from "
+             "the left, blue from the right."),
             "Red and blue are exchanged: the views are inverted; try --invert.",
-            "Straight ahead it is not green, or several bands or slanted borders of the colours "
-            "are seen: the calibration is of another display.",
-            "The square of fine lines has bands, or a white line is missing at an edge: the "
-            "screen is scaled; set it to its own resolution, 100 %, without overscan.",
-            "The square of fine lines is brighter or darker than the grey one beside it, or the "
-            "steps have a colour: a colour profile or a night light changes the picture; switch "
-            "it off."};
+            ("Straight ahead it is not green, or several bands or slanted borders of the colours "
+             "are seen: the calibration is of another display."),
+            ("The square of fine lines has bands, or a white line is missing at an edge: the "
+             "screen is scaled; set it to its own resolution, 100 %, without overscan."),
+            ("The square of fine lines is brighter or darker than the grey one beside it, or the "
+             "steps have a colour: a colour profile or a night light changes the picture; switch "
+             "it off.")};
 }
 
 } // namespace altiro3D::viewer

@@ -12,7 +12,8 @@ if(ALTIRO3D_SANITIZE)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>) # GCC is mistaken about the standard library's code with sanitizers
   target_link_options(altiro3D_warnings INTERFACE -fsanitize=${ALTIRO3D_SANITIZE})
 endif()
-# Tests call functions for what they throw, without a use for the result.
+# Tests call functions for what they throw, without a use for the result. Their code may be without the
+# sanitizers of the library, as in the preset units.
 add_library(altiro3D_test_warnings INTERFACE)
 target_compile_options(altiro3D_test_warnings INTERFACE -Wno-unused-result
   $<$<NOT:$<BOOL:${ALTIRO3D_SANITIZE_TESTS}>>:-fno-sanitize=all>)

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the library and its unit tests for arm64 (NEON), and runs the tests of up to 2 s in the emulator
+# Builds the library and its unit tests for arm64 (NEON), and runs the tests of up to .5 s in the emulator
 # QEMU. The libraries for arm64 are Debian's; they are unpacked into a temporary directory, not
 # installed. Needs Debian, the network (270 MB) and an hour.
 #
@@ -42,4 +42,4 @@ cmake --fresh --preset dev -B build/arm64 -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYST
     -DCMAKE_CROSSCOMPILING_EMULATOR="qemu-aarch64;-L;$root" \
     -DALTIRO3D_BUILD_QT=OFF -DALTIRO3D_BUILD_TOOLS=OFF -DALTIRO3D_BUILD_BENCHMARKS=OFF
 cmake --build build/arm64 --target altiro3D altiro3D_unit_tests
-ALTIRO3D_LONGEST_TEST=2 ctest --test-dir build/arm64 -j "$(nproc)" --output-on-failure -L unit
+ALTIRO3D_LONGEST_TEST=0.5 ctest --test-dir build/arm64 -j "$(nproc)" --output-on-failure -L unit

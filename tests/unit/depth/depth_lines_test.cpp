@@ -51,8 +51,8 @@ double rms(const cv::Mat& depth, const cv::Mat& truth) {
 // Level lines over a plane, as of a facade.
 std::vector<cv::Vec4f> facade() {
     std::vector<cv::Vec4f> lines;
-    for (float y = 20; y < 230; y += 24)
-        lines.emplace_back(10.0F, y, 310.0F, y + 5);
+    for (int y = 20; y < 230; y += 24)
+        lines.emplace_back(cv::Vec4i(10, y, 310, y + 5));
     return lines;
 }
 

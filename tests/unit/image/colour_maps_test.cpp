@@ -29,7 +29,7 @@ cv::Mat trueDepth() {
                 const double inside = radius * radius - x * x - y * y;
                 if (inside < 0) continue;
                 depth.at<std::uint8_t>(centre.y + y, centre.x + x) =
-                    static_cast<std::uint8_t>(nearest - radius / 2 + std::sqrt(inside) / 2);
+                    static_cast<std::uint8_t>(nearest + (std::sqrt(inside) - radius) / 2);
             }
         }
     };

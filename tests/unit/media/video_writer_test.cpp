@@ -527,7 +527,7 @@ TEST_F(VideoWriterTest, AContainerForTheSoundAndSubtitlesIsFound) {
     const auto extensionOf = [&](const std::string& codecs, const VideoWriterOptions& options) {
         const fs::path film = makeFilm("film.mkv", codecs);
         VideoReader reader(film);
-        const std::string extension = VideoWriter::extensionFor(reader, options);
+        std::string extension = VideoWriter::extensionFor(reader, options);
         VideoReader again(film);
         VideoWriterOptions encoding = optionsFor(again);
         encoding.codec = options.codec;

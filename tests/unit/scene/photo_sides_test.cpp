@@ -54,7 +54,7 @@ TEST(ScanBorder, APhotoIsNotCut) {
     cv::Mat night(kPhoto, CV_8UC3);
     cv::theRNG().state = 11;
     for (int y = 0; y < night.rows; ++y) {
-        cv::randn(night.row(y), cv::Scalar::all(6 + y / 20), cv::Scalar::all(2));
+        cv::randn(night.row(y), cv::Scalar::all(6 + y / 20.0), cv::Scalar::all(2));
         night.at<cv::Vec3b>(y, (y * 131) % night.cols) = {255, 255, 255};
     }
     night(cv::Rect(0, 300, 600, 100)) = cv::Scalar::all(0);

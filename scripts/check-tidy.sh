@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Runs clang-tidy on the sources that differ from a revision (default: the commit before the last),
-# and on one for each header that does, or on all of them.
+# Runs clang-tidy on the sources that differ from a revision (default: where the branch left its
+# upstream or, if it has none, the commit before the last), and on one for each header that does,
+# or on all of them.
 #
 #   scripts/check-tidy.sh [--all | REVISION]
 set -euo pipefail
@@ -13,7 +14,8 @@ fi
 if [[ ${1:-} == --all ]]; then
     mapfile -t files < <(git ls-files 'bindings/*.cpp' 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
 else
-    base=${1:-HEAD~1}
+    left=$(git merge-base HEAD '@{upstream}' 2>/dev/null) && [[ $left != "$(git rev-parse HEAD)" ]] || left=HEAD~1
+    base=${1:-$left}
     git rev-parse --verify -q "$base^{commit}" >/dev/null || base=HEAD
     mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
         'bindings/*.cpp' 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')

@@ -26,7 +26,7 @@ class NetworkDepth(altiro3d.DepthSource):
     def read(self, photo):
         rows, columns = (max(32, round(side * self.longer_side / max(photo.shape) / 32) * 32)
                          for side in photo.shape[:2])
-        # each px of the input is the nearest one of the photo; your network may want another filter
+        # each pixel of the input is the nearest one of the photo; your network may want another filter
         y = (numpy.arange(rows) + 0.5) * photo.shape[0] // rows
         x = (numpy.arange(columns) + 0.5) * photo.shape[1] // columns
         small = photo[y.astype(int)[:, None], x.astype(int)]

@@ -211,7 +211,17 @@ py::object Result::array() {
 }
 
 void bindArrays(py::module_& m) {
-    const auto numpy = py::module_::import("numpy");
+    py::object numpy;
+    try {
+        numpy = py::module_::import("numpy");
+    } catch (const py::error_already_set& missing) {
+        if (!missing.matches(PyExc_ModuleNotFoundError)) throw;
+        const auto python = py::module_::import("sys").attr("executable").cast<std::string>();
+        throw py::import_error("altiro3d: NumPy is not installed for " + python +
+                               ", expected it: " + python +
+                               " -m pip install numpy, or for Debian's Python apt install "
+                               "python3-numpy");
+    }
     py::dict members;
     members["__doc__"] = "An array of the library: a picture [rows x columns x 3] or a depth map "
                          "[rows x columns]. Notebooks show it.";

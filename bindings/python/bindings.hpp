@@ -9,16 +9,37 @@
 
 #include <algorithm>
 #include <array>
+#include <condition_variable>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
+
+/// Texts may name files, whose names need not be UTF-8: as os.fsdecode() and os.fsencode().
+template <>
+struct pybind11::detail::string_caster<std::string> {
+    PYBIND11_TYPE_CASTER(std::string, const_name("str"));
+    bool load(handle source, bool /*convert*/) {
+        if (!isinstance<str>(source)) return false;
+        const auto utf8 = reinterpret_steal<bytes>(
+            PyUnicode_AsEncodedString(source.ptr(), "utf-8", "surrogateescape"));
+        if (!utf8) PyErr_Clear();
+        if (utf8) value = utf8;
+        return !!utf8;
+    }
+    static handle cast(const std::string& text, return_value_policy /*policy*/, handle /*of*/) {
+        return PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()),
+                                    "surrogateescape");
+    }
+};
 
 namespace altiro3D::python {
 
@@ -41,11 +62,58 @@ void bindVideoIo(py::module_& m);
 void bindVideoDepth(py::module_& m);
 void bindVideoConversion(py::module_& m);
 
+// The rule for threads. Values are copied while the thread has the GIL, because others may change
+// them as soon as it is released. Immutable objects are used as they are. All other objects have a
+// Turn, which every call takes.
+
 /// Runs the library's part of a function, while other threads of Python run.
+/// @param work captures values that it reads by copy
 template <class Work>
 auto unlocked(const Work& work) {
     const py::gil_scoped_release released;
     return work();
+}
+
+/// Lets one thread after the other use an object.
+class Turn {
+  public:
+    /// @param name of the object's class @param waits false: calls fail while another one runs
+    explicit Turn(const char* name, bool waits = true) : name_(name), waits_(waits) {}
+    /// Waits without the GIL, which the present call may need for a function of Python.
+    /// @throws Error InvalidArgument (the object is in use, by this thread or without waiting)
+    void lock();
+    void unlock();
+
+  private:
+    const char* name_;
+    bool waits_;
+    std::mutex mutex_; // of the next ones
+    std::condition_variable isFree_;
+    std::thread::id user_;
+};
+
+/// An object of the library that only one thread may use at a time.
+template <class T>
+struct OneByOne : T {
+    /// @param name of the class, waits see Turn @param given arguments of T
+    template <class... Arguments>
+    OneByOne(const char* name, bool waits, Arguments&&... given)
+        : T(std::forward<Arguments>(given)...), turn(name, waits) {}
+    mutable Turn turn; ///< Of this object.
+};
+
+/// Runs the library's part of a method when it is this thread's turn.
+template <class T, class Work>
+auto unlocked(const OneByOne<T>& object, const Work& work) {
+    const py::gil_scoped_release released;
+    const std::lock_guard<Turn> held(object.turn);
+    return work();
+}
+
+/// A method without arguments that takes the object's turn. @param method of the library
+template <class Object, class Method>
+auto inTurn(Method method) {
+    return [method](Object& self) { return unlocked(self, [&] { return (self.*method)(); }); };
 }
 
 /// An object that threads without the GIL may keep and release.

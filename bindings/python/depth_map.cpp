@@ -48,7 +48,7 @@ void bindDepthMap(py::module_& m) {
         [](const Array& raw, const DepthNormalization& options, const Out& out) {
             const cv::Mat numbers = rawDepthOf(raw, "raw");
             Result depth(out);
-            unlocked([&] { normalizeDepth(numbers, depth.mat, options); });
+            unlocked([&, options] { normalizeDepth(numbers, depth.mat, options); });
             return Array{depth.array()};
         },
         py::arg("raw"), py::kw_only(),
@@ -81,7 +81,7 @@ void bindDepthMap(py::module_& m) {
             const cv::Mat map = depthOf(depth, "depth");
             Result refined(out);
             const DepthFlaws flaws =
-                unlocked([&] { return refineDepth(picture, map, refined.mat, options); });
+                unlocked([&, options] { return refineDepth(picture, map, refined.mat, options); });
             return std::pair(Array{refined.array()}, flaws);
         },
         py::arg("photo"), py::arg("depth"), py::kw_only(),
@@ -97,7 +97,7 @@ void bindDepthMap(py::module_& m) {
             Remarks remarks(std::move(notes));
             cv::Mat photo;
             cv::Mat raw;
-            unlocked([&] { splitRgbd(whole, layout, photo, raw, remarks.notes()); });
+            unlocked([&, layout] { splitRgbd(whole, layout, photo, raw, remarks.notes()); });
             remarks.give();
             return std::pair(Array{arrayOf(std::move(photo), order)},
                              Array{arrayOf(std::move(raw))});
@@ -112,7 +112,7 @@ void bindDepthMap(py::module_& m) {
             const cv::Mat picture = pictureOf(photo, "photo", order);
             const cv::Mat map = depthOf(depth, "depth");
             Result joined(out, order);
-            unlocked([&] { joinRgbd(picture, map, layout, joined.mat); });
+            unlocked([&, layout] { joinRgbd(picture, map, layout, joined.mat); });
             return Array{joined.array()};
         },
         py::arg("photo"), py::arg("depth"), py::kw_only(),

@@ -55,6 +55,40 @@ class PythonSource : public DepthSource {
     }
 };
 
+// A source of the library: several threads, and other sources, may share it.
+class SharedSource : public DepthSource {
+  public:
+    explicit SharedSource(std::unique_ptr<DepthSource> source) : source_(std::move(source)) {}
+    std::string description() const override { return call(&DepthSource::description); }
+    DepthKind kind() const override { return call(&DepthSource::kind); }
+    DepthEdges edges() const override { return call(&DepthSource::edges); }
+    const DepthNetwork* network() const override { return call(&DepthSource::network); }
+    void load() override { call(&DepthSource::load); }
+    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
+        return call(&DepthSource::readPhoto, file, notes);
+    }
+    void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        call(&DepthSource::read, image, photo, raw);
+    }
+    void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
+        call(&DepthSource::readFrame, image, photo, raw);
+    }
+
+  private:
+    template <class Method, class... Arguments>
+    std::invoke_result_t<Method, DepthSource&, Arguments&...> call(Method method,
+                                                                   Arguments&... given) const {
+        const std::lock_guard<Turn> held(turn_);
+        return ((*source_).*method)(given...);
+    }
+    std::unique_ptr<DepthSource> source_;
+    mutable Turn turn_{"DepthSource"};
+};
+
+std::shared_ptr<DepthSource> shared(std::unique_ptr<DepthSource> source) {
+    return std::make_shared<SharedSource>(std::move(source));
+}
+
 void bindNetworks(py::module_& m) {
     Value<NetworkProfile>(m, "NetworkProfile",
                           "How to prepare a network's input, and what it gives.")
@@ -101,7 +135,7 @@ void bindDepthSource(py::module_& m) {
         "method read(self, photo): it gets uint8 [rows x columns x 3], RGB, and returns numbers\n"
         "[any size], uint8, uint16, float32 or float64, larger = nearer; any range. kind() may\n"
         "return another meaning of the numbers, description() a name, read_frame(self, photo) may\n"
-        "spend less time on frames of videos.")
+        "spend less time on frames of videos. Threads may share the library's sources.")
         .def(py::init<>())
         .def("description", &DepthSource::description, "Names the source for people.")
         .def("kind", &DepthSource::kind, "Meaning of the numbers that read() gives.")
@@ -155,13 +189,13 @@ void bindDepthSource(py::module_& m) {
         .constructible()
         .done();
     m.def(
-        "estimated_depth", [] { return std::shared_ptr<DepthSource>(estimatedDepth()); },
+        "estimated_depth", [] { return shared(estimatedDepth()); },
         "Depth estimated by the best installed network, which is loaded when it is needed.");
     m.def(
         "depth_from_network_file",
         [](const std::filesystem::path& file, const NetworkProfile& profile, cv::Size inputSize) {
-            return std::shared_ptr<DepthSource>(depthFromNetworkFile(
-                file, profile, bestInferenceTarget(profile.engine), inputSize));
+            return shared(depthFromNetworkFile(file, profile, bestInferenceTarget(profile.engine),
+                                               inputSize));
         },
         py::arg("file"), py::arg("profile"), py::kw_only(),
         py::arg_v("input_size", cv::Size(), "(0, 0)"),
@@ -169,14 +203,14 @@ void bindDepthSource(py::module_& m) {
     m.def(
         "depth_from_file",
         [](const std::filesystem::path& file, DepthKind kind) {
-            return std::shared_ptr<DepthSource>(depthFromFile(file, kind));
+            return shared(depthFromFile(file, kind));
         },
         py::arg("file"), py::kw_only(), py::arg("kind") = DepthKind::NearWhite,
         "Depth from a separate depth image.");
     m.def(
         "depth_from_rgbd",
         [](const RgbdLayout& layout, DepthKind kind) {
-            return std::shared_ptr<DepthSource>(depthFromRgbd(layout, kind));
+            return shared(depthFromRgbd(layout, kind));
         },
         py::kw_only(), py::arg_v("layout", RgbdLayout(), "RgbdLayout()"),
         py::arg("kind") = DepthKind::NearWhite,
@@ -184,7 +218,7 @@ void bindDepthSource(py::module_& m) {
     m.def(
         "stored_depth_or",
         [](const py::object& fallback, const PhotoDepthOptions& options) {
-            return std::shared_ptr<DepthSource>(storedDepthOr(sourceOf(fallback), options));
+            return shared(storedDepthOr(sourceOf(fallback), options));
         },
         py::arg("fallback"), py::kw_only(),
         py::arg_v("options", PhotoDepthOptions(), "PhotoDepthOptions()"),
@@ -199,7 +233,7 @@ void bindDepthSource(py::module_& m) {
     m.def(
         "depth_from_stereo",
         [](const StereoInput& input, const py::object& fallback) {
-            return std::shared_ptr<DepthSource>(depthFromStereo(input, sourceOf(fallback)));
+            return shared(depthFromStereo(input, sourceOf(fallback)));
         },
         py::arg("input"), py::arg("fallback"),
         "Depth of stereo pairs by matching; pairs that do not match take that of `fallback`.");

@@ -138,7 +138,7 @@ void bindDisplay(py::module_& m) {
           "Reads a display from its visual.json; `serial` chooses one of several in the file.");
     m.def("display_of", &displayOf, py::arg("calibration"), py::kw_only(), py::arg("source") = "",
           "Makes a display from a calibration, with default_quilt().");
-    m.def("find_display_model", &findDisplayModel, py::return_value_policy::reference,
+    m.def("find_display_model", &findDisplayModel, py::return_value_policy::copy,
           py::arg("calibration"), "The model by serial number, else by panel; None if unknown.");
     m.def("default_quilt", &defaultQuilt, py::arg("calibration"),
           "The default quilt for a display: its model's.");

@@ -15,7 +15,7 @@ void translate(std::exception_ptr thrown) {
     } catch (const Error& error) {
         const py::object exception = errorType(error.what());
         py::setattr(exception, "code", py::cast(error.code()));
-        py::setattr(exception, "subject", py::str(error.subject()));
+        py::setattr(exception, "subject", py::cast(error.subject()));
         PyErr_SetObject(errorType.ptr(), exception.ptr());
     }
 }
@@ -31,6 +31,25 @@ std::function<bool(Progress)> callbackOf(const std::optional<py::function>& goOn
 }
 
 } // namespace
+
+void Turn::lock() {
+    std::optional<py::gil_scoped_release> released;
+    std::unique_lock<std::mutex> locked(mutex_); // ends before the GIL is taken again
+    const bool isTaken = user_ != std::thread::id();
+    if (user_ == std::this_thread::get_id() || (isTaken && !waits_)) {
+        throw Error(ErrorCode::InvalidArgument, name_,
+                    "is in use by another call, expected one call at a time");
+    }
+    if (isTaken && PyGILState_Check() != 0) released.emplace();
+    isFree_.wait(locked, [this] { return user_ == std::thread::id(); });
+    user_ = std::this_thread::get_id();
+}
+
+void Turn::unlock() {
+    const std::lock_guard<std::mutex> locked(mutex_);
+    user_ = {};
+    isFree_.notify_one();
+}
 
 VideoProgressFunction progressOf(const std::optional<py::function>& goOn) {
     return callbackOf<const VideoProgress&>(goOn);

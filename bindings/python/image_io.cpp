@@ -45,7 +45,8 @@ void bindImageIo(py::module_& m) {
             "path", [](const PhotoFile& file) { return PathResult{file.path()}; },
             "The name, as given.")
         .def("__repr__", [](const PhotoFile& file) {
-            return "PhotoFile(" + py::repr(py::str(file.path().string())).cast<std::string>() + ")";
+            return "PhotoFile(" + py::repr(py::cast(file.path().string())).cast<std::string>() +
+                   ")";
         });
     py::implicitly_convertible<std::filesystem::path, PhotoFile>();
     py::enum_<ImageMark>(m, "ImageMark", "Mark in a picture file.")

@@ -25,7 +25,9 @@ void bindLensView(py::module_& m) {
            InvertViews invert, const Out& out, Order order) {
             const cv::Mat picture = pictureOf(native, "native", order);
             Result seen(out, order);
-            unlocked([&] { simulateView(picture, calibration, eye, seen.mat, invert); });
+            unlocked([&, calibration, eye] {
+                simulateView(picture, calibration, eye, seen.mat, invert);
+            });
             return Array{seen.array()};
         },
         py::arg("native"), py::arg("calibration"), py::arg("eye"), py::kw_only(),

@@ -12,15 +12,19 @@ void bindLut(py::module_& m) {
         m, "NativeLut",
         "The look-up table of a display and a quilt layout: for every sub-pixel of "
         "the panel, the quilt pixel that it shows. Immutable; threads may share it.")
-        .def(py::init<const Calibration&, const QuiltLayout&, InvertViews>(),
+        .def(py::init(
+                 [](const Calibration& calibration, const QuiltLayout& quilt, InvertViews invert) {
+                     return unlocked([=] { return NativeLut(calibration, quilt, invert); });
+                 }),
              py::arg("calibration"), py::arg("quilt"), py::kw_only(),
-             py::arg("invert") = InvertViews::Auto, py::call_guard<py::gil_scoped_release>())
+             py::arg("invert") = InvertViews::Auto)
         .def_static("load", &NativeLut::load, py::arg("file"),
                     py::call_guard<py::gil_scoped_release>(), "Reads and checks a .map file.")
         .def("save", &NativeLut::save, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
              "Writes a .map file; it appears complete or not at all.")
         .def("panel_size", &NativeLut::panelSize, "Width and height of the panel, px.")
-        .def_property_readonly("quilt", &NativeLut::quilt, "The layout of the quilts.")
+        .def_property_readonly("quilt", &NativeLut::quilt, py::return_value_policy::copy,
+                               "The layout of the quilts.")
         .def("calibration_fingerprint", &NativeLut::calibrationFingerprint,
              "The fingerprint() of the calibration that it was built from.")
         .def(
@@ -97,25 +101,33 @@ void bindNative(py::module_& m) {
         m, "NativeMaker",
         "Makes Natives of photos with depth for one display. Immutable; threads "
         "may share it.")
-        .def(py::init<const Display&, const NativeOptions&>(), py::arg("display"), py::kw_only(),
-             py::arg_v("options", NativeOptions(), "NativeOptions()"),
-             py::call_guard<py::gil_scoped_release>())
-        .def(py::init<const Display&, const QuiltLayout&, const NativeOptions&>(),
+        .def(py::init([](const Display& display, const NativeOptions& options) {
+                 return unlocked([=] { return NativeMaker(display, options); });
+             }),
+             py::arg("display"), py::kw_only(),
+             py::arg_v("options", NativeOptions(), "NativeOptions()"))
+        .def(py::init([](const Display& display, const QuiltLayout& layout,
+                         const NativeOptions& options) {
+                 return unlocked([=] { return NativeMaker(display, layout, options); });
+             }),
              py::arg("display"), py::arg("layout"), py::kw_only(),
              py::arg_v("options", NativeOptions(), "NativeOptions()"),
-             py::call_guard<py::gil_scoped_release>(),
              "With another number and size of views than the display's own.")
-        .def(py::init<NativeLut, const NativeOptions&>(), py::arg("map"), py::kw_only(),
+        .def(py::init([](const NativeLut& map, const NativeOptions& options) {
+                 return unlocked([=] { return NativeMaker(map, options); });
+             }),
+             py::arg("map"), py::kw_only(),
              py::arg_v("options", NativeOptions(), "NativeOptions()"),
-             py::call_guard<py::gil_scoped_release>(),
              "With an existing look-up table: over a quilt, which takes longer.")
         .def("with_views", &NativeMaker::withViews, py::arg("views"),
              "A maker with other view options, which shares what this one has computed.")
         .def_static("obstacle", &NativeMaker::obstacle, py::arg("layout"), py::arg("options"),
                     "Why the direct path is not possible; empty if it is.")
         .def("path", &NativeMaker::path, "The path in use.")
-        .def_property_readonly("options", &NativeMaker::options, "The options in use.")
-        .def_property_readonly("layout", &NativeMaker::layout, "Layout of the quilts.")
+        .def_property_readonly("options", &NativeMaker::options, py::return_value_policy::copy,
+                               "The options in use.")
+        .def_property_readonly("layout", &NativeMaker::layout, py::return_value_policy::copy,
+                               "Layout of the quilts.")
         .def("panel_size", &NativeMaker::panelSize, "Width and height of the Native, px.")
         .def("work_size", &NativeMaker::workSize, "Size to which photos are fitted for a Native.")
         .def("quilt_size", &NativeMaker::quiltSize, "Size to which photos are fitted for a quilt.")
@@ -126,7 +138,7 @@ void bindNative(py::module_& m) {
                 Result quilt(out, order);
                 const QuiltProgressFunction progress = quiltProgressOf(goOn);
                 const bool isWhole =
-                    unlocked([&] { return self.makeQuilt(fitted, quilt.mat, progress); });
+                    unlocked([&, fitted] { return self.makeQuilt(fitted, quilt.mat, progress); });
                 return {isWhole ? quilt.array() : py::none()};
             },
             py::arg("fitted"), py::kw_only(), py::arg("go_on") = py::none(),
@@ -137,7 +149,7 @@ void bindNative(py::module_& m) {
             "make_native",
             [](const NativeMaker& self, const Scene& scene, const Out& out, Order order) {
                 Result native(out); // the maker writes `order`
-                unlocked([&] { self.makeNative(scene, native.mat, order); });
+                unlocked([&, scene] { self.makeNative(scene, native.mat, order); });
                 return Array{native.array()};
             },
             py::arg("scene"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",
@@ -147,7 +159,7 @@ void bindNative(py::module_& m) {
             "make_native",
             [](const NativeMaker& self, const Placement& placed, const Out& out, Order order) {
                 Result native(out); // the maker writes `order`
-                unlocked([&] { self.makeNative(placed, native.mat, order); });
+                unlocked([&, placed] { self.makeNative(placed, native.mat, order); });
                 return Array{native.array()};
             },
             py::arg("placed"), py::kw_only(), py::arg("out") = py::none(), py::arg("order") = "rgb",

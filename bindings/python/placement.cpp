@@ -101,8 +101,11 @@ void bindPlacement(py::module_& m) {
         .def_readonly("fit", &Placement::fit, "How it was fitted.")
         .def_readonly("flaws", &Placement::flaws, "Flaws of the depth that were corrected.");
     m.def(
-        "place_scene", &placeScene, py::arg("scene"), py::arg("aspect"), py::arg("size"),
-        py::arg("options"), py::call_guard<py::gil_scoped_release>(),
+        "place_scene",
+        [](const Scene& scene, double aspect, cv::Size size, const PlacementOptions& options) {
+            return unlocked([=] { return placeScene(scene, aspect, size, options); });
+        },
+        py::arg("scene"), py::arg("aspect"), py::arg("size"), py::arg("options"),
         "Fits a scene to a panel and refines its depth.\n\n"
         "aspect: Display.aspect(); size: NativeMaker.work_size() or quilt_size(); options: those\n"
         "of the maker, or of choose_from_scene().");
@@ -118,10 +121,11 @@ void bindPlacement(py::module_& m) {
         "choose_from_scene",
         [](const Scene& scene, double aspect, const QuiltLayout& quilt,
            const PlacementOptions& options, const AutoChoices& choices) {
-            return chooseFromScene(scene, aspect, quilt, options, choices).options;
+            return unlocked(
+                [=] { return chooseFromScene(scene, aspect, quilt, options, choices).options; });
         },
         py::arg("scene"), py::arg("aspect"), py::arg("quilt"), py::arg("options"),
-        py::arg("choices"), py::call_guard<py::gil_scoped_release>(),
+        py::arg("choices"),
         "Chooses framing, focus and strength of a scene, as far as `choices` asks for them.\n\n"
         "scene: before the fit. Returns options for place_scene().");
 }

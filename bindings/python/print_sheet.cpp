@@ -59,14 +59,15 @@ void bindPrintSheet(py::module_& m) {
         "crop marks and a line of text. Immutable; threads may share it.")
         .def(py::init<const Display&, PrintOptions>(), py::arg("display"), py::kw_only(),
              py::arg_v("options", PrintOptions(), "PrintOptions()"))
-        .def_property_readonly("display", &PrintSheet::display, "The print with its bleed.")
+        .def_property_readonly("display", &PrintSheet::display, py::return_value_policy::copy,
+                               "The print with its bleed.")
         .def("size", &PrintSheet::size, "Width and height of the sheet, px.")
         .def("picture", &PrintSheet::picture, "(x, y, width, height) that remain when it is cut.")
         .def(
             "write",
             [](const PrintSheet& self, const std::filesystem::path& file, const Scene& scene,
                const NativeOptions& options) {
-                unlocked([&] {
+                unlocked([&, scene, options] {
                     const NativeMaker maker(self.display(), options);
                     const bool isDirect = maker.path() == NativePath::Direct;
                     const Placement placed =
@@ -90,7 +91,7 @@ void bindPrintSheet(py::module_& m) {
     m.def(
         "write_pitch_sheet",
         [](const std::filesystem::path& file, const Calibration& print, double around,
-           double step) { unlocked([&] {
+           double step) { unlocked([=] {
                               writePitchSheet(file, print, {around, step});
                           }); },
         py::arg("file"), py::arg("calibration"), py::kw_only(), py::arg("around") = 0.0,

@@ -13,7 +13,7 @@ void defQuilt(py::module_& m, const char* name, const Work& work, const char* do
         name,
         [work](const Array& quilt, const QuiltLayout& layout, Order order) {
             const cv::Mat picture = pictureOf(quilt, "quilt", order);
-            return Array{arrayOf(unlocked([&] { return work(picture, layout); }), order)};
+            return Array{arrayOf(unlocked([=] { return work(picture, layout); }), order)};
         },
         py::arg("quilt"), py::arg("layout"), py::kw_only(), py::arg("order") = "rgb", doc);
 }
@@ -51,11 +51,14 @@ void bindQuilt2Native(py::module_& m) {
     py::class_<Quilt2Native>(m, "Quilt2Native",
                              "Renders Natives from quilts. Immutable; threads may share it.")
         .def(py::init<NativeLut>(), py::arg("lut"), "Nearest view, nearest px.")
-        .def(py::init<const Calibration&, const QuiltLayout&, QuiltSampling, InvertViews>(),
+        .def(py::init([](const Calibration& calibration, const QuiltLayout& quilt,
+                         QuiltSampling sampling, InvertViews invert) {
+                 return unlocked(
+                     [=] { return Quilt2Native(calibration, quilt, sampling, invert); });
+             }),
              py::arg("calibration"), py::arg("quilt"), py::kw_only(),
              py::arg_v("sampling", QuiltSampling(), "QuiltSampling()"),
-             py::arg("invert") = InvertViews::Auto, py::call_guard<py::gil_scoped_release>(),
-             "With any sampling.")
+             py::arg("invert") = InvertViews::Auto, "With any sampling.")
         .def(
             "render",
             [](const Quilt2Native& self, const Array& quilt, const Out& out, Order order) {

@@ -104,18 +104,25 @@ void bindVideoConversion(py::module_& m) {
         .field("settings", &VideoConversion::settings, "Further settings of the caller.")
         .constructible()
         .done();
-    py::class_<VideoConverter>(m, "VideoConverter",
-                               "Converts a video: decodes, estimates depth, renders and encodes, "
-                               "with a thread each.")
-        .def(py::init<VideoConversion>(), py::arg("conversion"),
-             py::call_guard<py::gil_scoped_release>(),
-             "Checks the options and opens input and output.")
+    using Converter = OneByOne<VideoConverter>;
+    py::class_<Converter>(m, "VideoConverter",
+                          "Converts a video: decodes, estimates depth, renders and encodes, with a "
+                          "thread each.")
+        .def(py::init([](const VideoConversion& conversion) {
+                 return unlocked([=] {
+                     // a run takes long, and its functions of Python must not wait for it
+                     return std::make_unique<Converter>("VideoConverter", false, conversion);
+                 });
+             }),
+             py::arg("conversion"), "Checks the options and opens input and output.")
         .def("size", &VideoConverter::size, "Width and height of the pictures that are made, px.")
-        .def("notes", &VideoConverter::notes, "Remarks about the output.")
+        .def("notes", inTurn<Converter>(&VideoConverter::notes),
+             "Remarks about the output; not during run().")
         .def(
             "run",
-            [](VideoConverter& self, const std::optional<py::function>& goOn) {
+            [](Converter& self, const std::optional<py::function>& goOn) {
                 VideoConversionResult result;
+                const std::lock_guard<Turn> held(self.turn);
                 runStoppable(progressOf(goOn), [&](const VideoProgressFunction& progress) {
                     result = self.run(progress);
                 });

@@ -18,8 +18,9 @@ void bindVideoDepth(py::module_& m) {
         .field("inferred", &VideoDepthStep::inferred, "The estimator ran.")
         .field("repeated", &VideoDepthStep::repeated, "It equals the picture before.")
         .done();
-    py::class_<VideoDepth>(m, "VideoDepth",
-                           "Makes the depth of a video or camera steady, with few estimates.")
+    using SteadyDepth = OneByOne<VideoDepth>;
+    py::class_<SteadyDepth>(m, "VideoDepth",
+                            "Makes the depth of a video or camera steady, with few estimates.")
         .def(py::init([](const py::function& estimator, DepthKind kind,
                          const VideoDepthOptions& options) {
                  const auto estimate = [kept = keptOf(estimator)](const cv::Mat& picture,
@@ -28,7 +29,7 @@ void bindVideoDepth(py::module_& m) {
                      const py::object depth = (*kept)(arrayOf(picture, Order::Rgb));
                      raw = rawDepthOf({depth}, "depth of the estimator").clone();
                  };
-                 return std::make_unique<VideoDepth>(estimate, kind, options);
+                 return std::make_unique<SteadyDepth>("VideoDepth", true, estimate, kind, options);
              }),
              py::arg("estimator"), py::kw_only(), py::arg("kind") = DepthKind::NearWhite,
              py::arg_v("options", VideoDepthOptions(), "VideoDepthOptions()"),
@@ -37,10 +38,10 @@ void bindVideoDepth(py::module_& m) {
              "depth [any size], for example the method `read` of a DepthSource.")
         .def(
             "next",
-            [](VideoDepth& self, const Array& picture, Order order) {
+            [](SteadyDepth& self, const Array& picture, Order order) {
                 const cv::Mat frame = pictureOf(picture, "picture", order);
                 cv::Mat depth;
-                const VideoDepthStep step = unlocked([&] { return self.next(frame, depth); });
+                const VideoDepthStep step = unlocked(self, [&] { return self.next(frame, depth); });
                 return std::pair(Array{arrayOf(std::move(depth))}, step);
             },
             py::arg("picture"), py::kw_only(), py::arg("order") = "rgb",

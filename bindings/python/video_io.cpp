@@ -14,10 +14,12 @@ struct Frame {
 };
 
 // Frames of a reader in one order of channels.
-struct Reader {
-    VideoReader reader;
+struct Reader : OneByOne<VideoReader> {
+    Reader(const std::filesystem::path& path, const VideoReaderOptions& options, Order given)
+        : OneByOne("VideoReader", true, path, options), order(given) {}
     Order order;
 };
+using Writer = OneByOne<VideoWriter>;
 
 void bindFacts(py::module_& m) {
     Value<VideoFacts>(m, "VideoFacts", "Properties of a video file.")
@@ -112,25 +114,21 @@ void bindReader(py::module_& m) {
         "Reads the frames of a video file or a camera: for frame in VideoReader(...).")
         .def(py::init([](const std::filesystem::path& path, const VideoReaderOptions& options,
                          Order order) {
-                 return unlocked([&] { return Reader{VideoReader(path, options), order}; });
+                 return unlocked([=] { return std::make_unique<Reader>(path, options, order); });
              }),
              py::arg("path"), py::kw_only(),
              py::arg_v("options", VideoReaderOptions(), "VideoReaderOptions()"),
              py::arg("order") = "rgb")
         .def(
-            "facts", [](const Reader& self) { return self.reader.facts(); },
-            "Properties of the file.")
-        .def(
-            "counts", [](const Reader& self) { return self.reader.counts(); },
-            "Counts of what was read so far.")
-        .def(
-            "notes", [](const Reader& self) { return self.reader.notes(); },
-            "Remarks about the file and what happened so far.")
+            "facts", [](const Reader& self) { return self.facts(); }, "Properties of the file.")
+        .def("counts", inTurn<Reader>(&VideoReader::counts), "Counts of what was read so far.")
+        .def("notes", inTurn<Reader>(&VideoReader::notes),
+             "Remarks about the file and what happened so far.")
         .def("__iter__", [](py::object self) { return self; })
         .def("__next__", [](Reader& self) {
-            std::optional<VideoFrame> frame = unlocked([&] { return self.reader.next(); });
+            std::optional<VideoFrame> frame = unlocked(self, [&] { return self.next(); });
             if (!frame) throw py::stop_iteration();
-            const double unit = self.reader.facts().timeBase.value();
+            const double unit = self.facts().timeBase.value();
             return Frame{arrayOf(std::move(frame->picture), self.order),
                          static_cast<double>(frame->pts) * unit, frame->pts, frame->duration,
                          frame->sampleAspect};
@@ -143,38 +141,39 @@ void bindVideoIo(py::module_& m) {
     bindFacts(m);
     bindReader(m);
     bindWriterOptions(m);
-    py::class_<VideoWriter>(m, "VideoWriter",
-                            "Writes frames as a video, with the sound and the other streams of its "
-                            "source. The file appears in finish(); a `with` block calls it.")
+    py::class_<Writer>(m, "VideoWriter",
+                       "Writes frames as a video, with the sound and the other streams of its "
+                       "source. The file appears in finish(); a `with` block calls it.")
         .def(py::init([](const std::filesystem::path& path, const VideoWriterOptions& options,
                          Reader* source) {
-                 return unlocked([&] {
-                     return std::make_unique<VideoWriter>(
-                         path, options, source == nullptr ? nullptr : &source->reader);
-                 });
+                 const auto open = [=] {
+                     return std::make_unique<Writer>("VideoWriter", true, path, options, source);
+                 };
+                 return source == nullptr ? unlocked(open) : unlocked(*source, open);
              }),
              py::arg("path"), py::arg("options"), py::kw_only(), py::arg("source") = py::none(),
              "path: .mkv, .mp4, .m4v or .mov; source: a reader that has not delivered a frame.")
         .def(
             "write",
-            [](VideoWriter& self, const Array& picture, std::int64_t pts, std::int64_t duration,
+            [](Writer& self, const Array& picture, std::int64_t pts, std::int64_t duration,
                Order order) {
                 VideoFrame frame;
                 frame.picture = pictureOf(picture, "picture", order);
                 frame.pts = pts;
                 frame.duration = duration;
-                unlocked([&] { self.write(frame); });
+                unlocked(self, [&] { self.write(frame); });
             },
             py::arg("picture"), py::arg("pts"), py::kw_only(), py::arg("duration") = 0,
             py::arg("order") = "rgb",
             "Encodes a frame, uint8 [rows x columns x 3]; times in VideoWriterOptions.time_base.")
-        .def("finish", &VideoWriter::finish, py::call_guard<py::gil_scoped_release>(),
+        .def("finish", inTurn<Writer>(&VideoWriter::finish),
              "Writes the remaining data and gives the file its name.")
-        .def("notes", &VideoWriter::notes, "Remarks on what was left out or converted.")
+        .def("notes", inTurn<Writer>(&VideoWriter::notes),
+             "Remarks on what was left out or converted.")
         .def("__enter__", [](py::object self) { return self; })
-        .def("__exit__", [](VideoWriter& self, const py::object& type, const py::object& /*value*/,
+        .def("__exit__", [](Writer& self, const py::object& type, const py::object& /*value*/,
                             const py::object& /*traceback*/) {
-            if (type.is_none()) unlocked([&] { self.finish(); });
+            if (type.is_none()) unlocked(self, [&] { self.finish(); });
         });
 }
 

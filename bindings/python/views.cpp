@@ -19,7 +19,7 @@ void bindStereo(py::module_& m) {
     m.def(
         "render_eyes",
         [](const Scene& scene, const ViewOptions& views, EyesFrom from, Order order) {
-            return eyesOf(unlocked([&] { return renderEyes(scene, views, from); }), order);
+            return eyesOf(unlocked([=] { return renderEyes(scene, views, from); }), order);
         },
         py::arg("scene"), py::arg("views"), py::kw_only(), py::arg("from_") = EyesFrom::Both,
         py::arg("order") = "rgb",
@@ -57,8 +57,10 @@ void bindViews(py::module_& m) {
                             "Immutable; threads may share it.")
         .def(py::init<const QuiltLayout&, const ViewOptions&>(), py::arg("layout"), py::kw_only(),
              py::arg_v("options", ViewOptions(), "ViewOptions()"))
-        .def_property_readonly("layout", &Depth2Quilt::layout, "The layout of the quilts.")
-        .def_property_readonly("options", &Depth2Quilt::options, "The options in use.")
+        .def_property_readonly("layout", &Depth2Quilt::layout, py::return_value_policy::copy,
+                               "The layout of the quilts.")
+        .def_property_readonly("options", &Depth2Quilt::options, py::return_value_policy::copy,
+                               "The options in use.")
         .def(
             "render",
             [](const Depth2Quilt& self, const Scene& scene, const std::optional<py::function>& goOn,
@@ -66,7 +68,7 @@ void bindViews(py::module_& m) {
                 Result quilt(out, order);
                 const QuiltProgressFunction progress = quiltProgressOf(goOn);
                 const bool isWhole =
-                    unlocked([&] { return self.render(scene, quilt.mat, progress); });
+                    unlocked([&, scene] { return self.render(scene, quilt.mat, progress); });
                 return {isWhole ? quilt.array() : py::none()};
             },
             py::arg("scene"), py::kw_only(), py::arg("go_on") = py::none(),
@@ -78,7 +80,7 @@ void bindViews(py::module_& m) {
             "render_view",
             [](const Depth2Quilt& self, const Scene& scene, double position, Order order) {
                 cv::Mat view;
-                unlocked([&] { self.renderView(scene, position, view); });
+                unlocked([&, scene] { self.renderView(scene, position, view); });
                 return Array{arrayOf(std::move(view), order)};
             },
             py::arg("scene"), py::arg("position"), py::kw_only(), py::arg("order") = "rgb",

@@ -6,6 +6,9 @@
 # $ALTIRO3D_TEST_DATA (default: ../shared/data) has photos of others and FastDepth; without it docs/depth.md keeps
 # its picture.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/../scripts/usage.sh"
+check_arguments 1 -- "$@"
 cd "$(dirname "$0")/.."
 tools=${1:-build/dev/tools}
 work=$(mktemp -d)

@@ -7,16 +7,12 @@
 #   scripts/build-web.sh            builds
 #   scripts/build-web.sh --serve    builds, and serves the page at http://localhost:8000
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 --serve -- "$@"
 cd "$(dirname "$0")/.."
 serve=
-case "${1:-}" in
-'') ;;
---serve) serve=yes ;;
-*)
-    echo "usage: $0 [--serve]" >&2
-    exit 2
-    ;;
-esac
+[[ $# -eq 0 ]] || serve=yes
 scripts/install-dependencies.sh web
 out=$PWD/build/web
 log=$out/log

@@ -6,10 +6,14 @@
 #
 # FUZZ: seconds for each fuzz target (default: 600). The others: how long scripts/soak.sh runs.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 4 -- "$@"
 cd "$(dirname "$0")/.."
 export ALTIRO3D_LONGEST_TEST=1000 # seconds
 fuzz=${1:-600}
 soak=("${@:2}")
+for number in "$fuzz" "${soak[@]}"; do check_number "$number" "a number of seconds or photos"; done
 results=()
 failed=0
 

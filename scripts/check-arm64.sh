@@ -5,6 +5,9 @@
 #
 #   scripts/check-arm64.sh
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 -- "$@"
 cd "$(dirname "$0")/.."
 # shellcheck source=scripts/bare-debian.sh
 . scripts/bare-debian.sh

@@ -3,6 +3,9 @@
 #
 #   scripts/check-cppcheck.sh
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 -- "$@"
 cd "$(dirname "$0")/.."
 [[ -f build/dev/compile_commands.json ]] || cmake --preset dev >/dev/null
 # the fuzz targets need Clang and are in a build of their own

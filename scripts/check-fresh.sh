@@ -4,8 +4,12 @@
 #
 #   scripts/check-fresh.sh [SUITE]    bookworm (Debian 12, default) or trixie (Debian 13)
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 1 -- "$@"
 cd "$(dirname "$0")/.."
 . scripts/bare-debian.sh
+[[ ${1:-bookworm} =~ ^(bookworm|trixie)$ ]] || wrong_usage "$1: unknown suite, expected bookworm or trixie"
 make_root "${1:-bookworm}"
 mount -t proc proc "$root/proc"
 mount --rbind /dev "$root/dev"

@@ -6,6 +6,7 @@ A header and its source count as one node; a public header belongs to the room o
 
     scripts/check-includes.py [ROOT]      default: the project
 """
+import argparse
 import re
 import sys
 from pathlib import Path
@@ -84,7 +85,10 @@ def find_cycles(includes):
 
 
 def main():
-    root = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parent.parent).resolve()
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("root", metavar="ROOT", nargs="?", type=Path, default=Path(__file__).parent.parent)
+    root = parser.parse_args().root.resolve()
     rooms, includes, problems = read_nodes(root)
     if len(rooms) < 10:
         sys.exit(f"{root}: has {len(rooms)} files of the library, expected the project")

@@ -9,6 +9,7 @@ Commands are looked for in code: indented and fenced blocks, and `spans`. A span
 option alone, or with its value, must be one of any tool or script.
 """
 
+import argparse
 import os
 import re
 import shlex
@@ -166,11 +167,13 @@ def faults_of_links(file, prose):
 
 
 def main():
-    if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
-        print(__doc__, file=sys.stderr)
-        return 2
-    commands = Commands(sys.argv[1])
-    files = [Path(name) for name in sys.argv[2:]] or sorted(
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("tools", metavar="TOOLS_DIRECTORY")
+    parser.add_argument("files", metavar="FILE.md", nargs="*", type=Path)
+    given = parser.parse_args()
+    commands = Commands(given.tools)
+    files = given.files or sorted(
         file for file in ROOT.rglob("*.md")
         if not file.relative_to(ROOT).parts[0].startswith(("build", ".git")))
     count = 0

@@ -4,6 +4,9 @@
 #
 #   scripts/check-packages.sh [--made]    --made: takes the packages that are in build/package/
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 --made -- "$@"
 cd "$(dirname "$0")/.."
 . scripts/bare-debian.sh
 [[ ${1:-} == --made ]] || scripts/make-packages.sh

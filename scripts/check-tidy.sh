@@ -5,6 +5,9 @@
 #
 #   scripts/check-tidy.sh [--all | REVISION]
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 1 --all -- "$@"
 cd "$(dirname "$0")/.."
 [[ -f build/dev/compile_commands.json ]] || cmake --preset dev >/dev/null
 # the fuzz targets need Clang and are in a build of their own

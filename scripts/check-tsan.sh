@@ -8,6 +8,9 @@
 #
 #   scripts/check-tsan.sh
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 -- "$@"
 cd "$(dirname "$0")/.."
 [[ -f build/tsan/build.ninja ]] || cmake --preset tsan >/dev/null
 cmake --build --preset tsan --target altiro3D_unit_tests altiro3D_qt_tests video2native

@@ -5,6 +5,9 @@
 #
 #   scripts/check-valgrind.sh [TOOLS]       TOOLS: directory of the tools (default: build/dev/tools)
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 1 -- "$@"
 cd "$(dirname "$0")/.."
 tools=$(cd "${1:-build/dev/tools}" && pwd)
 sample=$PWD/calibration/portrait-sample.json

@@ -5,6 +5,9 @@
 #
 #   scripts/check-web.sh [WORD...]    checks whose names contain a word; default: all
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 99 -- "$@"
 cd "$(dirname "$0")/.."
 if ! command -v emcc >/dev/null; then
     echo "$0: emcc: is not there, expected Emscripten (scripts/install-dependencies.sh web)" >&2

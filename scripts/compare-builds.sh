@@ -8,10 +8,12 @@
 # Videos are compared frame by frame: containers name the program that wrote them. Videos of
 # ../shared/data and its small depth network are compared as well if they exist.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 2 -- "$@"
 cd "$(dirname "$0")/.."
 if [[ $# -lt 1 || ! -x $1/tools/photo2native ]]; then
-    echo "usage: $0 BUILD [BUILD], directories in which altiro3D was built" >&2
-    exit 2
+    wrong_usage "${1:-no build}: holds no tools/photo2native, expected a directory in which altiro3D was built"
 fi
 first=$(realpath "$1")
 work=$(mktemp -d "${TMPDIR:-/tmp}/altiro3D-compare-XXXXXX")

@@ -6,7 +6,10 @@
 # Runs each command once with either build on the sample photo, its quilt, its views and a short clip.
 # Prints the commands whose outputs differ, and fails if there are any.
 set -euo pipefail
-[[ $# -eq 2 ]] || { echo "usage: compare-results.sh BUILD_A BUILD_B" >&2; exit 2; }
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 2 -- "$@"
+[[ $# -eq 2 ]] || wrong_usage "there are $# builds, expected two"
 source=$(cd "$(dirname "$0")/.." && pwd)
 builds=()
 for build in "$@"; do

@@ -5,6 +5,9 @@
 #
 #   scripts/fuzz-coverage.sh [DIR]
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 1 -- "$@"
 cd "$(dirname "$0")/.."
 inputs=${1:-build/fuzz}
 build=build/fuzz-coverage

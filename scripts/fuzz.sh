@@ -6,8 +6,12 @@
 #
 # SECONDS (default: 30) is the time for all targets together on one processor.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 99 -- "$@"
 cd "$(dirname "$0")/.."
 seconds=${1:-30}
+check_number "$seconds" "seconds for all targets"
 [[ $# -eq 0 ]] || shift
 build=build/fuzz
 

@@ -10,6 +10,9 @@
 #
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 1 -- "$@"
 
 build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-dev libheif-dev
        liblcms2-dev libtiff-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev libqt5svg5
@@ -38,8 +41,7 @@ web)
     ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
 *)
-    echo "usage: $0 [build|test|cluster|arm64|web|package]" >&2
-    exit 2
+    wrong_usage "$1: unknown, expected build, test, cluster, arm64, web or package"
     ;;
 esac
 if ! command -v apt-get >/dev/null; then

@@ -6,15 +6,22 @@
 # Uses the build of scripts/quickstart.sh if it exists. One source file holds the place of the data: it is
 # compiled for /usr, and at the end again for the source tree.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+for argument; do
+    [[ $argument == -D?* ]] || check_arguments 0 -- "$argument"
+done
 cd "$(dirname "$0")/.."
 scripts/install-dependencies.sh package
 if [[ -z ${SOURCE_DATE_EPOCH:-} ]] && when=$(git log -1 --format=%ct 2>/dev/null); then
     export SOURCE_DATE_EPOCH=$when # the same source gives the same packages
 fi
+export NINJA_STATUS='[%f/%t, %p, %e s] '
 umask 022
 back_to_source() {
     local status=$?
-    cmake --preset package "$@" >/dev/null && cmake --build --preset package >/dev/null || status=1
+    echo "Building again what differs for the source tree"
+    cmake --preset package "$@" >/dev/null && cmake --build --preset package || status=1
     exit "$status"
 }
 trap 'back_to_source "$@"' EXIT
@@ -28,5 +35,6 @@ cpack --config build/package/CPackConfig.cmake -B build/package
 #   maintscript-calls-ldconfig          CPack's own scripts, next to the trigger
 #   library-not-linked-against-libc     libaltiro3D-imgcodecs calls nothing but OpenCV
 accepted=initial-upload-closes-no-bugs,maintscript-calls-ldconfig,library-not-linked-against-libc
+echo "Checking the packages"
 lintian --allow-root --fail-on error,warning --suppress-tags "$accepted" build/package/*.deb
 echo "packages:" build/package/*.deb

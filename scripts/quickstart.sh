@@ -1,5 +1,7 @@
 #!/usr/bin/env bash
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
 
 usage() {
     cat <<'TEXT'
@@ -16,11 +18,6 @@ none, a sample calibration is used.
                  connection the network of altiro3D is used
   -h, --help     show this text
 TEXT
-}
-
-wrong_usage() { # sentence
-    echo "$0: $1 (see --help)" >&2
-    exit 2
 }
 
 midas=no
@@ -69,8 +66,8 @@ log_to "$output/log.txt"
 # its own depth, which lies next to it, shows less of what your photos become
 cp -f "$root/docs/examples/sample.jpg" "$output/"
 export ALTIRO3D_LOG=$log
-echo "This installs the packages that are missing and builds the tools. The first time it takes about ten"
-echo "minutes. Details go to $log"
+echo "This installs the packages that are missing and builds the tools. The first build takes"
+echo "$(minutes_here 30). Details go to $log"
 scripts/install-dependencies.sh build
 echo "Building the tools"
 logged cmake --preset package

@@ -4,6 +4,7 @@
     scripts/skipped-tests.py JUNIT.xml
 """
 
+import argparse
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -23,13 +24,14 @@ def reason_of(test):
 
 
 def main():
-    if len(sys.argv) != 2 or sys.argv[1].startswith("-"):
-        print(__doc__, file=sys.stderr)
-        return 2
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("file", metavar="JUNIT.xml")
+    file = parser.parse_args().file
     try:
-        tests = ElementTree.parse(sys.argv[1]).getroot().findall("testcase")
+        tests = ElementTree.parse(file).getroot().findall("testcase")
     except (OSError, ElementTree.ParseError) as error:
-        print(f"{sys.argv[1]}: {error}, expected what ctest --output-junit writes", file=sys.stderr)
+        print(f"{file}: {error}, expected what ctest --output-junit writes", file=sys.stderr)
         return 1
     names = {}
     for test in tests:

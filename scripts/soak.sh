@@ -12,8 +12,12 @@
 # pictures with sound; $SOAK_CLIP is used instead if it is set, again and again, and $SOAK_NETWORK is
 # the depth network of both. The panel is 384 x 512 px.
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 3 -- "$@"
 cd "$(dirname "$0")/.."
 photos=${1:-1000} seconds=${2:-3600} played=${3:-600}
+for number in "$photos" "$seconds" "$played"; do check_number "$number" "a number of photos or seconds"; done
 tools=build/dev/tools
 network=(${SOAK_NETWORK:+-n "$SOAK_NETWORK"})
 place=$(mktemp -d)

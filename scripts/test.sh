@@ -1,9 +1,16 @@
 #!/usr/bin/env bash
 # Installs what is needed, builds everything and runs the tests, but not those with the label "slow",
-# which scripts/check-all.sh runs. Takes about twelve minutes on two cores.
+# which scripts/check-all.sh runs.
+#
+#   scripts/test.sh
 set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 -- "$@"
 cd "$(dirname "$0")/.."
-echo "altiro3D: builds and tests, about twelve minutes on two cores"
+. scripts/log.sh
+echo "altiro3D: builds and tests, $(minutes_here 40) if nothing is built yet"
+export NINJA_STATUS='[%f/%t, %p, %e s] '
 scripts/install-dependencies.sh test
 cmake --preset dev
 cmake --build --preset dev

@@ -5,16 +5,18 @@ Usage: average.py OUT.onnx FILE.onnx... [--shares SHARE...]     equal shares by 
 import argparse
 import hashlib
 
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("out")
+parser.add_argument("files", nargs="+")
+parser.add_argument("--shares", type=float, nargs="+", help="of the files, in their order; any sum")
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
+
 import onnx
 from onnx import numpy_helper
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("out")
-    parser.add_argument("files", nargs="+")
-    parser.add_argument("--shares", type=float, nargs="+", help="of the files, in their order; any sum")
-    args = parser.parse_args()
     shares = args.shares or [1] * len(args.files)
     if len(shares) != len(args.files):
         parser.error(f"--shares: {len(shares)} shares, expected {len(args.files)}, one for each file")

@@ -1,8 +1,13 @@
 #!/usr/bin/env python3
 """Compares the renderer's depth with closed forms: check_render.py CACHE_FOLDER"""
 
+import argparse
 import pathlib
-import sys
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("cache", metavar="CACHE_FOLDER", type=pathlib.Path)
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
 
 import numpy as np
 
@@ -11,7 +16,7 @@ from render import Renderer, Scene, View, camera_axes, material, place
 
 
 def main():
-    renderer = Renderer(pathlib.Path(sys.argv[1]))
+    renderer = Renderer(args.cache)
     sky = renderer.panorama(np.ones((32, 64, 3)))
     for yaw, pitch, roll in ((0.3, -0.5, 0.2), (-2.0, -1.2, 0.0), (1.0, 0.0, -0.4)):
         view, eye = View(), np.array([1.0, -2.0, 1.5])

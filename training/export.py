@@ -2,9 +2,15 @@
 
 Usage: export.py CHECKPOINT OUT.onnx
 """
+import argparse
 import hashlib
 import os
-import sys
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("checkpoint")
+parser.add_argument("out", metavar="OUT.onnx")
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
 
 import cv2
 import numpy as np
@@ -14,7 +20,7 @@ from network import DepthNet
 
 
 def main():
-    checkpoint, out = sys.argv[1:]
+    checkpoint, out = args.checkpoint, args.out
     net = DepthNet()
     net.load_state_dict(torch.load(checkpoint, map_location="cpu")["mean"])
     net.eval()

@@ -7,6 +7,28 @@ import pathlib
 import sys
 import time
 
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument(
+    "--sources", required=True, help="folder with the bare git mirrors OWNER+NAME/repo"
+)
+parser.add_argument(
+    "--cache", default="build/frames-cache", help="folder for extracted files and the renderer"
+)
+parser.add_argument("--out", required=True, help="folder for the frames")
+parser.add_argument("--seed", type=int, default=1)
+parser.add_argument("--first", type=int, default=0, help="number of the first frame")
+parser.add_argument("--frames", type=int, default=100)
+parser.add_argument(
+    "--step", type=int, default=1, help="every how many frames: for several processes"
+)
+parser.add_argument("--families", default="", help="name=weight,...; all of them by default")
+parser.add_argument(
+    "--longer", type=int, default=288, help="px of a frame's longer side"
+)
+parser.add_argument("--held-out", action="store_true", help="use what is kept for validation")
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
+
 import cv2
 import numpy as np
 
@@ -41,26 +63,7 @@ def frame(rng, assets, family):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--sources", required=True, help="folder with the bare git mirrors OWNER+NAME/repo"
-    )
-    parser.add_argument(
-        "--cache", default="build/frames-cache", help="folder for extracted files and the renderer"
-    )
-    parser.add_argument("--out", required=True, help="folder for the frames")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0, help="number of the first frame")
-    parser.add_argument("--frames", type=int, default=100)
-    parser.add_argument(
-        "--step", type=int, default=1, help="every how many frames: for several processes"
-    )
-    parser.add_argument("--families", default="", help="name=weight,...; all of them by default")
-    parser.add_argument(
-        "--longer", type=int, default=scenes.LONGER, help="px of a frame's longer side"
-    )
-    parser.add_argument("--held-out", action="store_true", help="use what is kept for validation")
-    a = parser.parse_args()
+    a = args
     cv2.setNumThreads(1)
     scenes.LONGER = a.longer
     out = pathlib.Path(a.out)

@@ -5,8 +5,16 @@ Usage: masks.py CACHE OUT [LONGER] [--held-out], with the folder where generate.
 px of the longer side
 """
 
+import argparse
 import pathlib
-import sys
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("cache", type=pathlib.Path)
+parser.add_argument("out", type=pathlib.Path)
+parser.add_argument("longer", type=int, nargs="?", default=320)
+parser.add_argument("--held-out", action="store_true")
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
 
 import cv2
 
@@ -15,9 +23,7 @@ from assets import HELD_OUT_SHARE
 
 
 def main():
-    held_out = "--held-out" in sys.argv
-    source, out, longer = ([a for a in sys.argv[1:] if a != "--held-out"] + ["320"])[:3]
-    source, out, longer = pathlib.Path(source) / "src", pathlib.Path(out), int(longer)
+    held_out, source, out, longer = args.held_out, args.cache / "src", args.out, args.longer
     out.mkdir(parents=True, exist_ok=True)
     found = [
         photo

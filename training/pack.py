@@ -9,6 +9,21 @@ import glob
 import os
 import pathlib
 
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+kinds = parser.add_subparsers(dest="kind", required=True)
+frames = kinds.add_parser("frames", help="frames of generate.py")
+frames.add_argument("out")
+frames.add_argument("folders", nargs="+")
+frames.add_argument("--first", type=int, default=0, help="number of the first frame in their list")
+frames.add_argument("--frames", type=int, help="how many of them; all by default")
+frames.add_argument("--step", type=int, default=1, help="every how many")
+pack = kinds.add_parser("photos", help="photos without depth, with the maps of masks.py")
+pack.add_argument("out")
+pack.add_argument("cache", help="folder where generate.py extracted the sources")
+pack.add_argument("masks", help="folder of masks.py")
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
+
 import cv2
 import numpy as np
 
@@ -95,19 +110,6 @@ def pack_photos(out, cache, masks, longer=448):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    kinds = parser.add_subparsers(dest="kind", required=True)
-    frames = kinds.add_parser("frames", help="frames of generate.py")
-    frames.add_argument("out")
-    frames.add_argument("folders", nargs="+")
-    frames.add_argument("--first", type=int, default=0, help="number of the first frame in their list")
-    frames.add_argument("--frames", type=int, help="how many of them; all by default")
-    frames.add_argument("--step", type=int, default=1, help="every how many")
-    pack = kinds.add_parser("photos", help="photos without depth, with the maps of masks.py")
-    pack.add_argument("out")
-    pack.add_argument("cache", help="folder where generate.py extracted the sources")
-    pack.add_argument("masks", help="folder of masks.py")
-    args = parser.parse_args()
     cv2.setNumThreads(1)
     if args.kind == "photos":
         pack_photos(args.out, args.cache, args.masks)

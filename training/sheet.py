@@ -1,16 +1,23 @@
 #!/usr/bin/env python3
 """A contact sheet of frames with their depth: sheet.py FOLDER OUT.png [COUNT [FIRST]]"""
 
+import argparse
 import pathlib
-import sys
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("folder", type=pathlib.Path)
+parser.add_argument("out", metavar="OUT.png")
+parser.add_argument("count", type=int, nargs="?", default=100)
+parser.add_argument("first", type=int, nargs="?", default=0)
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
 
 import cv2
 import numpy as np
 
 
 def main():
-    folder, out = pathlib.Path(sys.argv[1]), sys.argv[2]
-    count, first = (int(a) for a in (sys.argv[3:] + ["100", "0"][len(sys.argv) - 3 :]))
+    folder, out, count, first = args.folder, args.out, args.count, args.first
     depths = sorted(folder.glob("*.d.png"))[first : first + count]
     tiles = []
     for path in depths:

@@ -4,10 +4,19 @@ Usage: stream.py CACHE OUT SEED PROCESS SECONDS      CACHE as generate.py leaves
 A file OUT/PROCESS-NUMBER.npz holds some frames of one size: what they show, the root of inverse depth in two bytes,
 and their rows and columns.
 """
+import argparse
 import os
 import pathlib
-import sys
 import time
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("cache")
+parser.add_argument("out")
+parser.add_argument("seed", type=int)
+parser.add_argument("process", type=int)
+parser.add_argument("seconds", type=float)
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
 
 import cv2
 import numpy as np
@@ -21,8 +30,8 @@ MOST = 2500  # files that wait for their use
 
 
 def main():
-    cache, out, seed, process, seconds = sys.argv[1:]
-    seed, process, begin = int(seed), int(process), time.time()
+    cache, out, seed, process, seconds = args.cache, args.out, args.seed, args.process, args.seconds
+    begin = time.time()
     cv2.setNumThreads(1)
     assets = Assets(pathlib.Path(cache))
     print(f"assets in {time.time() - begin:.1f} s", flush=True)

@@ -9,6 +9,35 @@ import random
 import sys
 import time
 
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--frames", default="frames", help="folder of the sets")
+parser.add_argument("--sets", nargs="+", default=["train-*"])
+parser.add_argument("--encoder", help="mobilenet_v2_1.0_224_quant.tflite, for a new run")
+parser.add_argument("--start", help="exported network to begin a new run with, in place of --encoder")
+parser.add_argument("--out", required=True, help="folder of checkpoint and log")
+parser.add_argument("--batches", type=int, default=5000)
+parser.add_argument("--decay", type=int, default=4000)
+parser.add_argument("--batch", type=int, default=8)
+parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
+parser.add_argument("--encoder-rate", type=float, default=1e-4)
+parser.add_argument("--edges", type=float, default=0.5, help="weight of the edges' loss")
+parser.add_argument("--photos", help="folder of masks.py: photos without depth")
+parser.add_argument("--photo-share", type=int, default=2, help="photos that are added to each batch")
+parser.add_argument("--photo-weight", type=float, default=0.5, help="weight of the photos' loss")
+parser.add_argument("--sizes", type=int, nargs=2, metavar=("LEAST", "MOST"),
+                    help="longer side of the batches, multiples of 32; fewer pictures in larger ones")
+parser.add_argument("--teacher", help="exported network whose layout at 256 px the photos without depth shall have")
+parser.add_argument("--teacher-weight", type=float, default=1)
+parser.add_argument("--frozen", type=int, default=7, help="blocks of the encoder, 0..17")
+parser.add_argument("--seed", type=int, default=1)
+parser.add_argument("--only", type=int, default=0, help="train on the first frames only")
+parser.add_argument("--evaluate", type=int, default=300, help="batches between evaluations")
+parser.add_argument("--data", help="folder of the real test data, to validate with")
+parser.add_argument("--bfloat16", action="store_true", help="twice as fast on some processors, less exact")
+parser.add_argument("--threads", type=int, default=2)
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
+
 import numpy as np
 import torch
 
@@ -66,33 +95,6 @@ def save(file, **state):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--frames", default="frames", help="folder of the sets")
-    parser.add_argument("--sets", nargs="+", default=["train-*"])
-    parser.add_argument("--encoder", help="mobilenet_v2_1.0_224_quant.tflite, for a new run")
-    parser.add_argument("--start", help="exported network to begin a new run with, in place of --encoder")
-    parser.add_argument("--out", required=True, help="folder of checkpoint and log")
-    parser.add_argument("--batches", type=int, default=5000)
-    parser.add_argument("--decay", type=int, default=4000)
-    parser.add_argument("--batch", type=int, default=8)
-    parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
-    parser.add_argument("--encoder-rate", type=float, default=1e-4)
-    parser.add_argument("--edges", type=float, default=0.5, help="weight of the edges' loss")
-    parser.add_argument("--photos", help="folder of masks.py: photos without depth")
-    parser.add_argument("--photo-share", type=int, default=2, help="photos that are added to each batch")
-    parser.add_argument("--photo-weight", type=float, default=0.5, help="weight of the photos' loss")
-    parser.add_argument("--sizes", type=int, nargs=2, metavar=("LEAST", "MOST"),
-                        help="longer side of the batches, multiples of 32; fewer pictures in larger ones")
-    parser.add_argument("--teacher", help="exported network whose layout at 256 px the photos without depth shall have")
-    parser.add_argument("--teacher-weight", type=float, default=1)
-    parser.add_argument("--frozen", type=int, default=7, help="blocks of the encoder, 0..17")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", type=int, default=0, help="train on the first frames only")
-    parser.add_argument("--evaluate", type=int, default=300, help="batches between evaluations")
-    parser.add_argument("--data", help="folder of the real test data, to validate with")
-    parser.add_argument("--bfloat16", action="store_true", help="twice as fast on some processors, less exact")
-    parser.add_argument("--threads", type=int, default=2)
-    args = parser.parse_args()
 
     torch.set_num_threads(args.threads)
     torch.manual_seed(args.seed)

@@ -18,6 +18,35 @@ import sys
 import threading
 import time
 
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--frames", nargs="+", required=True, help="packs of frames")
+parser.add_argument("--photos", required=True, help="pack of photos without depth")
+parser.add_argument("--stream", help="folder of stream.py, which makes more frames meanwhile")
+parser.add_argument("--keep-stream", action="store_true", help="leave the files there, for another training")
+parser.add_argument("--most", type=int, default=36000, help="frames of one size in memory")
+parser.add_argument("--start", help="exported network or checkpoint to begin with")
+parser.add_argument("--encoder", help="mobilenet_v2_1.0_224_quant.tflite, to begin with")
+parser.add_argument("--out", required=True, help="folder of checkpoints and log")
+parser.add_argument("--seconds", type=float, default=500, help="until the last checkpoint is written")
+parser.add_argument("--batch", type=int, default=96, help="pictures of 224 x 224; more of smaller ones")
+parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
+parser.add_argument("--encoder-rate", type=float, default=2.5e-4)
+parser.add_argument("--last", type=float, default=0, help="share of the rates at the end")
+parser.add_argument("--hold", type=float, default=0.3, help="pull of the encoder to where it began")
+parser.add_argument("--edges", type=float, default=0.5, help="weight of the edges' loss")
+parser.add_argument("--photo-share", type=float, default=0.22, help="of the pictures")
+parser.add_argument("--photo-weight", type=float, default=0.5, help="weight of the maps' loss")
+parser.add_argument("--mapped-share", type=float, default=0.6, help="of the photos: those with maps")
+parser.add_argument("--teachers", nargs="*", help="exported networks, in place of the running mean")
+parser.add_argument("--teacher-weight", type=float, default=0.7, help="weight of the teacher's loss")
+parser.add_argument("--prints", type=float, default=0, help="share of the pictures that get a print, if they can")
+parser.add_argument("--keep", type=float, default=0.998, help="of the averaged weights, per batch")
+parser.add_argument("--snapshots", type=float, nargs="*", default=[0.7, 0.85], help="shares of the time")
+parser.add_argument("--seed", type=int, default=1)
+parser.add_argument("--device", default="cuda")
+if __name__ == "__main__":  # before what takes long to load or is missing
+    args = parser.parse_args()
+
 import cv2
 import numpy as np
 import torch
@@ -536,33 +565,6 @@ def fill(net, file):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--frames", nargs="+", required=True, help="packs of frames")
-    parser.add_argument("--photos", required=True, help="pack of photos without depth")
-    parser.add_argument("--stream", help="folder of stream.py, which makes more frames meanwhile")
-    parser.add_argument("--keep-stream", action="store_true", help="leave the files there, for another training")
-    parser.add_argument("--most", type=int, default=36000, help="frames of one size in memory")
-    parser.add_argument("--start", help="exported network or checkpoint to begin with")
-    parser.add_argument("--encoder", help="mobilenet_v2_1.0_224_quant.tflite, to begin with")
-    parser.add_argument("--out", required=True, help="folder of checkpoints and log")
-    parser.add_argument("--seconds", type=float, default=500, help="until the last checkpoint is written")
-    parser.add_argument("--batch", type=int, default=96, help="pictures of 224 x 224; more of smaller ones")
-    parser.add_argument("--rate", type=float, default=1e-3, help="of the decoder")
-    parser.add_argument("--encoder-rate", type=float, default=2.5e-4)
-    parser.add_argument("--last", type=float, default=0, help="share of the rates at the end")
-    parser.add_argument("--hold", type=float, default=0.3, help="pull of the encoder to where it began")
-    parser.add_argument("--edges", type=float, default=0.5, help="weight of the edges' loss")
-    parser.add_argument("--photo-share", type=float, default=0.22, help="of the pictures")
-    parser.add_argument("--photo-weight", type=float, default=0.5, help="weight of the maps' loss")
-    parser.add_argument("--mapped-share", type=float, default=0.6, help="of the photos: those with maps")
-    parser.add_argument("--teachers", nargs="*", help="exported networks, in place of the running mean")
-    parser.add_argument("--teacher-weight", type=float, default=0.7, help="weight of the teacher's loss")
-    parser.add_argument("--prints", type=float, default=0, help="share of the pictures that get a print, if they can")
-    parser.add_argument("--keep", type=float, default=0.998, help="of the averaged weights, per batch")
-    parser.add_argument("--snapshots", type=float, nargs="*", default=[0.7, 0.85], help="shares of the time")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--device", default="cuda")
-    args = parser.parse_args()
 
     begin = time.time()
     device = torch.device(args.device)

@@ -7,12 +7,17 @@ Needs mypy 1.0, that of Debian 12, as others write the same types in other words
 file is not what would be made, or if stubtest finds that it does not describe the module; with another
 mypy only stubtest looks at it, without mypy it exits with 77.
 """
+import argparse
 import os
 import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+parser.add_argument("--check", action="store_true")
+given = parser.parse_args()  # before anything that may be missing
 
 import altiro3d
 
@@ -60,7 +65,7 @@ def made():
 
 def main():
     can_make = mypy_version.startswith(MYPY)
-    if "--check" not in sys.argv:
+    if not given.check:
         if not can_make:
             print(f"{STUBS}: is not made by mypy {mypy_version}, expected mypy {MYPY}x")
             return 1

@@ -10,7 +10,7 @@ failures=0
 clone=$root/the\ clone
 here=$root/here
 mkdir -p "$clone/scripts" "$clone/build/package/tools" "$clone/docs/examples" "$root/bin" "$here"
-cp "$source"/scripts/{quickstart,install-dependencies,log}.sh "$clone/scripts/"
+cp "$source"/scripts/{quickstart,install-dependencies,log,usage}.sh "$clone/scripts/"
 touch "$clone/docs/examples/sample.jpg" "$clone/docs/examples/sample-depth.png" "$here/photo.jpg" "$here/visual.json"
 stand_in() { # file, its shell commands
     printf '#!/usr/bin/env bash\n%s\n' "$2" >"$1"
@@ -22,7 +22,7 @@ stand_in "$root/bin/apt-get" 'case $* in
     *--print-uris*) printf "%s\n" "'\''file:/a.deb'\'' a.deb 1500000 SHA256:0" "'\''file:/b.deb'\'' b.deb 9500000 SHA256:0" ;;
     *) seq -f "line %g of apt" 100; [[ $* != *install* || ! -e $APT_FAILS ]] ;;
     esac'
-stand_in "$root/bin/cmake" 'seq -f "line %g of cmake" 100; [[ ! -e $CMAKE_FAILS ]]'
+stand_in "$root/bin/cmake" 'seq -f "line %g of cmake" 100; echo "[30/120] Building"; [[ ! -e $CMAKE_FAILS ]]'
 stand_in "$clone/build/package/tools/photo2native" 'echo "depth: network altiro3d (altiro3d-depth.onnx)"; echo "from $PWD: $*" >"$CALL"
     echo native >"${!#}"'
 stand_in "$clone/scripts/get-models.sh" 'echo "get-models.sh $*"; [[ ! -e $NO_NETWORK ]]'
@@ -66,6 +66,8 @@ run
 expect "all goes well" ends 0
 expect "nothing to install is not told" says_not "Installing"
 expect "the long output is kept away" says_not "line 1 of"
+expect "how long it takes is that of this computer" says "about $(((30 + $(nproc) - 1) / $(nproc))) minutes on the $(nproc) processor cores"
+expect "how far it is" says "  25 %, 0 min "
 expect "the log has it" grep -q "line 100 of cmake" "$log"
 expect "the log is named" says "$log"
 expect "native.png is there" [ -s "$clone/native.png" ]

@@ -239,13 +239,19 @@ class PdfFormat : public RowFormat {
         : RowFormat(file, size, channels, dpi), rows_(size) {}
 
     void begin() override {
-        const std::string width = numberText(size_.width / dpi_.width * kPointsPerInch, 12);
-        const std::string height = numberText(size_.height / dpi_.height * kPointsPerInch, 12);
-        put("%PDF-1.5\n%\xE2\xE3\xCF\xD3\n");
+        const double across = size_.width / dpi_.width * kPointsPerInch;
+        const double down = size_.height / dpi_.height * kPointsPerInch;
+        // readers limit pages to 14400 units; the unit of larger ones is several points
+        constexpr double kMaxUnits = 14400;
+        const double unit = std::ceil(std::max({across, down, kMaxUnits}) / kMaxUnits);
+        const std::string width = numberText(across / unit, 12);
+        const std::string height = numberText(down / unit, 12);
+        put((unit > 1 ? "%PDF-1.6" : "%PDF-1.5") + std::string("\n%\xE2\xE3\xCF\xD3\n"));
         object("<< /Type /Catalog /Pages 2 0 R >>");
         object("<< /Type /Pages /Kids [3 0 R] /Count 1 >>");
-        object("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 " + width + " " + height +
-               "] /Resources << /XObject << /I 6 0 R >> >> /Contents 4 0 R >>");
+        object("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 " + width + " " + height + "]" +
+               (unit > 1 ? " /UserUnit " + numberText(unit) : "") +
+               " /Resources << /XObject << /I 6 0 R >> >> /Contents 4 0 R >>");
         const std::string draw = "q " + width + " 0 0 " + height + " 0 0 cm /I Do Q";
         object("<< /Length " + std::to_string(draw.size()) + " >>\nstream\n" + draw +
                "\nendstream");

@@ -17,6 +17,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 #include <tiffio.h>
 #include <zlib.h>
 
@@ -141,6 +142,31 @@ TEST(RowFile, PdfHasOnePageOfExactSize) {
               Z_OK);
     EXPECT_EQ(size, rows.size() - 1);
     EXPECT_EQ(rows[1], 30); // red of the first px, whatever its filter
+}
+
+TEST(RowFile, PdfOfALargePageHasALargeUnit) {
+    const TemporaryDirectory folder;
+    const auto pageOf = [&](cv::Size2d dpi) {
+        RowFile file(folder / "a.pdf", {4096, 512}, CV_8UC1, dpi);
+        file.write(cv::Mat(512, 4096, CV_8UC1, cv::Scalar(200)));
+        file.finish();
+        const std::string pdf = slurp(folder / "a.pdf");
+        std::istringstream box(pdf.substr(pdf.find("/MediaBox [0 0 ") + 15, 40));
+        cv::Size2d size;
+        box >> size.width >> size.height;
+        EXPECT_LE(std::max(size.width, size.height), 14400) << dpi;
+        const std::size_t unit = pdf.find("/UserUnit ");
+        EXPECT_EQ(unit != std::string::npos, pdf.substr(0, 8) == "%PDF-1.6") << dpi;
+        const double points = unit == std::string::npos ? 1 : std::stod(pdf.substr(unit + 10));
+        return cv::Size2d(size.width * points, size.height * points);
+    };
+    const auto expectNear = [](cv::Size2d size, cv::Size2d expected) {
+        EXPECT_NEAR(size.width, expected.width, 1e-6);
+        EXPECT_NEAR(size.height, expected.height, 1e-6);
+    };
+    expectNear(pageOf({20.48, 20.48}), {14400, 1800});
+    expectNear(pageOf({10, 20}), {29491.2, 1843.2});
+    expectNear(pageOf({40, 12}), {7372.8, 3072});
 }
 
 TEST(RowFile, NamesWhatItCannotWrite) {

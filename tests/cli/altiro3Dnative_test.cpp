@@ -210,6 +210,13 @@ TEST_F(Altiro3DNative, MakesTheCalibrationOfAPrintFromNumbers) {
     EXPECT_TRUE(json["lens"]["print"]);
 
     EXPECT_TRUE(isDone(run("--lens lpi=60,dpi=720,size=10x15mm plain.json")));
+    for (const char* const size : {"1 x 2in", "1x2\"", "2.54cmx50.8mm"}) {
+        EXPECT_TRUE(isDone(
+            run({"--lens", std::string("lpi=60, dpi = 720, size=") + size, "-y", "in.json"})));
+        const Calibration print = readCalibration(studio_ / "in.json");
+        EXPECT_EQ(print.screenH, 1440) << size; // 2 inches
+        EXPECT_EQ(print.screenW, 720) << size;
+    }
     const Outcome plain = run("--info plain.json");
     EXPECT_TRUE(says(plain, "useful views  12 (dpi / LPI)"));
     for (const char* unknown : {"viewing cone", "visual pitch", "sharp depth"})
@@ -239,8 +246,11 @@ TEST_F(Altiro3DNative, BadNumbersOfALensAreNamed) {
                               Arguments{"print.json"}),
                           2, "is about a calibration that exists"));
     }
-    EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=10x15in", 2),
-                      "size=10x15in is none of its numbers, expected size=100x150mm"));
+    EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=10x15ft", 2),
+                      "--lens: size=10x15ft has the unit ft, expected mm, cm or in"));
+    EXPECT_TRUE(holds(message("lpi=60lpi,dpi=720", 2), "has the unit lpi, expected a number"));
+    EXPECT_TRUE(holds(message("lpi=60,dpi=720,size=tenx15mm", 2),
+                      "size=tenx15mm is not one of its numbers, expected size=100x150mm or 4x6in"));
     EXPECT_TRUE(holds(message("lpi=60,colour=3", 2), "expected lpi, dpi, size"));
     EXPECT_TRUE(
         holds(message("lpi=60,dpi=720,size=10x15mm,views=1e9", 2), "views=auto or 2..1024"));

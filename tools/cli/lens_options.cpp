@@ -2,24 +2,28 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 namespace altiro3D::tools {
 
 namespace {
 
-// "720" or "720x360", and perhaps a unit behind it; false if it is neither.
-bool readPair(const std::string& text, const std::string& unit, double& first, double* second) {
-    const char* at = text.data();
-    const char* const end = at + text.size();
-    const auto number = [&](double& value) {
-        const auto read = std::from_chars(at, end, value);
-        at = read.ptr;
-        return read.ec == std::errc();
-    };
-    if (!number(first)) return false;
-    if (second != nullptr && at != end && *at == 'x' && (++at, !number(*second))) return false;
-    return at == end || std::string(at, end) == unit;
+using Units = std::vector<std::pair<std::string, double>>; // and how many mm each has
+
+const Units& lengths() {
+    static const Units units = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"\"", 25.4}};
+    return units;
+}
+
+// A number and perhaps a unit behind it. @return the unit; nothing if there is no number
+std::optional<std::string> readNumber(std::string_view text, double& value) {
+    const char* const end = text.data() + text.size();
+    const auto read = std::from_chars(text.data(), end, value);
+    if (read.ec != std::errc()) return std::nullopt;
+    return std::string(read.ptr, end);
 }
 
 std::string number(double value) {
@@ -39,10 +43,10 @@ void addLensOption(CommandLine& commandLine) {
     commandLine.add(
         {"lens"},
         "Make the calibration of a print or of a screen with a lens film from numbers: lpi=, dpi= "
-        "(or ACROSSxDOWN), size=WxHmm (of the picture), and if wanted angle= (-45..45 degrees to "
-        "the right going up), horizontal=yes (lying lenses), views= (auto), subpixels= (none: a "
-        "print; rgb, bgr, vrgb: a screen), thickness= and index= (of the sheet: mm, 1.56 of "
-        "PETG), distance= (of the eye, mm).",
+        "(or ACROSSxDOWN), size=WxHmm or WxHin (of the picture), and if wanted angle= (-45..45 "
+        "degrees to the right going up), horizontal=yes (lying lenses), views= (auto), subpixels= "
+        "(none: a print; rgb, bgr, vrgb: a screen), thickness= and index= (of the sheet: mm, 1.56 "
+        "of PETG), distance= (of the eye, mm).",
         "KEY=VALUE,...");
 }
 
@@ -50,13 +54,14 @@ LensNumbers lensOption(const CommandLine& commandLine) {
     LensNumbers numbers;
     std::istringstream parts(*commandLine.value("lens"));
     const auto fail = [](const std::string& part, const std::string& expected) {
-        throw UsageError("--lens: " + part + " is none of its numbers, expected " + expected);
+        throw UsageError("--lens: " + part + " is not one of its numbers, expected " + expected);
     };
     bool hasLpi = false;
     bool hasDpi = false;
     bool hasSize = false;
     std::vector<std::string> keys;
     for (std::string part; std::getline(parts, part, ',');) {
+        part.erase(std::remove(part.begin(), part.end(), ' '), part.end());
         const std::size_t equals = std::min(part.find('='), part.size());
         const std::string key = part.substr(0, equals);
         if (std::find(keys.begin(), keys.end(), key) != keys.end())
@@ -68,37 +73,53 @@ LensNumbers lensOption(const CommandLine& commandLine) {
             if (found == words.end()) fail(part, key + "=" + joined(words, "|"));
             return found - words.begin();
         };
-        const auto pair = [&](double& first, double* second, const std::string& unit,
+        // "720" or, if there is a second number, "720x360"; a unit behind the last counts for both
+        const auto pair = [&](double& first, double* second, const Units& units,
                               const std::string& expected) {
-            if (!readPair(value, unit, first, second)) fail(part, key + "=" + expected);
+            const std::size_t cross = second != nullptr ? value.find('x') : std::string::npos;
+            const auto unit = readNumber(std::string_view(value).substr(0, cross), first);
+            const auto other = cross == std::string::npos
+                                   ? unit
+                                   : readNumber(std::string_view(value).substr(cross + 1), *second);
+            if (!unit || !other) fail(part, key + "=" + expected);
+            const auto scale = [&](const std::string& name, double& number) {
+                const auto found = std::find_if(units.begin(), units.end(),
+                                                [&](auto& each) { return each.first == name; });
+                if (found != units.end()) number *= found->second;
+                if (found != units.end() || name.empty()) return;
+                throw UsageError("--lens: " + part + " has the unit " + name + ", expected " +
+                                 (units.empty() ? "a number without unit" : "mm, cm or in"));
+            };
+            scale(unit->empty() ? *other : *unit, first);
+            if (cross != std::string::npos) scale(*other, *second);
         };
         double views = 0;
         if (key == "lpi") {
-            pair(numbers.lpi, nullptr, "", "60");
+            pair(numbers.lpi, nullptr, {}, "60");
             hasLpi = true;
         } else if (key == "dpi") {
-            pair(numbers.dpi, &numbers.dpiDown, "", "720 or 720x360");
+            pair(numbers.dpi, &numbers.dpiDown, {}, "720 or 720x360");
             hasDpi = true;
         } else if (key == "size") {
-            pair(numbers.width, &numbers.height, "mm", "100x150mm");
+            pair(numbers.width, &numbers.height, lengths(), "100x150mm or 4x6in");
             hasSize = true;
         } else if (key == "angle") {
-            pair(numbers.angle, nullptr, "", "DEGREES");
+            pair(numbers.angle, nullptr, {}, "DEGREES");
         } else if (key == "horizontal") {
             numbers.isHorizontal = word({"no", "yes"}) == 1;
         } else if (key == "views" && value != "auto") {
-            pair(views, nullptr, "", "auto or a number");
+            pair(views, nullptr, {}, "auto or a number");
             if (views != static_cast<int>(std::clamp(views, 2.0, 1.0 * kMaxSheetViews)))
                 fail(part, "views=auto or 2.." + std::to_string(kMaxSheetViews));
             numbers.views = static_cast<int>(views);
         } else if (key == "subpixels") {
             numbers.subpixels = static_cast<SubpixelOrder>(word({"none", "rgb", "bgr", "vrgb"}));
         } else if (key == "thickness") {
-            pair(numbers.thickness, nullptr, "mm", "MM");
+            pair(numbers.thickness, nullptr, lengths(), "MM");
         } else if (key == "index") {
-            pair(numbers.index, nullptr, "", "1.56");
+            pair(numbers.index, nullptr, {}, "1.56");
         } else if (key == "distance") {
-            pair(numbers.distance, nullptr, "mm", "MM");
+            pair(numbers.distance, nullptr, lengths(), "MM");
         } else if (key != "views") {
             fail(part, "lpi, dpi, size, angle, horizontal, views, subpixels, thickness, index or "
                        "distance, such as lpi=60,dpi=720,size=100x150mm");

@@ -2,8 +2,8 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "base/byte_reader.hpp"
 #include "base/text.hpp"
+#include "media/video_marks.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -417,31 +417,9 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
 
 namespace {
 
-// What an MP4 file says of its streams: the beginning of the box "moov", which has the sample
-// entries. Empty: another format.
-std::string streamBoxes(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    constexpr std::uint64_t kMostBytes = 1 << 24;
-    std::uint64_t at = 0;
-    for (int boxes = 0; boxes < 1000 && file.seekg(static_cast<std::streamoff>(at)); ++boxes) {
-        std::string head(16, '\0');
-        if (!file.read(head.data(), static_cast<std::streamsize>(head.size()))) break;
-        const ByteReader reader(head, false);
-        const std::uint64_t size = reader.u32(0) == 1 ? reader.u64(8) : reader.u32(0);
-        if (head.compare(4, 4, "moov") == 0) {
-            std::string contents(static_cast<std::size_t>(std::min(size, kMostBytes)), '\0');
-            file.read(contents.data(), static_cast<std::streamsize>(contents.size()));
-            return contents;
-        }
-        if (size < 8 || size > UINT64_MAX / 2 - at) break;
-        at += size;
-    }
-    return {};
-}
-
 // Whether a second layer of HEVC holds the other eye's picture (MV-HEVC, the boxes "lhvC" and
 // "vexu" of a sample entry). FFmpeg before 7.1 says nothing of it.
-bool isSpatial(const std::string& boxes) {
+bool isSpatial(std::string_view boxes) {
     const std::size_t entry = boxes.find("hvc1");
     return entry != std::string::npos && boxes.find("lhvC", entry) < entry + 4096 &&
            boxes.find("vexu", entry) < entry + 4096;
@@ -467,17 +445,20 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     openContainer(input, path, options);
     chooseStream(input);
     const AVCodecParameters& parameters = *input.stream->codecpar;
-    const bool isMp4 = input.kind == VideoInput::Kind::File &&
-                       std::strncmp(input.format->iformat->name, "mov,", 4) == 0;
-    const std::string boxes = isMp4 ? streamBoxes(path) : std::string();
-    const bool hasEyes = parameters.codec_id == AV_CODEC_ID_HEVC && isSpatial(boxes);
+    const std::string head = input.kind == VideoInput::Kind::File
+                                 ? streamHead(path, input.format->iformat->name)
+                                 : std::string();
+    const bool hasEyes = parameters.codec_id == AV_CODEC_ID_HEVC && isSpatial(head);
     // a turned picture would have to be joined the other way
     const bool isTurned = sideData<std::int32_t>(*input.stream, AV_PKT_DATA_DISPLAYMATRIX,
                                                  9 * sizeof(std::int32_t)) != nullptr;
     input.joinsEyes = hasEyes && options.bothEyes && kDecodesBothEyes && !isTurned;
     openDecoder(input, options.threads);
     fillFacts(input);
-    if (input.facts.eyes.empty()) readStereoBox(boxes, input.facts);
+    if (input.facts.eyes.empty()) readStereoBox(head, input.facts);
+    refuseSpherical(input.subject,
+                    sideData<AVSphericalMapping>(*input.stream, AV_PKT_DATA_SPHERICAL), head,
+                    input.facts);
     listContents(*input.format, input.facts);
     if (hasEyes && !input.joinsEyes) {
         input.notes.push_back(

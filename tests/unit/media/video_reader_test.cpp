@@ -820,16 +820,19 @@ TEST_F(VideoReaderTest, PicturesOfBothEyesAreSaid) {
 }
 
 // Adds boxes to the end of the first sample entry of an MP4 file whose index is at its end.
-std::string withBoxesInEntry(std::string bytes, const std::string& boxes) {
+std::string withBoxesInEntry(std::string bytes, const std::string& boxes,
+                             const std::string& kind = "hvc1") {
     const auto sizeAt = [&](std::size_t at) {
         std::size_t size = 0;
         for (std::size_t i = 0; i < 4; ++i)
             size = size << 8 | static_cast<unsigned char>(bytes[at + i]);
         return size;
     };
-    const std::size_t entry = bytes.find("hvc1", bytes.find("stsd")) - 4;
+    const std::size_t entry = bytes.find(kind, bytes.find("stsd")) - 4;
     const std::size_t end = entry + sizeAt(entry);
-    for (const char* const name : {"moov", "trak", "mdia", "minf", "stbl", "stsd", "hvc1"}) {
+    for (const std::string& name :
+         {std::string("moov"), std::string("trak"), std::string("mdia"), std::string("minf"),
+          std::string("stbl"), std::string("stsd"), kind}) {
         const std::size_t at = bytes.rfind(name, entry + 4) - 4;
         const std::size_t size = sizeAt(at) + boxes.size();
         for (std::size_t i = 0; i < 4; ++i)
@@ -904,6 +907,77 @@ TEST_F(VideoReaderTest, SpatialVideosAreSaidToBeOfOneEye) {
     EXPECT_TRUE(contains(textOfNotes(directory / "spatial.mp4"), "spatial video (MV-HEVC)"));
     spill(directory / "other.mp4", withBoxesInEntry(slurp(flat), layer));
     EXPECT_EQ(textOfNotes(directory / "other.mp4"), "");
+}
+
+// A box of an MP4 file.
+std::string box(const std::string& name, const std::string& contents) {
+    const std::size_t size = 8 + contents.size();
+    return std::string("\0\0", 2) + static_cast<char>(size >> 8) + static_cast<char>(size & 0xFF) +
+           name + contents;
+}
+
+TEST_F(VideoReaderTest, SphericalVideosAreRefusedWithACommandThatMakesAFlatOne) {
+    // grey is the longitude, once for each eye
+    const auto clip = [&](const char* name, const char* grey) {
+        return makeClip(name, "-c:v libx264 -qp 1",
+                        "color=size=512x256:rate=5:duration=0.2,geq=lum='" + std::string(grey) +
+                            "':cb=128:cr=128");
+    };
+    const std::string full(4, '\0');
+    const std::string none(16, '\0');
+    const std::string half("\0\0\0\0\0\0\0\0\x40\0\0\0\x40\0\0\0", 16);
+    const auto sphere = [&](const std::string& shape) { // Google's second marks
+        return box("sv3d", box("svhd", full + std::string("x", 2)) +
+                               box("proj", box("prhd", full + std::string(12, '\0')) + shape));
+    };
+    const std::string uuid("\xff\xcc\x82\x63\xf8\x55\x4a\x93\x88\x14\x58\x7a\x02\x52\x1f\xdd", 16);
+    const std::string first = "<GSpherical:Spherical>true</GSpherical:Spherical>";
+    const std::string pair = box("st3d", full + "\2");
+    const fs::path whole = clip("whole.mp4", "40+160*X/W");
+    const fs::path eyes = clip("eyes.mp4", "40+320*X/W-120*floor(2*X/W)");
+    const auto refusal = [&](const fs::path& flat, const std::string& boxes) {
+        spill(directory / "bent.mp4", withBoxesInEntry(slurp(flat), boxes, "avc1"));
+        return errorOf([&] { const VideoReader reader(directory / "bent.mp4"); });
+    };
+    // @param degrees of the video; flat pictures show 90 of them: tan(longitude) is even
+    const auto expectFlat = [&](const std::string& error, double degrees, bool hasEyes) {
+        const std::size_t command = error.find("ffmpeg -i");
+        ASSERT_NE(command, std::string::npos) << error;
+        const std::size_t end = error.rfind(' ') + 1;
+        ffmpeg(error.substr(command + 6, end - command - 6) + "-qp 1 " +
+               arg(directory / error.substr(end)));
+        VideoReader reader(directory / error.substr(end));
+        const auto frame = reader.next();
+        ASSERT_TRUE(frame);
+        const int eyeWidth = frame->picture.cols / (hasEyes ? 2 : 1);
+        EXPECT_NEAR(static_cast<double>(eyeWidth) / frame->picture.rows, 16.0 / 9, 0.01);
+        for (int eye = 0; eye < (hasEyes ? 2 : 1); ++eye) {
+            for (const double place : {0.1, 0.25, 0.5, 0.8}) {
+                const int x = static_cast<int>(place * eyeWidth);
+                const double tangent = 2 * (x + 0.5) / eyeWidth - 1;
+                const double longitude = std::atan(tangent) * 180 / CV_PI;
+                const double stored = 40 + 160 * (0.5 + longitude / degrees) + 40 * eye;
+                const double seen = (stored - 16) * 255 / 219; // of limited range
+                const cv::Vec3b& pixel =
+                    frame->picture.at<cv::Vec3b>(frame->picture.rows / 2, eye * eyeWidth + x);
+                EXPECT_NEAR(pixel[1], seen, 3) << error << ' ' << eye << ' ' << place;
+            }
+        }
+    };
+    const std::string bent = refusal(whole, sphere(box("equi", full + none)));
+    expectFlat(bent, 360, false);
+    EXPECT_EQ(refusal(whole, box("uuid", uuid + first)), bent);
+    expectFlat(refusal(eyes, pair + sphere(box("equi", full + half))), 180, true);
+    EXPECT_TRUE(contains(refusal(eyes, pair + sphere(box("mshp", none))), "mesh"));
+    EXPECT_TRUE(contains(refusal(whole, sphere(box("cbmp", full + full + full))), "cubemap"));
+    EXPECT_TRUE(contains(refusal(whole, box("prji", full + "hequ")), "180 degrees"));
+    EXPECT_EQ(refusal(whole, box("prji", full + "rect")), "(no error)");
+    EXPECT_EQ(refusal(whole, box("uuid", uuid + "<Spherical>false")), "(no error)");
+    refusal(whole, sphere(box("equi", full + none)));
+    ffmpeg("-i " + arg(directory / "bent.mp4") + " -c copy -strict unofficial " +
+           arg(directory / "bent.mkv"));
+    EXPECT_TRUE(contains(errorOf([&] { const VideoReader reader(directory / "bent.mkv"); }),
+                         "is a video of 360 degrees (equirectangular)"));
 }
 
 TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {

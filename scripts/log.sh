@@ -8,6 +8,8 @@ log_to() { # file
     : >>"$log"
 }
 
+export NINJA_STATUS='[%f/%t] ' # as show_progress reads it
+
 # Prints how long work takes on this computer: a guess, until its progress is measured.
 minutes_here() { # minutes on one core
     local cores

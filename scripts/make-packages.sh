@@ -16,7 +16,7 @@ scripts/install-dependencies.sh package
 if [[ -z ${SOURCE_DATE_EPOCH:-} ]] && when=$(git log -1 --format=%ct 2>/dev/null); then
     export SOURCE_DATE_EPOCH=$when # the same source gives the same packages
 fi
-export NINJA_STATUS='[%f/%t, %p, %e s] '
+export NINJA_STATUS='[%f/%t, %p, %e s] ' # done, of all, share, time
 umask 022
 back_to_source() {
     local status=$?

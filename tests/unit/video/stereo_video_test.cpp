@@ -314,6 +314,10 @@ TEST_F(FindEyes, NamesCountIfHalvesMatch) {
     ASSERT_TRUE(full.eyes);
     EXPECT_EQ(full.eyes->halves, StereoHalves::Full);
 
+    constexpr int kFar = 30; // px: in small the halves differ
+    const FoundEyes wide = found(clip("wide_LRF.mkv", {3, joined(wallAndThing(kFar, 2 * kFar))}));
+    EXPECT_TRUE(wide.eyes);
+
     const FoundEyes flat = found(clip("film_SBS.mkv", {3, randomPhoto({800, 300}, 3)}));
     EXPECT_FALSE(flat.eyes);
     EXPECT_TRUE(contains(textOf(flat.notes), "its halves do not match"));

@@ -55,10 +55,12 @@ bool areEyes(const cv::Mat& frame, const StereoVideo& video, bool surely) {
         video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
     const HalfPlaces places = halfPlaces(frame.size(), isBeside);
     if (places.first.empty()) return false;
-    const Likeness likeness = likenessOf(frame(places.first), frame(places.second));
-    constexpr double kMostDifference = 16;
-    if (likeness.correlation < kLeastLikeness || (surely && likeness.difference > kMostDifference))
-        return false;
+    if (surely) { // where parallax is large, halves of a pair are not alike in small
+        const Likeness likeness = likenessOf(frame(places.first), frame(places.second));
+        constexpr double kMostDifference = 16;
+        if (likeness.correlation < kLeastLikeness || likeness.difference > kMostDifference)
+            return false;
+    }
     StereoPair pair = splitStereoPair(frame, video.layout, video.halves);
     for (cv::Mat* picture : {&pair.left, &pair.right}) {
         const double scale =

@@ -83,14 +83,17 @@ struct VideoReaderOptions {
     /// The pictures are depth: numbers stay as they are stored, without regard to alpha and to the
     /// meaning of colours. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
     bool isDepth = false;
-    /// Of spatial video (MV-HEVC), deliver both eyes' pictures beside each other, the left one
-    /// first, as VideoFacts::eyes then says. Needs FFmpeg 7.1. Otherwise the left eye's alone are
-    /// delivered, and notes() says so.
+    /// Of spatial video (MV-HEVC; needs FFmpeg 7.1) and of videos whose frames show the eyes by
+    /// turns, deliver both eyes' pictures beside each other, the left one first, as
+    /// VideoFacts::eyes then says. Otherwise the left eye's alone are delivered, and notes() says
+    /// so.
     bool bothEyes = false;
 };
 
 /// VideoFacts::eyes of spatial video that is read with VideoReaderOptions::bothEyes.
 constexpr const char* kSpatialVideo = "spatial video";
+/// VideoFacts::eyes of frames that show the eyes by turns and are read so; each two become one.
+constexpr const char* kAlternateFrames = "frame alternate";
 
 /// Checks the options except `format` and `formatOptions`; the VideoReader constructor checks
 /// these.

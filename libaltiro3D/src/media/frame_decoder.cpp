@@ -94,6 +94,15 @@ bool isOfRightEye(const AVFrame& frame) {
 #endif
 }
 
+// Whether a frame is the second of two by turns; nothing if it does not say so.
+std::optional<bool> isSecond(const AVFrame& frame) {
+    const AVFrameSideData* const side = av_frame_get_side_data(&frame, AV_FRAME_DATA_STEREO3D);
+    if (side == nullptr) return std::nullopt;
+    const int view = numberOf(reinterpret_cast<const AVStereo3D*>(side->data)->view);
+    if (view == AV_STEREO3D_VIEW_PACKED) return std::nullopt;
+    return view == AV_STEREO3D_VIEW_RIGHT;
+}
+
 // Copies a picture into one of twice its width.
 void copyHalf(const AVFrame& from, bool isRight, AVFrame& to) {
     const auto format = static_cast<AVPixelFormat>(from.format);
@@ -217,25 +226,51 @@ bool Deinterlacer::take(DecodedFrame& decoded) {
 }
 
 bool EyesJoiner::join(AVFrame& frame) {
+    if (std::exchange(skips_, false)) return false;
     const bool isEven = frame.width % 2 == 0; // as in all files that phones write
-    if (waiting_ && (waiting_->pts != frame.pts || !areAlike(*waiting_, frame) ||
-                     isOfRightEye(*waiting_) == isOfRightEye(frame) || !isEven)) {
+    const auto place = turns_.alternate ? isSecond(frame) : std::nullopt;
+    if (waiting_ && turns_.alternate) {
+        if (!areAlike(*waiting_, frame) || !place.value_or(true)) waiting_.reset();
+    } else if (waiting_ && (waiting_->pts != frame.pts || !areAlike(*waiting_, frame) ||
+                            isOfRightEye(*waiting_) == isOfRightEye(frame) || !isEven)) {
         ++lost_;
         waiting_.reset();
     }
     if (!waiting_) {
+        if (place.value_or(false)) return false; // the first one is missing
         waiting_ = newFrame();
         av_frame_move_ref(waiting_.get(), &frame);
         return false;
     }
-    const FramePtr both = newFrame(frame.format, 2 * frame.width, frame.height);
-    copyHalf(*waiting_, isOfRightEye(*waiting_), *both);
-    copyHalf(frame, isOfRightEye(frame), *both);
-    checkRoom(av_frame_copy_props(both.get(), waiting_.get()));
+    const bool isRight = turns_.alternate ? !turns_.rightFirst : isOfRightEye(frame);
+    FramePtr made;
+    if (turns_.leftAlone) {
+        made = newFrame();
+        copyReference(isRight ? *waiting_ : frame, *made);
+        made->pts = waiting_->pts;
+        made->best_effort_timestamp = waiting_->best_effort_timestamp;
+    } else {
+        made = newFrame(frame.format, 2 * frame.width, frame.height);
+        copyHalf(*waiting_, !isRight, *made);
+        copyHalf(frame, isRight, *made);
+        checkRoom(av_frame_copy_props(made.get(), waiting_.get()));
+    }
+    if (turns_.alternate) { // up to the next pair
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(57, 30, 100)
+        made->duration = 0;
+#else
+        made->pkt_duration = 0;
+#endif
+    }
     waiting_.reset();
     av_frame_unref(&frame);
-    av_frame_move_ref(&frame, both.get());
+    av_frame_move_ref(&frame, made.get());
     return true;
+}
+
+void EyesJoiner::skip() {
+    skips_ = turns_.alternate && !waiting_;
+    if (turns_.alternate) waiting_.reset();
 }
 
 FrameTimes::FrameTimes(const VideoFacts& facts, AVRational unit, std::int64_t start,
@@ -286,7 +321,8 @@ FrameDecoder::FrameDecoder(VideoInput& input, const VideoReaderOptions& options,
                            VideoPackets& packets, VideoReadCounts& counts)
     : decoder_(std::move(input.decoder)), packets_(packets),
       times_(input.facts, input.stream->time_base, input.startPts, counts), counts_(counts) {
-    if (input.joinsEyes) joiner_.emplace();
+    if (input.joinsEyes || input.alternates)
+        joiner_.emplace(EyesJoiner::Turns{input.alternates, input.rightFirst, !input.joinsEyes});
     if (options.deinterlace)
         deinterlacer_.emplace(input.stream->time_base, options.threads, input.subject);
 }
@@ -329,6 +365,7 @@ bool FrameDecoder::decodeNext(DecodedFrame& decoded) {
         if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
         if (result < 0 || isDamaged(frame)) {
             ++counts_.corrupt;
+            if (joiner_) joiner_->skip();
             continue;
         }
         if (joiner_) {

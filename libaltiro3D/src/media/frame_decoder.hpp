@@ -62,20 +62,36 @@ class Deinterlacer {
     std::deque<DecodedFrame> ready_;
 };
 
-/// Joins both eyes' pictures of spatial video, which a decoder delivers one after the other with
-/// the same time.
+/// Joins both eyes' pictures: of spatial video, which a decoder delivers one after the other with
+/// the same time, or of frames that show the eyes by turns.
 class EyesJoiner {
   public:
+    /// Which pictures come, and whether the left ones alone are wanted.
+    struct Turns {
+        bool alternate = false; ///< Of two frames with different times, a pair has the first one's.
+        bool rightFirst = false; ///< The right eye's is the first.
+        bool leftAlone = false;
+    };
+    EyesJoiner() = default;
+    explicit EyesJoiner(const Turns& turns) : turns_(turns) {}
+
     /// Takes a picture; gives both beside each other, the left one first.
     /// @param frame receives the result @return false if the other eye's picture is missing
     /// @throws Error OutOfMemory
     bool join(AVFrame& frame);
     /// Pictures whose other eye is missing, since the last call.
     int takeLost() { return std::exchange(lost_, 0); }
+    /// Leaves a damaged picture out, and the other one of its pair if they come by turns.
+    void skip();
     /// Forgets a picture that waits for the other one, for a seek.
-    void restart() { waiting_.reset(); }
+    void restart() {
+        waiting_.reset();
+        skips_ = false;
+    }
 
   private:
+    Turns turns_;
+    bool skips_ = false; // the next picture
     FramePtr waiting_;
     int lost_ = 0;
 };

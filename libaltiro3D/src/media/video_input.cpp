@@ -228,7 +228,7 @@ void openDecoder(VideoInput& input, int threads) {
     if (isLive(input)) input.decoder->thread_type = FF_THREAD_SLICE;
     input.decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
     Dictionary decoding;
-    if (input.joinsEyes) decoding.set("view_ids", "-1"); // all
+    if (input.joinsEyes && !input.alternates) decoding.set("view_ids", "-1"); // all
     const int result = avcodec_open2(input.decoder.get(), codec, decoding.address());
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, input.subject,
@@ -280,16 +280,19 @@ void fillFacts(VideoInput& input) {
     facts.size = isAcross ? cv::Size(stored.height, stored.width) : stored;
     if (input.joinsEyes) {
         facts.size.width *= 2;
-        facts.eyes = kSpatialVideo;
+        facts.eyes = input.alternates ? kAlternateFrames : kSpatialVideo;
         facts.eyesLayout = StereoLayout::LeftRight;
+    } else if (input.alternates || input.isMvc) {
+        facts.eyes.clear();
     }
     const Fraction aspect =
         fraction(av_guess_sample_aspect_ratio(input.format.get(), input.stream, nullptr));
     if (aspect.isKnown()) {
         facts.sampleAspect = isAcross ? Fraction{aspect.denominator, aspect.numerator} : aspect;
     }
-    facts.averageRate = fraction(video.avg_frame_rate);
-    facts.nominalRate = fraction(video.r_frame_rate);
+    const AVRational share{1, input.alternates ? 2 : 1};
+    facts.averageRate = fraction(av_mul_q(video.avg_frame_rate, share));
+    facts.nominalRate = fraction(av_mul_q(video.r_frame_rate, share));
     facts.constantRate = facts.averageRate.isKnown() && facts.nominalRate.isKnown() &&
                          std::abs(facts.averageRate.value() / facts.nominalRate.value() - 1) < 1e-3;
     facts.timeBase = fraction(video.time_base);
@@ -303,7 +306,7 @@ void fillFacts(VideoInput& input) {
     const bool hasOwn = video.duration != AV_NOPTS_VALUE && video.duration > 0;
     if (hasOwn) input.end = std::min(input.end, endOfPictureAndSound(*input.format));
     if (video.nb_frames > 0) {
-        facts.frameCount = video.nb_frames;
+        facts.frameCount = video.nb_frames / share.den;
     } else if (facts.averageRate.isKnown() && (hasOwn || facts.duration)) {
         const double length = hasOwn ? static_cast<double>(video.duration) * unit : *facts.duration;
         facts.frameCount = std::llround(length * facts.averageRate.value());
@@ -440,6 +443,43 @@ void readStereoBox(const std::string& boxes, VideoFacts& facts) {
 
 } // namespace
 
+namespace {
+
+// Reads what the first picture of H.264 or HEVC, its container and other streams state of a second
+// layer and of frames by turns.
+void findOtherEye(VideoInput& input, std::string_view head) {
+    const AVCodecParameters& parameters = *input.stream->codecpar;
+    const AVCodecID codec = parameters.codec_id;
+    EyesInPacket found;
+    constexpr std::size_t kMost = 100; // packets of other streams
+    const bool mayHold = codec == AV_CODEC_ID_H264 || codec == AV_CODEC_ID_HEVC;
+    while (mayHold && input.kind != Kind::Device && input.ahead.size() < kMost) {
+        PacketPtr packet = newPacket();
+        if (av_read_frame(input.format.get(), packet.get()) < 0) break; // and then again
+        const std::string_view bytes(reinterpret_cast<const char*>(packet->data),
+                                     static_cast<std::size_t>(std::max(packet->size, 0)));
+        const bool isPicture = packet->stream_index == input.stream->index && !bytes.empty();
+        if (isPicture) found = eyesInPacket(parameters, bytes);
+        input.ahead.push_back(std::move(packet));
+        if (isPicture) break;
+    }
+    constexpr unsigned kSecondLayer = 0x20; // of MPEG transport streams
+    for (unsigned i = 0; i < input.format->nb_streams; ++i) {
+        const AVCodecParameters& other = *input.format->streams[i]->codecpar;
+        found.isMvc = found.isMvc || (codec == AV_CODEC_ID_H264 && other.codec_id == codec &&
+                                      other.codec_tag == kSecondLayer);
+    }
+    input.isMvc = found.isMvc || (codec == AV_CODEC_ID_H264 && head.find("mvcC") != head.npos);
+    const auto* const mark = sideData<AVStereo3D>(*input.stream, AV_PKT_DATA_STEREO3D);
+    const bool isMarked = mark != nullptr && numberOf(mark->type) == AV_STEREO3D_FRAMESEQUENCE;
+    // Matroska marks MVC in the same way
+    input.alternates = !input.isMvc && (found.alternates || isMarked);
+    input.rightFirst = found.alternates ? found.rightFirst
+                                        : isMarked && (mark->flags & AV_STEREO3D_FLAG_INVERT) != 0;
+}
+
+} // namespace
+
 VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
     VideoInput input;
     openContainer(input, path, options);
@@ -452,7 +492,9 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     // a turned picture would have to be joined the other way
     const bool isTurned = sideData<std::int32_t>(*input.stream, AV_PKT_DATA_DISPLAYMATRIX,
                                                  9 * sizeof(std::int32_t)) != nullptr;
-    input.joinsEyes = hasEyes && options.bothEyes && kDecodesBothEyes && !isTurned;
+    findOtherEye(input, head);
+    const bool joins = options.bothEyes && !isTurned && parameters.width % 2 == 0;
+    input.joinsEyes = joins && (input.alternates || (hasEyes && kDecodesBothEyes));
     openDecoder(input, options.threads);
     fillFacts(input);
     if (input.facts.eyes.empty()) readStereoBox(head, input.facts);
@@ -460,25 +502,40 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
                     sideData<AVSphericalMapping>(*input.stream, AV_PKT_DATA_SPHERICAL), head,
                     input.facts);
     listContents(*input.format, input.facts);
+    const auto note = [&input](const std::string& text) {
+        input.notes.push_back({NoteCode::LeftOut, input.subject + ": " + text});
+    };
     if (hasEyes && !input.joinsEyes) {
-        input.notes.push_back(
-            {NoteCode::LeftOut, input.subject +
-                                    ": is a spatial video (MV-HEVC), of which the left "
-                                    "eye alone is read" +
-                                    (kDecodesBothEyes ? "" : "; FFmpeg 7.1 or newer reads both")});
+        note(std::string("is a spatial video (MV-HEVC), of which the left eye alone is read") +
+             (kDecodesBothEyes ? "" : "; FFmpeg 7.1 or newer reads both"));
     }
+    if (input.isMvc) {
+        note("is a 3D video in MVC (H.264 with a second layer), of which the base view alone, "
+             "usually the left eye's, is read, because FFmpeg does not decode the other; a program "
+             "that does, such as BD3D2MK3D (Windows), makes a side by side video of it");
+    }
+    if (input.alternates && !input.joinsEyes)
+        note("shows the eyes by turns, of which the left eye alone is read");
     return input;
 }
 
 bool VideoInput::hasFixedTimes() const {
-    return kind == Kind::File && format->start_time != AV_NOPTS_VALUE &&
+    // after a seek, it would not be known whose turn it is
+    return kind == Kind::File && format->start_time != AV_NOPTS_VALUE && !alternates &&
            (format->iformat->flags & AVFMT_TS_DISCONT) == 0;
+}
+
+int VideoInput::readPacket(AVPacket& packet) {
+    if (ahead.empty()) return av_read_frame(format.get(), &packet);
+    av_packet_move_ref(&packet, ahead.front().get());
+    ahead.pop_front();
+    return 0;
 }
 
 std::optional<std::int64_t> countPackets(const fs::path& path, VideoReaderOptions options,
                                          double from) {
     options.threads = 1;
-    const VideoInput input = openVideoInput(path, options);
+    VideoInput input = openVideoInput(path, options);
     if (!input.hasFixedTimes() || !hasFramePerPacket(*input.stream->codecpar)) return std::nullopt;
     for (unsigned i = 0; i < input.format->nb_streams; ++i) {
         AVStream* const stream = input.format->streams[i];
@@ -489,7 +546,7 @@ std::optional<std::int64_t> countPackets(const fs::path& path, VideoReaderOption
     const PacketPtr packet = newPacket();
     std::vector<std::int64_t> times;
     std::int64_t lastDts = std::numeric_limits<std::int64_t>::min();
-    for (; av_read_frame(input.format.get(), packet.get()) >= 0; av_packet_unref(packet.get())) {
+    for (; input.readPacket(*packet) >= 0; av_packet_unref(packet.get())) {
         if (packet->stream_index != input.stream->index) continue;
         const bool isSound = isNear(packet->pts) && isNear(packet->dts) && packet->dts > lastDts &&
                              packet->pts >= packet->dts &&

@@ -5,6 +5,7 @@
 #include "media/video_picture.hpp"
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -27,7 +28,12 @@ struct VideoInput {
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
-    bool joinsEyes = false; ///< the decoder delivers both eyes' pictures, to be joined
+    bool joinsEyes = false;  ///< the decoder delivers both eyes' pictures, to be joined
+    bool alternates = false; ///< frames show the eyes by turns; without joinsEyes the left one's
+                             ///< alone are delivered
+    bool isMvc = false;      ///< a layer of H.264 that FFmpeg does not decode has the other eye
+    bool rightFirst = false; ///< they begin with the right one
+    std::deque<PacketPtr> ahead; ///< packets that were read to see what they state
     VideoFacts facts;
     Notes notes;               ///< remarks on what cannot be read
     std::int64_t startPts = 0; ///< start of the file, in the stream's unit
@@ -36,6 +42,8 @@ struct VideoInput {
     /// Whether a time leads to the same frame regardless of what was read before: false where the
     /// input cannot be sought, and where times may start again.
     bool hasFixedTimes() const;
+    /// Reads the next packet. @return FFmpeg's number of an error, or at least 0
+    int readPacket(AVPacket& packet);
 };
 
 /// Opens a container and reads what its streams are. Sets `subject`, `kind` and `format` alone.

@@ -166,7 +166,7 @@ bool VideoPackets::fetch(Read& read) {
     if (drained_) return false;
     read.packet = newPacket();
     AVPacket& packet = *read.packet;
-    const int result = av_read_frame(input_.format.get(), &packet);
+    const int result = input_.readPacket(packet);
     if (result == AVERROR(EAGAIN)) { // a device without a picture yet
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return true;
@@ -261,6 +261,7 @@ bool VideoPackets::seekToStart() {
 // Resets the state after a seek.
 void VideoPackets::restart() {
     others_->clear();
+    input_.ahead.clear();
     ahead_.clear();
     times_.restart();
     drained_ = false;

@@ -123,8 +123,8 @@ void VideoReader::Impl::begin(bool maySeek) {
     begun_ = true;
     packets.begin();
     // A bare stream has no times, so seeking in it is not possible.
-    const bool seeks =
-        maySeek && input.kind == Kind::File && input.format->start_time != AV_NOPTS_VALUE;
+    const bool seeks = maySeek && input.kind == Kind::File &&
+                       input.format->start_time != AV_NOPTS_VALUE && !input.alternates;
     bool found = fromPts_ > input.startPts && seeks && seekToPart();
     while (found && ahead_.pts < fromPts_)
         found = decoder.decode(ahead_);
@@ -378,6 +378,8 @@ Notes VideoReader::notes() const {
     if (impl.isReshaped)
         note(NoteCode::Converted,
              "the shape of its frames changes; each is fitted in its own shape");
+    if (impl.input.facts.eyes == kAlternateFrames && !impl.input.alternates)
+        note(NoteCode::AsItIs, "shows the eyes by turns, as its frames are read");
     notes.insert(notes.end(), impl.input.notes.begin(), impl.input.notes.end());
     if (const int transfer = impl.pictures.hdrTransfer(); transfer != 0) {
         note(NoteCode::Converted, std::string("is HDR (") +

@@ -909,6 +909,71 @@ TEST_F(VideoReaderTest, SpatialVideosAreSaidToBeOfOneEye) {
     EXPECT_EQ(textOfNotes(directory / "other.mp4"), "");
 }
 
+TEST_F(VideoReaderTest, FramesOfBothEyesByTurnsBecomePairs) {
+    const std::string source =
+        "color=size=96x64:rate=10:duration=1,geq=lum='40+10*N':cb=128:cr=128"; // number of a frame
+    const auto grey = [](const VideoFrame& frame, int x) {
+        return std::lround((frame.picture.at<cv::Vec3b>(32, x)[1] * 219 / 255.0 + 16 - 40) / 10);
+    };
+    VideoReaderOptions both;
+    both.bothEyes = true;
+    for (const char* const name : {"sei.mp4", "sei.ts", "left.mkv", "right.mkv"}) {
+        const bool hasMessages = name[0] == 's';
+        const bool isRightFirst = name[0] == 'r';
+        const fs::path file =
+            makeClip(name,
+                     hasMessages ? "-qp 1 -x264opts frame-packing=5"
+                                 : std::string("-qp 1 -metadata:s:v stereo_mode=block_") +
+                                       (isRightFirst ? "rl" : "lr"),
+                     source);
+        VideoReader reader(file, both);
+        EXPECT_EQ(reader.facts().size, cv::Size(192, 64)) << name;
+        EXPECT_EQ(reader.facts().eyesLayout, StereoLayout::LeftRight) << name;
+        EXPECT_NEAR(reader.facts().averageRate.value(), 5, 0.01) << name;
+        const std::vector<VideoFrame> pairs = allFrames(reader);
+        EXPECT_EQ(textOf(reader.notes()), "") << name;
+        const double unit = reader.facts().timeBase.value();
+        ASSERT_EQ(pairs.size(), 5U) << name;
+        for (int i = 0; i < 5; ++i) {
+            const VideoFrame& pair = pairs[static_cast<std::size_t>(i)];
+            EXPECT_EQ(grey(pair, 40), 2 * i + (isRightFirst ? 1 : 0)) << name;
+            EXPECT_EQ(grey(pair, 140), 2 * i + (isRightFirst ? 0 : 1)) << name;
+            EXPECT_NEAR(static_cast<double>(pair.pts) * unit, 0.2 * i, 1e-9) << name;
+            EXPECT_NEAR(static_cast<double>(pair.duration) * unit, 0.2, 1e-9) << name;
+        }
+        VideoReaderOptions part = both;
+        part.from = 0.3; // in the middle of a pair
+        VideoReader later(file, part);
+        EXPECT_EQ(later.framesBefore(), 2) << name;
+        EXPECT_TRUE(sameFrames(pairs, allFrames(later), 2, std::llround(0.3 / unit))) << name;
+        VideoReader left(file);
+        const std::vector<VideoFrame> alone = allFrames(left);
+        ASSERT_EQ(alone.size(), 5U) << name;
+        EXPECT_EQ(grey(alone[3], 40), isRightFirst ? 7 : 6) << name;
+        EXPECT_TRUE(contains(textOf(left.notes()), "of which the left eye alone is read")) << name;
+    }
+}
+
+TEST_F(VideoReaderTest, OfMvcTheBaseViewIsSaidToBeReadAlone) {
+    const std::string base = slurp(makeClip("base.h264", "-bf 0"));
+    const auto notesOf = [&](const std::string& unit, const char* name) {
+        std::string bytes = base;
+        bytes.insert(bytes.find(std::string("\0\0\1\x68", 4)), std::string("\0\0\1", 3) + unit);
+        spill(directory / "layers.h264", bytes);
+        ffmpeg("-r 25 -i " + arg(directory / "layers.h264") +
+               " -c copy -metadata:s:v stereo_mode=block_lr " + arg(directory / name));
+        VideoReader reader(directory / name);
+        EXPECT_EQ(allFrames(reader).size(), contains(textOf(reader.notes()), "MVC") ? 50U : 25U);
+        return textOf(reader.notes());
+    };
+    const std::string stereoHigh("\x6f\x80\0\x1e", 4);
+    const std::string scalable("\x6f\x53\0\x1e", 4);
+    const std::string slice("\x74\x40\1\7\x99", 5);
+    EXPECT_TRUE(contains(notesOf(stereoHigh, "a.mkv"), "is a 3D video in MVC"));
+    EXPECT_TRUE(contains(notesOf(slice, "b.mkv"), "the base view alone"));
+    EXPECT_TRUE(contains(notesOf(scalable, "c.mkv"), "by turns"));
+}
+
 // A box of an MP4 file.
 std::string box(const std::string& name, const std::string& contents) {
     const std::size_t size = 8 + contents.size();

@@ -288,7 +288,7 @@ TEST_F(FindEyes, HalfLayoutsKeepTheShapeOfTheEyes) {
     EXPECT_EQ(tagged.eyes->halves, StereoHalves::Squeezed);
 }
 
-TEST_F(FindEyes, StripsAndEyesOneAfterTheOtherAreFlat) {
+TEST_F(FindEyes, StripsAreFlatAndEyesByTurnsArePairs) {
     EXPECT_FALSE(found(clip("strip.mkv", {3, randomPhoto({4096, 16})})).eyes);
     if (!haveFfmpeg()) GTEST_SKIP() << "needs ffmpeg";
     const auto stated = [&](const char* name, const std::string& options) {
@@ -296,9 +296,17 @@ TEST_F(FindEyes, StripsAndEyesOneAfterTheOtherAreFlat) {
                arg(directory / name));
         return findEyes(directory / name, VideoReader(directory / name).facts());
     };
-    const FoundEyes mvc = stated("mvc.mkv", "-metadata:s:v stereo_mode=block_lr");
-    EXPECT_FALSE(mvc.eyes);
-    EXPECT_TRUE(contains(textOf(mvc.notes), "of which one is read"));
+    const fs::path turns = directory / "turns.mkv";
+    EXPECT_FALSE(stated("turns.mkv", "-metadata:s:v stereo_mode=block_lr").eyes); // the left alone
+    VideoReaderOptions both;
+    both.bothEyes = true;
+    VideoFacts facts = VideoReader(turns, both).facts();
+    const FoundEyes pairs = findEyes(turns, facts, both);
+    ASSERT_TRUE(pairs.eyes);
+    EXPECT_EQ(pairs.eyes->halves, StereoHalves::Full);
+    facts.eyesLayout.reset(); // frames that say so later
+    EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(findEyes(turns, facts)); }),
+                         "turns.mkv -vf stereo3d=al:sbsl eyes_LRF.mp4"));
     const FoundEyes sei = stated("sei.mp4", "-x264opts frame-packing=4"); // in frames alone
     ASSERT_TRUE(sei.eyes);
     EXPECT_EQ(sei.eyes->layout, StereoLayout::TopBottom);

@@ -81,8 +81,8 @@ void checkFields(const VideoConversion& conversion) {
 void refuseSameLayout(const VideoConversion& conversion, const VideoFacts& facts) {
     const StereoVideo& now = *conversion.stereo;
     const auto same = eyesPictureOf(now.layout, now.halves, facts.size);
-    if (same != conversion.eyes.picture || conversion.eyes.swapped || facts.eyes == kSpatialVideo)
-        return;
+    const bool isJoined = facts.eyes == kSpatialVideo || facts.eyes == kAlternateFrames;
+    if (same != conversion.eyes.picture || conversion.eyes.swapped || isJoined) return;
     throw Error(ErrorCode::InvalidArgument, nameOf(conversion.input),
                 std::string("is ") + nameOf(*same).words + " already, expected another layout");
 }

@@ -4,7 +4,9 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "base/checks.hpp"
+#include "base/text.hpp"
 #include "image/picture_halves.hpp"
+#include "media/video_marks.hpp"
 #include "video/conversion/frame_depth.hpp"
 
 #include <algorithm>
@@ -163,14 +165,16 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     const auto& layout = facts.eyes.empty() ? samples.layout : facts.eyesLayout;
     if (layout) {
         take(*layout, "the file states it (" + stated + ")");
-        if (stated == kSpatialVideo) found.eyes->halves = StereoHalves::Full;
+        if (stated == kSpatialVideo || stated == kAlternateFrames)
+            found.eyes->halves = StereoHalves::Full;
         return found;
     }
-    if (stated == "frame alternate") { // the decoder gives those of one eye
-        addNote(&found.notes, NoteCode::LeftOut,
-                input.string() + ": holds both eyes one after the other, of which one is read: it "
-                                 "is taken as a flat video");
-        return found;
+    if (startsWith(stated, kAlternateFrames)) { // not so from the first frame on
+        const std::string first = stated == kAlternateFrames ? "al:sbsl" : "ar:sbsl";
+        throw Error(ErrorCode::Unsupported, input.string(),
+                    "shows the eyes by turns, expected them beside each other, as made by: ffmpeg "
+                    "-i " +
+                        shellWord(input.string()) + " -vf stereo3d=" + first + " eyes_LRF.mp4");
     }
     if (!stated.empty()) refuse("holds both eyes by \"" + stated + "\"");
     const std::vector<cv::Mat>& frames = samples.frames;

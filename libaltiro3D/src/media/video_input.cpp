@@ -261,6 +261,23 @@ double endOfPictureAndSound(const AVFormatContext& format) {
     return end - startSeconds(format);
 }
 
+// Matroska states the size of one eye's picture, and FFmpeg gives the px the shape that leads to
+// it. Other programs state the whole frame's size instead. Where that would make an eye wider than
+// any scene, or an eye above the other one narrow, the bitstream's shape holds.
+void correctEyeShape(const VideoInput& input) {
+    const auto& layout = input.facts.eyesLayout;
+    if (!layout || std::strncmp(input.format->iformat->name, "matroska", 8) != 0) return;
+    AVRational& shape = input.stream->sample_aspect_ratio;
+    const AVCodecParameters& parameters = *input.stream->codecpar;
+    const AVRational own =
+        parameters.sample_aspect_ratio.num > 0 ? parameters.sample_aspect_ratio : AVRational{1, 1};
+    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    const double eye = av_q2d(own) * parameters.width / parameters.height;
+    const bool isOfFrame = isBeside ? eye > 2.45 : eye < 1.23;
+    const AVRational doubled = av_mul_q(own, isBeside ? AVRational{2, 1} : AVRational{1, 2});
+    if (isOfFrame && shape.num > 0 && av_cmp_q(shape, doubled) == 0) shape = own;
+}
+
 // Fills the facts about the pictures from the container and the delivered stream.
 void fillFacts(VideoInput& input) {
     VideoFacts& facts = input.facts;
@@ -276,6 +293,7 @@ void fillFacts(VideoInput& input) {
                 sideData<std::int32_t>(video, AV_PKT_DATA_DISPLAYMATRIX, 9 * sizeof(std::int32_t)));
     const bool isAcross = facts.rotationDegrees % 180 != 0;
     setEyes(sideData<AVStereo3D>(video, AV_PKT_DATA_STEREO3D), facts);
+    correctEyeShape(input);
     const cv::Size stored(parameters.width, parameters.height);
     facts.size = isAcross ? cv::Size(stored.height, stored.width) : stored;
     if (input.joinsEyes) {
@@ -478,6 +496,30 @@ void findOtherEye(VideoInput& input, std::string_view head) {
                                         : isMarked && (mark->flags & AV_STEREO3D_FLAG_INVERT) != 0;
 }
 
+// Another video that can be the other eye's; null if there is none.
+const AVStream* twinOf(const VideoInput& input) {
+    AVFormatContext& format = *input.format;
+    const AVStream& read = *input.stream;
+    const auto programOf = [&](const AVStream& stream) {
+        return av_find_program_from_stream(&format, nullptr, stream.index);
+    };
+    for (unsigned i = 0; i < format.nb_streams; ++i) {
+        const AVStream& stream = *format.streams[i];
+        const AVCodecParameters& parameters = *stream.codecpar;
+        constexpr int kOthers = AV_DISPOSITION_DUB | AV_DISPOSITION_COMMENT |
+                                AV_DISPOSITION_VISUAL_IMPAIRED | AV_DISPOSITION_HEARING_IMPAIRED;
+        if (&stream != &read && parameters.codec_type == AVMEDIA_TYPE_VIDEO && !isCover(stream) &&
+            parameters.codec_id == read.codecpar->codec_id && parameters.width > 0 &&
+            parameters.width == read.codecpar->width &&
+            parameters.height == read.codecpar->height && stream.nb_frames == read.nb_frames &&
+            av_cmp_q(stream.avg_frame_rate, read.avg_frame_rate) == 0 &&
+            (stream.disposition & kOthers) == 0 && programOf(stream) == programOf(read) &&
+            tagOf(stream.metadata, "language") == tagOf(read.metadata, "language"))
+            return &stream;
+    }
+    return nullptr;
+}
+
 } // namespace
 
 VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
@@ -513,6 +555,13 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
         note("is a 3D video in MVC (H.264 with a second layer), of which the base view alone, "
              "usually the left eye's, is read, because FFmpeg does not decode the other; a program "
              "that does, such as BD3D2MK3D (Windows), makes a side by side video of it");
+    }
+    if (const AVStream* const twin = twinOf(input); twin != nullptr && !input.isMvc) {
+        const auto [first, second] = std::minmax(input.stream->index, twin->index);
+        note("holds two videos of one size, of which one is read; if they are the pictures of both "
+             "eyes, this joins them, and --stereo left-right:full reads the result: ffmpeg -i " +
+             shellWord(input.subject) + " -filter_complex '[0:" + std::to_string(first) +
+             "][0:" + std::to_string(second) + "]hstack' eyes_LRF.mp4");
     }
     if (input.alternates && !input.joinsEyes)
         note("shows the eyes by turns, of which the left eye alone is read");

@@ -945,13 +945,38 @@ TEST_F(VideoReaderTest, FramesOfBothEyesByTurnsBecomePairs) {
         part.from = 0.3; // in the middle of a pair
         VideoReader later(file, part);
         EXPECT_EQ(later.framesBefore(), 2) << name;
-        EXPECT_TRUE(sameFrames(pairs, allFrames(later), 2, std::llround(0.3 / unit))) << name;
+        EXPECT_TRUE(sameFrames(allFrames(later), pairs, 2, std::llround(0.3 / unit))) << name;
         VideoReader left(file);
         const std::vector<VideoFrame> alone = allFrames(left);
         ASSERT_EQ(alone.size(), 5U) << name;
         EXPECT_EQ(grey(alone[3], 40), isRightFirst ? 7 : 6) << name;
         EXPECT_TRUE(contains(textOf(left.notes()), "of which the left eye alone is read")) << name;
     }
+}
+
+TEST_F(VideoReaderTest, ASecondVideoOfOneSizeIsSaidWithTheCommandThatJoinsBoth) {
+    const auto notesOf = [&](const char* name, const std::string& options) {
+        ffmpeg("-f lavfi -i color=black:size=96x64:rate=5:duration=0.4 -f lavfi -i "
+               "color=white:size=96x64:rate=5:duration=0.4 -map 0 -map 1 -pix_fmt yuv420p " +
+               options + " " + arg(directory / name));
+        VideoReader reader(directory / name);
+        EXPECT_EQ(reader.facts().size, cv::Size(96, 64));
+        return textOf(reader.notes());
+    };
+    EXPECT_EQ(notesOf("cut.mkv", "-c:v libx264 -filter:v:1 crop=64:64"), "");
+    EXPECT_EQ(notesOf("two.mkv", "-c:v libx264 -metadata:s:1 language=ger"), "");
+    EXPECT_EQ(notesOf("said.mkv", "-c:v libx264 -disposition:1 comment"), "");
+    EXPECT_TRUE(contains(notesOf("eyes.mp4", "-c:v libx264"), "[0:0][0:1]hstack"));
+    const std::string note = notesOf("w3.avi", "-c:v mjpeg -pix_fmt yuvj420p");
+    const std::size_t command = note.find("ffmpeg -i");
+    ASSERT_NE(command, std::string::npos) << note;
+    const std::size_t end = note.find("eyes_LRF.mp4", command);
+    ffmpeg(note.substr(command + 6, end - command - 6) + arg(directory / "eyes_LRF.mp4"));
+    const auto frames = allFrames(directory / "eyes_LRF.mp4");
+    ASSERT_EQ(frames.size(), 2U);
+    EXPECT_EQ(frames[1].picture.size(), cv::Size(192, 64));
+    EXPECT_LT(frames[1].picture.at<cv::Vec3b>(30, 40)[1], 5);
+    EXPECT_GT(frames[1].picture.at<cv::Vec3b>(30, 140)[1], 250);
 }
 
 TEST_F(VideoReaderTest, OfMvcTheBaseViewIsSaidToBeReadAlone) {

@@ -268,24 +268,66 @@ TEST_F(FindEyes, HalfLayoutsKeepTheShapeOfTheEyes) {
     const Eyes eyes = wallAndThing(kWall, kThing); // 4:3
     const fs::path input = clip("clip.mkv", {joined(eyes)});
     for (const EyesPicture picture : {EyesPicture::SideBySideHalf, EyesPicture::TopBottomHalf}) {
-        VideoConversion half = conversion(input, "half.mkv");
-        half.product = VideoProduct::Stereo;
-        half.eyes = {picture, EyesFrom::Both, false, true};
-        VideoConverter(std::move(half)).run();
-        VideoReader reader(directory / "half.mkv");
-        EXPECT_EQ(reader.facts().size, eyesSize());
-        VideoConversion again = conversion(directory / "half.mkv", "again.mkv");
-        again.stereo = findEyes(directory / "half.mkv", reader.facts()).eyes;
-        ASSERT_TRUE(again.stereo);
-        again.product = VideoProduct::Stereo;
-        again.eyes = {EyesPicture::Anaglyph, EyesFrom::Both, false, true};
-        EXPECT_NEAR(VideoConverter(std::move(again)).size().aspectRatio(), 4.0 / 3, 0.01);
+        for (const char* const name : {"half.mkv", "half.mp4"}) {
+            const fs::path file = directory / name;
+            VideoConversion half = conversion(input, name);
+            half.product = VideoProduct::Stereo;
+            half.encoding.codec = VideoCodec::H264;
+            half.eyes = {picture, EyesFrom::Both, false, true};
+            VideoConverter(std::move(half)).run();
+            VideoReader reader(file);
+            EXPECT_EQ(reader.facts().size, eyesSize());
+            VideoConversion again = conversion(file, "again.mkv");
+            const FoundEyes eyesFound = findEyes(file, reader.facts());
+            EXPECT_EQ(textOf(eyesFound.notes), "") << name;
+            again.stereo = eyesFound.eyes;
+            ASSERT_TRUE(again.stereo) << name;
+            again.product = VideoProduct::Stereo;
+            again.eyes = {EyesPicture::Anaglyph, EyesFrom::Both, false, true};
+            EXPECT_NEAR(VideoConverter(std::move(again)).size().aspectRatio(), 4.0 / 3, 0.01)
+                << name;
+        }
     }
     // by the tag alone
     const FoundEyes tagged =
         found(clip("film_LR.mkv", {3, joined(eyes, EyesPicture::SideBySideHalf)}));
     ASSERT_TRUE(tagged.eyes);
     EXPECT_EQ(tagged.eyes->halves, StereoHalves::Squeezed);
+}
+
+TEST_F(FindEyes, MatroskaMayStateTheSizeOfAnEyeOrOfTheFrame) {
+    if (!haveFfmpeg()) GTEST_SKIP() << "needs ffmpeg";
+    struct Case {
+        const char* size;
+        const char* mode;
+        const char* stretched; // shape of the frame if the stated size is the frame's
+        double eye;            // width : height
+        bool isSure;
+    };
+    for (const auto& [size, mode, stretched, eye, isSure] :
+         {Case{"128x48", "left_right", "16:3", 4.0 / 3, true},
+          Case{"256x72", "right_left", "64:9", 16.0 / 9, true},
+          Case{"64x96", "top_bottom", "1:3", 4.0 / 3, true},
+          Case{"128x72", "left_right", "32:9", 16.0 / 9, true},
+          Case{"192x80", "left_right", "24:5", 2.4, true},
+          Case{"128x72", "top_bottom", "8:9", 16.0 / 9, true},
+          Case{"96x48", "left_right", nullptr, 1, false}}) {
+        const fs::path files[] = {directory / "eye.mkv", directory / "frame.mkv"};
+        ffmpeg("-f lavfi -i testsrc2=rate=5:duration=0.4:size=" + std::string(size) +
+               " -c:v libx264 -metadata:s:v stereo_mode=" + mode + " " + arg(files[0]));
+        if (stretched != nullptr)
+            ffmpeg("-i " + arg(files[0]) + " -c copy -aspect " + stretched + " " + arg(files[1]));
+        for (const fs::path& file : {files[0], files[stretched == nullptr ? 0 : 1]}) {
+            const VideoFacts facts = VideoReader(file).facts();
+            const FoundEyes eyesFound = findEyes(file, facts);
+            ASSERT_TRUE(eyesFound.eyes) << size;
+            EXPECT_NEAR(photoSize(*eyesFound.eyes, facts.size).aspectRatio() *
+                            facts.sampleAspect.value(),
+                        eye, 0.01)
+                << size << ' ' << file;
+            EXPECT_EQ(eyesFound.notes.empty(), isSure) << size << textOf(eyesFound.notes);
+        }
+    }
 }
 
 TEST_F(FindEyes, StripsAreFlatAndEyesByTurnsArePairs) {
@@ -306,7 +348,16 @@ TEST_F(FindEyes, StripsAreFlatAndEyesByTurnsArePairs) {
     EXPECT_EQ(pairs.eyes->halves, StereoHalves::Full);
     facts.eyesLayout.reset(); // frames that say so later
     EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(findEyes(turns, facts)); }),
-                         "turns.mkv -vf stereo3d=al:sbsl eyes_LRF.mp4"));
+                         "turns.mkv -vf stereo3d=al:sbsl,sidedata=delete:STEREO3D eyes_LRF.mp4"));
+    ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.8 -c:v libx264 -x264opts "
+           "frame-packing=5 " +
+           arg(directory / "sei5.mp4"));
+    ffmpeg("-i " + arg(directory / "sei5.mp4") + " -vf stereo3d=al:sbsl,sidedata=delete:STEREO3D " +
+           arg(directory / "eyes_LRF.mp4"));
+    VideoReader joined(directory / "eyes_LRF.mp4", both);
+    EXPECT_EQ(joined.facts().size, cv::Size(192, 64));
+    EXPECT_EQ(allFrames(joined).size(), 2U);
+    EXPECT_TRUE(joined.facts().eyes.empty()); // FFmpeg would mark it as frames by turns again
     const FoundEyes sei = stated("sei.mp4", "-x264opts frame-packing=4"); // in frames alone
     ASSERT_TRUE(sei.eyes);
     EXPECT_EQ(sei.eyes->layout, StereoLayout::TopBottom);

@@ -139,7 +139,11 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
     }
     encoding.native = conversion.product == VideoProduct::Native;
     encoding.eyes.reset();
-    if (isStereo) encoding.eyes = conversion.eyes.picture;
+    if (isStereo) {
+        encoding.eyes = conversion.eyes.picture;
+        // read by findEyes(); containers do not state whether halves are squeezed
+        encoding.tags.emplace_back("keywords", nameOf(conversion.eyes.picture).words);
+    }
     encoding.size = size;
     constexpr int kLeast = 16; // of VideoWriterOptions
     if (std::min(size.width, size.height) < kLeast) {

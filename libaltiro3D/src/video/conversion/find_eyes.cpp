@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/stereo_views.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
@@ -105,13 +107,52 @@ Samples samplesOf(const fs::path& input, const VideoFacts& facts, VideoReaderOpt
     return samples;
 }
 
-// Shape of the halves. Of videos, LR and TB mean squeezed halves, unless the shape says otherwise.
+// Shape of the halves and whether it is sure.
+struct HalvesShape {
+    StereoHalves halves = StereoHalves::Full;
+    bool isSure = true;
+};
+
+// By the shape that a scene has: wide, square or a portrait. Squeezed ones are wide.
 // @param aspect width : height of a frame as displayed
-StereoHalves shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& name,
-                           double aspect) {
+HalvesShape guessHalves(bool isBeside, double aspect) {
+    const auto isWide = [](double eye) { return eye > 1.23 && eye < 2.45; };
+    const auto isPhoto = [&](double eye) {
+        return isWide(eye) || (eye > 0.95 && eye < 1.05) || (eye > 0.5 && eye < 0.82);
+    };
+    const bool canBeFull = isPhoto(isBeside ? aspect / 2 : aspect * 2);
+    const bool canBeSqueezed = isWide(aspect);
+    return {canBeSqueezed && !canBeFull ? StereoHalves::Squeezed : StereoHalves::Full,
+            canBeFull != canBeSqueezed};
+}
+
+// What the converter writes into the file's tags, because MP4 does not state whether halves are
+// squeezed, and the size of an eye that Matroska states may be the frame's.
+std::optional<StereoHalves> taggedHalves(bool isBeside, const VideoFacts& facts) {
+    const auto full = isBeside ? EyesPicture::SideBySide : EyesPicture::TopBottom;
+    const auto half = isBeside ? EyesPicture::SideBySideHalf : EyesPicture::TopBottomHalf;
+    for (const auto& [name, value] : facts.tags) {
+        if (name != "keywords" && name != "KEYWORDS") continue;
+        if (value == nameOf(half).words) return StereoHalves::Squeezed;
+        if (value == nameOf(full).words) return StereoHalves::Full;
+    }
+    return std::nullopt;
+}
+
+// Shape of the halves. Of videos, LR and TB mean squeezed halves, unless the shape says otherwise.
+// Frames whose px are stretched already as much as halves are squeezed count as full.
+HalvesShape shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& name,
+                          const VideoFacts& facts) {
+    const double pixel = facts.sampleAspect.value();
+    const double aspect = pixel * facts.size.width / facts.size.height;
     const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    const bool isStretched = std::abs(pixel / (isBeside ? 2 : 0.5) - 1) < 0.01;
+    const auto stated = [&](StereoHalves halves) {
+        return HalvesShape{isStretched ? StereoHalves::Full : halves, true};
+    };
+    if (const auto tagged = taggedHalves(isBeside, facts)) return stated(*tagged);
     if (name && name->contents == SceneName::Contents::Eyes) {
-        if (name->halves != StereoHalves::Automatic) return name->halves;
+        if (name->halves != StereoHalves::Automatic) return stated(name->halves);
         std::string tag = name->tag;
         std::transform(tag.begin(), tag.end(), tag.begin(),
                        [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -119,12 +160,11 @@ StereoHalves shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& 
         constexpr double kWide = 2.4; // no scene has half of it
         constexpr double kHigh = 1.1;
         if (isShort)
-            return (isBeside ? aspect < kWide : aspect > kHigh) ? StereoHalves::Squeezed
-                                                                : StereoHalves::Full;
+            return {(isBeside ? aspect < kWide : aspect > kHigh) ? StereoHalves::Squeezed
+                                                                 : StereoHalves::Full,
+                    true};
     }
-    return squeezeOf(aspect, isBeside, StereoHalves::Automatic) == Squeeze::None
-               ? StereoHalves::Full
-               : StereoHalves::Squeezed;
+    return guessHalves(isBeside, aspect);
 }
 
 // Whether frames that hold both eyes often have this shape: two of 4:3 to 2.4:1, or squeezed ones.
@@ -153,9 +193,16 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     if (name && name->contents == SceneName::Contents::Vr)
         refuse("is a video for headsets by its name (" + name->tag + ")");
     const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
+    const bool isJoined = facts.eyes == kSpatialVideo || facts.eyes == kAlternateFrames;
     const auto take = [&](StereoLayout layout, const std::string& evidence) {
-        found.eyes = StereoVideo{layout, shapeOfHalves(layout, name, aspect)};
+        const HalvesShape shape = shapeOfHalves(layout, name, facts);
+        found.eyes = StereoVideo{layout, shape.halves};
         found.evidence = evidence;
+        if (shape.isSure || isJoined) return;
+        addNote(&found.notes, NoteCode::Doubtful,
+                input.string() + ": its shape does not say whether its halves are squeezed: they "
+                                 "are taken as full ones; --stereo, as with left-right:squeezed or "
+                                 "left-right:full, says it");
     };
     std::error_code error;
     const bool isFile = fs::is_regular_file(input, error);
@@ -165,8 +212,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     const auto& layout = facts.eyes.empty() ? samples.layout : facts.eyesLayout;
     if (layout) {
         take(*layout, "the file states it (" + stated + ")");
-        if (stated == kSpatialVideo || stated == kAlternateFrames)
-            found.eyes->halves = StereoHalves::Full;
+        if (isJoined) found.eyes->halves = StereoHalves::Full;
         return found;
     }
     if (startsWith(stated, kAlternateFrames)) { // not so from the first frame on
@@ -174,12 +220,13 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
         throw Error(ErrorCode::Unsupported, input.string(),
                     "shows the eyes by turns, expected them beside each other, as made by: ffmpeg "
                     "-i " +
-                        shellWord(input.string()) + " -vf stereo3d=" + first + " eyes_LRF.mp4");
+                        shellWord(input.string()) + " -vf stereo3d=" + first +
+                        ",sidedata=delete:STEREO3D eyes_LRF.mp4");
     }
     if (!stated.empty()) refuse("holds both eyes by \"" + stated + "\"");
     const std::vector<cv::Mat>& frames = samples.frames;
     if (name && name->contents == SceneName::Contents::Eyes && isFile) {
-        const StereoVideo video{name->layout, shapeOfHalves(name->layout, name, aspect)};
+        const StereoVideo video{name->layout, shapeOfHalves(name->layout, name, facts).halves};
         const bool isPair = std::any_of(frames.begin(), frames.end(), [&](const cv::Mat& frame) {
             return areEyes(frame, video, false);
         });
@@ -195,7 +242,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     }
     for (const auto& [half, words] : {std::pair(StereoLayout::LeftRight, "left and right half"),
                                       std::pair(StereoLayout::TopBottom, "upper and lower half")}) {
-        const StereoVideo video{half, shapeOfHalves(half, std::nullopt, aspect)};
+        const StereoVideo video{half, shapeOfHalves(half, std::nullopt, facts).halves};
         const bool doAllMatch =
             isUsual(half, aspect) && !frames.empty() &&
             std::all_of(frames.begin(), frames.end(),

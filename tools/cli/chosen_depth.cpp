@@ -1,6 +1,7 @@
 #include "cli/chosen_depth.hpp"
 
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/quilt2native.hpp"
@@ -44,7 +45,7 @@ cv::Size scaledInput(const NetworkProfile& profile, double longerSide) {
 
 const char* nameOf(StereoLayout layout) {
     constexpr const char* kNames[] = {"left-right", "right-left", "top-bottom", "bottom-top"};
-    return kNames[static_cast<int>(layout)];
+    return entryOf(kNames, layout);
 }
 
 // Warns that a picture with two halves is read as one.

@@ -1,5 +1,6 @@
 #include "cli/folders.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
@@ -126,6 +127,7 @@ FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
 }
 
 const KindWords* wordsOf(FileKind kind) {
+    static_assert(kWords.size() + 1 == enumCount<FileKind>(), "all but Other");
     return kind == FileKind::Other ? nullptr : &kWords[static_cast<std::size_t>(kind)];
 }
 

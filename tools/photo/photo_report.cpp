@@ -1,6 +1,7 @@
 #include "photo/photo_report.hpp"
 
 #include "altiro3D/altiro3D.hpp"
+#include "altiro3D/enum_table.hpp"
 #include "cli/json_text.hpp"
 
 #include <nlohmann/json.hpp>
@@ -181,7 +182,7 @@ Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) 
         {"fit", choices.framing ? "auto" : fitName(options.fit)},
         {"center", given(job, "center")},
         {"zoom", options.framing.zoom},
-        {"detail", kDetails[static_cast<int>(options.detail)]},
+        {"detail", entryOf(kDetails, options.detail)},
         {"lensFilter", options.lensFilter},
         {"path", pathName(run.maker)},
         {"continuous", options.positions == ViewPositions::Continuous},

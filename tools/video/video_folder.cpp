@@ -1,5 +1,6 @@
 // video2native of a folder.
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
@@ -32,7 +33,7 @@ std::string endingOf(const VideoWriterOptions& encoding, const VideoPlan& plan) 
 }
 
 // Of names, as VideoProduct; that of a quilt states its layout.
-constexpr const char* kSuffixes[] = {"_native", "", "_rgbd"};
+constexpr const char* kSuffixes[] = {"_native", "", "_rgbd", "_stereo"};
 
 // The videos of the folder.
 std::vector<FolderFile> listVideos(const VideoJob& job, std::vector<LeftOutFile>& leftOut,
@@ -66,8 +67,8 @@ std::vector<VideoPlan> planVideos(const VideoRun& run, const std::vector<FolderF
     for (std::size_t i = 0; i < videos.size(); ++i) {
         VideoPlan plan = all;
         plan.input = videos[i].file;
-        plan.output = all.output / (stems[i] + kSuffixes[static_cast<int>(product)] +
-                                    endingOf(run.encoding, plan));
+        plan.output =
+            all.output / (stems[i] + entryOf(kSuffixes, product) + endingOf(run.encoding, plan));
         if (layout) plan.output = quiltFileName(plan.output, *layout, run.display.aspect());
         plan.report.clear();
         plan.isFile = true;

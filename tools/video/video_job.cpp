@@ -1,5 +1,6 @@
 #include "video/video_run.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "cli/folders.hpp"
 #include "cli/inputs.hpp"
 
@@ -195,7 +196,7 @@ VideoRun::VideoRun(const VideoJob& options, ChosenDisplay chosen)
 
 VideoRun::VideoRun(const VideoJob& options, Messages& messages)
     : VideoRun(options, findDisplay(options.display, messages, {},
-                                    kUses[static_cast<int>(options.plan.product)])) {}
+                                    entryOf(kUses, options.plan.product))) {}
 
 void openDepth(VideoRun& run, Messages& messages) {
     if (!run.depth && !run.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);

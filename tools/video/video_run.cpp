@@ -1,5 +1,6 @@
 #include "video/video_run.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
 #include "cli/folders.hpp"
@@ -343,7 +344,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
     tellRemarks(run, outcome, messages);
     progress.end(outcome.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D", "stereo"};
-    messages.say(plan.outputName() + ": " + kProducts[static_cast<int>(plan.product)] + " video, " +
+    messages.say(plan.outputName() + ": " + entryOf(kProducts, plan.product) + " video, " +
                  sizeText(outcome.size) + ", " + counted(outcome.result.frames, "frame") + ", " +
                  clockText(outcome.result.end) +
                  (isStream ? "" : ", " + bytesAndRateText(outcome.bytes, outcome.result.end)) +

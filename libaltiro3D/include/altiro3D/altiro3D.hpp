@@ -55,6 +55,7 @@
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/display.hpp"
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"

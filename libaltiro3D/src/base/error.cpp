@@ -1,5 +1,6 @@
 #include "altiro3D/error.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/version.hpp"
 
 namespace altiro3D {
@@ -19,7 +20,7 @@ const char* errorCodeName(ErrorCode code) noexcept {
     constexpr const char* kNames[] = {
         "InvalidArgument", "NotFound", "ReadFailed", "WriteFailed", "BadFormat",
         "Unsupported",     "TooLarge", "Mismatch",   "OutOfMemory", "NetworkFailed"};
-    return kNames[static_cast<int>(code)];
+    return entryOf(kNames, code);
 }
 
 Error::Error(ErrorCode code, const std::string& subject, const std::string& problem)

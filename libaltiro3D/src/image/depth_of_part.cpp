@@ -1,5 +1,6 @@
 #include "image/depth_of_part.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 #include "image/exif.hpp"
@@ -74,7 +75,7 @@ const char* nameOf(EmbeddedDepthForm form) {
     constexpr const char* kNames[] = {"Apple HEIC",          "Apple JPEG", "Google lens blur",
                                       "Dynamic Depth",       "AVIF",       "Samsung, experimental",
                                       "Huawei, experimental"};
-    return kNames[static_cast<int>(form)];
+    return entryOf(kNames, form);
 }
 
 void addUnusedDepth(Notes* notes, const std::string& what, const std::string& why) {

@@ -1,5 +1,6 @@
 #include "image/image_header.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
@@ -319,7 +320,7 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
     header.format = imageFormat(bytes);
     const ImageFormat format = header.format;
     try {
-        kReaders[static_cast<int>(format)](bytes, header);
+        entryOf(kReaders, format)(bytes, header);
     } catch (const PictureFailure& failure) {
         header.decoderMessage = failure.what();
     }

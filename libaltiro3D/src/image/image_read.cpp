@@ -1,5 +1,6 @@
 #include "altiro3D/image_io.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/posix_file.hpp"
@@ -30,7 +31,7 @@ namespace {
 const char* nameOf(ImageFormat format) {
     constexpr const char* kNames[] = {"unknown", "PNG", "JPEG", "TIFF",      "WebP", "BMP", "PNM",
                                       "PFM",     "EXR", "HDR",  "JPEG 2000", "HEIC", "AVIF"};
-    return kNames[static_cast<int>(format)];
+    return entryOf(kNames, format);
 }
 
 // "camera raw (nef)": nef

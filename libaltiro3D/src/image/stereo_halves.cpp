@@ -1,5 +1,6 @@
 // Pictures that hold both eyes: what their files state, and how they are split.
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include "base/byte_reader.hpp"
@@ -178,7 +179,7 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
     const StatedEyes eyes{layout, squeezeOf(picture.size(), isBeside, halves), 0};
     StereoPair pair = split(picture, eyes, "picture");
-    pair.origin = kNames[static_cast<int>(layout)];
+    pair.origin = entryOf(kNames, layout);
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
 } catch (const cv::Exception& exception) {

@@ -1,5 +1,6 @@
 #include "media/video_input.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
@@ -76,7 +77,7 @@ StreamKind streamKind(AVMediaType type) {
 
 const char* kindName(AVMediaType type) {
     constexpr const char* kNames[] = {"video", "audio", "subtitles", "data", "attachment"};
-    return kNames[static_cast<std::size_t>(streamKind(type))];
+    return entryOf(kNames, streamKind(type));
 }
 
 std::string codecName(AVCodecID id) {

@@ -1,5 +1,6 @@
 #include "media/video_picture.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "image/exif.hpp"
 
@@ -186,7 +187,7 @@ VideoColour shownColour(const VideoColour& stored) {
 AVColorSpace colourSpace(ColourMatrix matrix) {
     constexpr AVColorSpace kSpaces[] = {AVCOL_SPC_RGB, AVCOL_SPC_SMPTE170M, AVCOL_SPC_BT709,
                                         AVCOL_SPC_BT2020_NCL};
-    return kSpaces[static_cast<std::size_t>(matrix)];
+    return entryOf(kSpaces, matrix);
 }
 
 AVColorRange colourRange(ColourRange range) {

@@ -1,5 +1,6 @@
 #include "altiro3D/video_io.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
@@ -43,8 +44,7 @@ constexpr struct {
                {"prores_ks", AV_PIX_FMT_YUV444P10}};
 
 AVPixelFormat pixelFormat(const VideoWriterOptions& options) {
-    return options.compatible ? AV_PIX_FMT_YUV420P
-                              : kCodecs[static_cast<std::size_t>(options.codec)].format;
+    return options.compatible ? AV_PIX_FMT_YUV420P : entryOf(kCodecs, options.codec).format;
 }
 
 bool isRgb(AVPixelFormat format) {
@@ -143,7 +143,7 @@ void checkPositive(const Fraction& ratio, const char* field, bool mayBeUnknown) 
 const char* presetName(EncoderPreset preset) {
     constexpr const char* kNames[] = {"ultrafast", "superfast", "veryfast", "faster",  "fast",
                                       "medium",    "slow",      "slower",   "veryslow"};
-    return kNames[static_cast<std::size_t>(preset)];
+    return entryOf(kNames, preset);
 }
 
 void validate(const VideoWriterOptions& options) {
@@ -261,7 +261,7 @@ std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
 }
 
 void VideoWriter::Impl::openEncoder() {
-    const char* const name = kCodecs[static_cast<std::size_t>(options_.codec)].encoder;
+    const char* const name = entryOf(kCodecs, options_.codec).encoder;
     const AVCodec* const codec = avcodec_find_encoder_by_name(name);
     if (codec == nullptr) {
         throw Error(ErrorCode::Unsupported, "codec",

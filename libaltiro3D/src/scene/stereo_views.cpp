@@ -1,6 +1,7 @@
 #include "altiro3D/stereo_views.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/enum_table.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
 #include "base/srgb_light.hpp"
@@ -89,7 +90,7 @@ void joinPixels(const cv::Mat& left, const cv::Mat& right, const Pixel& pixel, c
 } // namespace
 
 EyesPictureName nameOf(EyesPicture picture) {
-    return kNames[static_cast<std::size_t>(picture)];
+    return entryOf(kNames, picture);
 }
 
 bool hasEyesTag(const std::filesystem::path& file, EyesPicture picture) {

@@ -1,5 +1,6 @@
 #include "base/checks.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +8,11 @@
 
 namespace altiro3D::test {
 namespace {
+
+enum class Letter { A, B, C };
+static_assert(enumCount<Letter>() == 3 && enumCount<ErrorCode>() == 10);
+constexpr char kLetters[] = {'a', 'b', 'c'};
+static_assert(entryOf(kLetters, Letter::C) == 'c');
 
 std::set<const uchar*> bytesOf(const cv::Mat& picture) {
     std::set<const uchar*> bytes;

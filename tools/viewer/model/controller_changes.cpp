@@ -1,5 +1,6 @@
 // What the user changes: the settings of the open files, and depth by painting; with undo.
 
+#include "altiro3D/enum_table.hpp"
 #include "viewer/model/controller.hpp"
 #include "viewer/model/depth_maker.hpp"
 
@@ -23,7 +24,7 @@ quint64 nextRevision() {
 QString nameOf(PaintTool tool) {
     constexpr const char* kNames[] = {"brush: nearer", "brush: farther", "brush: smooth",
                                       "brush: copy", "lasso"}; // as PaintTool
-    return Controller::tr(kNames[static_cast<int>(tool)]);
+    return Controller::tr(entryOf(kNames, tool));
 }
 
 // A change that can be undone; those of one gesture are one.

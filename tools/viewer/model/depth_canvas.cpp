@@ -1,6 +1,7 @@
 #include "viewer/model/depth_canvas.hpp"
 
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/enum_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,9 +24,9 @@ cv::Mat downscaled(const cv::Mat& photo) {
     return result;
 }
 
-// As PaintTool; the lasso is none.
+// As PaintTool; the last one is not used, as the lasso is no brush.
 constexpr DepthBrush kBrushes[] = {DepthBrush::Nearer, DepthBrush::Farther, DepthBrush::Smooth,
-                                   DepthBrush::Level};
+                                   DepthBrush::Level, DepthBrush::Level};
 
 } // namespace
 
@@ -44,7 +45,7 @@ void DepthCanvas::begin(const Paint& paint, cv::Point2d place) {
         return;
     }
     DepthBrushOptions options;
-    options.brush = kBrushes[static_cast<int>(paint.tool)];
+    options.brush = entryOf(kBrushes, paint.tool);
     options.radius = std::max(0.5, paint.radius * std::max(photo_.cols, photo_.rows));
     options.amount = std::abs(paint.amount);
     options.keepsEdges = paint.keepsEdges;

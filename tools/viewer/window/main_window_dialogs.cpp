@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/display.hpp"
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/display_search.hpp"
@@ -165,9 +166,8 @@ void MainWindow::exportDialog(Product product) {
     }
     fs::path from = controller_.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
-    const std::string ending = product == Product::Eyes
-                                   ? tools::eyesEnding(controller_.eyes())
-                                   : kProducts[static_cast<int>(product)].ending;
+    const std::string ending = product == Product::Eyes ? tools::eyesEnding(controller_.eyes())
+                                                        : entryOf(kProducts, product).ending;
     fs::path proposed = from.parent_path() / (from.stem().string() + ending);
     try {
         proposed = productFile(controller_.exportSetup(), product, proposed);
@@ -175,8 +175,7 @@ void MainWindow::exportDialog(Product product) {
         // the name tells another layout: the user will think of one
     }
     const QString title = tr("Export %1").arg(nameOf(product));
-    const fs::path typed =
-        fileToSave(this, title, proposed, kProducts[static_cast<int>(product)].formats);
+    const fs::path typed = fileToSave(this, title, proposed, entryOf(kProducts, product).formats);
     if (typed.empty()) return;
     if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
         say(why, 10000); // a video may have changed meanwhile

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "viewer/model/making.hpp"
 
@@ -120,7 +121,7 @@ constexpr ProductWords kProducts[] = {
      QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;JPEG picture (*.jpg *.jpeg);;"
                                   "TIFF picture (*.tif *.tiff);;All files (*)")}}; // as Product
 inline QString nameOf(Product product) {
-    return QObject::tr(kProducts[static_cast<int>(product)].name);
+    return QObject::tr(entryOf(kProducts, product).name);
 }
 
 /// Names a widget for tests and styles, and for people, also for screen readers, which do not see

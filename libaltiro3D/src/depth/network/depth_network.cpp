@@ -1,6 +1,7 @@
 #include "altiro3D/depth_network.hpp"
 
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "depth/network/network_graph.hpp"
@@ -112,7 +113,7 @@ void checkInput(const fs::path& file, const OnnxFacts& facts, const NetworkProfi
 int interpolation(ResizeKernel kernel) {
     constexpr int kKernels[] = {cv::INTER_NEAREST, cv::INTER_LINEAR, cv::INTER_CUBIC,
                                 cv::INTER_AREA};
-    return kKernels[static_cast<int>(kernel)];
+    return entryOf(kKernels, kernel);
 }
 
 } // namespace

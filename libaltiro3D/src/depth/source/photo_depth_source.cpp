@@ -3,6 +3,7 @@
 
 #include "altiro3D/depth_source.hpp"
 
+#include "altiro3D/enum_table.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/source/photo_depth.hpp"
@@ -213,7 +214,7 @@ std::optional<PhotoDepth> readRgbd(const PhotoFile& file, const SceneName& name,
     halves.origin = DepthOrigin::Given;
     splitRgbd(readRgbdImage(file, *side), {*side, name.halves}, halves.photo, halves.rawDepth,
               notes);
-    halves.text = std::string("depth half of the picture (") + kSides[static_cast<int>(*side)] +
+    halves.text = std::string("depth half of the picture (") + entryOf(kSides, *side) +
                   ", by its name, " + name.tag + ")";
     return halves;
 }

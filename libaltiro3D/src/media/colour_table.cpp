@@ -132,7 +132,9 @@ void ColourTable::row(const std::uint16_t* from, int channels, int columns,
                 colour[c] = encoded_[static_cast<std::size_t>(root * (kLights - 1) + 0.5F)];
             }
         }
-        const float alpha = channels == 4 ? static_cast<float>(from[3]) / kMost : 1;
+        constexpr int kOpaque = 0xff00; // 8 bits that the scaler has made 16
+        const float alpha =
+            channels == 4 && from[3] < kOpaque ? static_cast<float>(from[3]) / kOpaque : 1;
         for (int c = 0; c < 3; ++c)
             to[c] = static_cast<std::uint8_t>(colour[c] * alpha + 0.5F);
     }

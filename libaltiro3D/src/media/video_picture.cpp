@@ -108,6 +108,15 @@ bool isConverted(const VideoColour& stored) {
            stored.primaries == AVCOL_PRI_SMPTE432;
 }
 
+// Multiplies a row of px by their alpha.
+// @param step from one alpha to the next
+void composeOverBlack(const std::uint8_t* alpha, int step, int columns, std::uint8_t* bgr) {
+    for (int x = 0; x < columns; ++x, alpha += step, bgr += 3) {
+        for (int c = 0; c < 3; ++c)
+            bgr[c] = static_cast<std::uint8_t>((bgr[c] * *alpha + 127) / 255);
+    }
+}
+
 } // namespace
 
 void setRotation(VideoFacts& facts, const std::int32_t* displayMatrix) {
@@ -213,28 +222,30 @@ void PictureMaker::prepare(const AVFrame& frame) {
     }
     const AVPixFmtDescriptor* const shape = av_pix_fmt_desc_get(format);
     const bool isGrey = shape != nullptr && shape->nb_components == 1 && shape->comp[0].depth > 8;
-    const bool hasAlpha = shape != nullptr && (shape->flags & AV_PIX_FMT_FLAG_ALPHA) != 0;
+    hasAlpha_ = !isDepth_ && shape != nullptr && (shape->flags & AV_PIX_FMT_FLAG_ALPHA) != 0;
     if (!isSameLight) {
         table_ =
             isConverted(colour) ? ColourTable(colour.primaries, colour.transfer) : ColourTable();
     }
     if (isDepth_ && isGrey) {
         way_ = Way::Grey;
-    } else if (!isDepth_ && (hasAlpha || isConverted(colour))) {
+    } else if (!isDepth_ && isConverted(colour)) {
         way_ = Way::Deep;
-        deep_.create(size, hasAlpha ? CV_16UC4 : CV_16UC3);
+        deep_.create(size, hasAlpha_ ? CV_16UC4 : CV_16UC3);
         if (isHdr(colour)) hdrTransfer_ = colour.transfer;
     } else if (colour.matrix != ColourMatrix::Rgb && shape != nullptr &&
                shape->nb_components >= 3) {
         way_ = Way::Planes;
     } else {
         way_ = Way::Direct;
+        if (hasAlpha_) mixed_.create(size, CV_8UC4);
     }
-    const AVPixelFormat target = way_ == Way::Grey     ? AV_PIX_FMT_GRAY16
-                                 : way_ == Way::Planes ? AV_PIX_FMT_YUV444P
-                                 : way_ == Way::Direct ? AV_PIX_FMT_BGR24
-                                 : hasAlpha            ? AV_PIX_FMT_BGRA64
-                                                       : AV_PIX_FMT_BGR48;
+    const AVPixelFormat target =
+        way_ == Way::Grey     ? AV_PIX_FMT_GRAY16
+        : way_ == Way::Planes ? (hasAlpha_ ? AV_PIX_FMT_YUVA444P : AV_PIX_FMT_YUV444P)
+        : way_ == Way::Direct ? (hasAlpha_ ? AV_PIX_FMT_BGRA : AV_PIX_FMT_BGR24)
+        : hasAlpha_           ? AV_PIX_FMT_BGRA64
+                              : AV_PIX_FMT_BGR48;
     scaler_ = sws_isSupportedInput(format) != 0
                   ? makeScaler(size, format, chromaPlace(format, frame.chroma_location), size,
                                target, {}, threads_)
@@ -267,7 +278,11 @@ void PictureMaker::scale(const AVFrame& frame, AVFrame& to) {
 // Converts the frame without rotation. prepare() must have been called for it.
 void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
     picture.create(size_, way_ == Way::Grey ? CV_16UC1 : CV_8UC3);
-    if (way_ == Way::Direct || way_ == Way::Grey) {
+    const bool isMixed = way_ == Way::Direct && hasAlpha_;
+    if (isMixed) {
+        scale(frame, *frameOver(mixed_));
+        cv::cvtColor(mixed_, picture, cv::COLOR_BGRA2BGR);
+    } else if (way_ == Way::Direct || way_ == Way::Grey) {
         scale(frame, *frameOver(picture));
         return;
     }
@@ -280,6 +295,12 @@ void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
             },
             threads_);
     };
+    if (isMixed) {
+        overRows([&](int row, std::uint8_t* to) {
+            composeOverBlack(mixed_.ptr<std::uint8_t>(row) + 3, 4, size_.width, to);
+        });
+        return;
+    }
     if (way_ == Way::Deep) {
         scale(frame, *frameOver(deep_));
         overRows([&](int row, std::uint8_t* to) {
@@ -287,7 +308,8 @@ void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
         });
         return;
     }
-    const bool isWhole = format_ == AV_PIX_FMT_YUV444P || format_ == AV_PIX_FMT_YUVJ444P;
+    const bool isWhole = format_ == AV_PIX_FMT_YUV444P || format_ == AV_PIX_FMT_YUVJ444P ||
+                         (hasAlpha_ && format_ == AV_PIX_FMT_YUVA444P);
     if (!isWhole) scale(frame, *planes_);
     const AVFrame& planes = isWhole ? frame : *planes_;
     overRows([&](int row, std::uint8_t* to) {
@@ -295,6 +317,7 @@ void PictureMaker::convert(const AVFrame& frame, cv::Mat& picture) {
             return planes.data[p] + static_cast<std::ptrdiff_t>(row) * planes.linesize[p];
         };
         yuvToBgr(plane(0), plane(1), plane(2), static_cast<std::size_t>(size_.width), weights_, to);
+        if (hasAlpha_) composeOverBlack(plane(3), 1, size_.width, to);
     });
 }
 

@@ -103,7 +103,9 @@ class PictureMaker {
     BgrWeights weights_;
     FramePtr planes_;
     ColourTable table_;
-    cv::Mat deep_; // [CV_16UC3 or CV_16UC4]
+    cv::Mat deep_;  // [CV_16UC3 or CV_16UC4]
+    cv::Mat mixed_; // of Direct with alpha [CV_8UC4]
+    bool hasAlpha_ = false;
     cv::Mat unturned_;
     int hdrTransfer_ = 0;
 };

@@ -217,13 +217,29 @@ TEST_P(TransparentVideos, AreBlackWhereTheyAreTransparent) {
     }
 }
 
+// Where nothing is transparent, white and black are those of the same video without alpha.
+TEST_P(TransparentVideos, KeepWhiteWhereTheyAreOpaque) {
+    const fs::path file = directory / GetParam().name;
+    ffmpeg("-f lavfi -i color=white:size=64x48:rate=5:duration=0.4 -vf "
+           "format=rgba,drawbox=0:0:32:48:black@1:fill " +
+           std::string(GetParam().codec) + " " + arg(file));
+    VideoReader reader(file);
+    const auto frame = reader.next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->picture.at<cv::Vec3b>(20, 50), cv::Vec3b::all(255));
+    EXPECT_EQ(frame->picture.at<cv::Vec3b>(20, 10), cv::Vec3b::all(0));
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Transparent, TransparentVideos,
     testing::Values(TransparentVideo{"a.mov", "-c:v prores_ks -pix_fmt yuva444p10le"},
                     TransparentVideo{"b.mov", "-c:v qtrle -pix_fmt argb"},
                     TransparentVideo{"c.webm", "-c:v libvpx-vp9 -pix_fmt yuva420p"},
                     TransparentVideo{"d.mkv", "-c:v ffv1 -pix_fmt yuva420p"},
-                    TransparentVideo{"e.mov", "-c:v png -pix_fmt rgba"}));
+                    TransparentVideo{"e.mov", "-c:v png -pix_fmt rgba"},
+                    TransparentVideo{"f.mkv", "-c:v ffv1 -pix_fmt bgra"},
+                    TransparentVideo{"g.mkv", "-c:v ffv1 -pix_fmt yuva444p"},
+                    TransparentVideo{"h.mov", "-c:v png -pix_fmt rgba64be"}));
 
 // An MP4 file of HEVC that states a profile of Dolby Vision.
 std::string withDolbyVision(std::string bytes, int profile, int compatible) {

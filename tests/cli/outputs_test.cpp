@@ -115,6 +115,14 @@ TEST_P(OutputsOf, NamesThatAreTooLongAreNamed) {
     EXPECT_TRUE(fails(studio_.run(tool(), call), 1, name + ": "));
 }
 
+TEST_P(OutputsOf, NamesOfTheLongestLengthAreWritten) {
+    constexpr std::size_t kLongest = 255;
+    const std::string name = output(std::string(kLongest - output("").size(), 'a'));
+    const Outcome outcome = good(name);
+    EXPECT_EQ(outcome.status, 0) << outcome.text();
+    EXPECT_TRUE(fs::exists(studio_ / name));
+}
+
 TEST_P(OutputsOf, AFailedRunLeavesWhatWasThere) {
     spill(studio_ / output("a"), "precious");
     const std::string input = tool() == "views2native" ? "views/view0.png" : anInput();

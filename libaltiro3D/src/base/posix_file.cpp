@@ -4,6 +4,7 @@
 
 #include <cerrno>
 #include <fcntl.h>
+#include <functional>
 #include <string>
 #include <sys/file.h>
 #include <system_error>
@@ -61,6 +62,15 @@ fs::path followLinks(const fs::path& path, bool (*isEnd)(const fs::path&)) {
         current = next.is_absolute() ? next : current.parent_path() / next;
     }
     failWrite(path, ELOOP);
+}
+
+fs::path besideName(const fs::path& path, const std::string& ending) {
+    const fs::path parent = path.parent_path();
+    const long limit = ::pathconf(parent.empty() ? "." : parent.c_str(), _PC_NAME_MAX);
+    std::string name = path.filename().string();
+    if (name.size() + ending.size() > static_cast<std::size_t>(limit > 0 ? limit : 255))
+        name = ".altiro3D-" + std::to_string(std::hash<std::string>()(name));
+    return parent / (name + ending);
 }
 
 int takeOwnerAndMode(int number, const struct stat& replaced) {

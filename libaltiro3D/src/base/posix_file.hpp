@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <sys/stat.h>
 
 /// File descriptors, the base for reading and writing whole files.
@@ -58,6 +59,10 @@ bool lockFile(const FileHandle& file);
 /// @throws Error WriteFailed
 std::filesystem::path followLinks(const std::filesystem::path& path,
                                   bool (*isEnd)(const std::filesystem::path&) = nullptr);
+
+/// A name beside a file: its own with an ending, or a number in place of its own if that is too
+/// long for the file system.
+std::filesystem::path besideName(const std::filesystem::path& path, const std::string& ending);
 
 /// Copies the owner (if allowed) and the permissions of the replaced file to a new file. @return 0,
 /// or errno if the permissions could not be set

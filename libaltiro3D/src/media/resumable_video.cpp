@@ -273,7 +273,7 @@ void ResumableVideoWriter::finish(VideoReader* source, bool complete) {
 }
 
 fs::path unfinishedVideoDirectory(const fs::path& path) {
-    return fs::path(path) += ".parts";
+    return besideName(path, ".parts");
 }
 
 bool isVideoUnfinished(const fs::path& path) {

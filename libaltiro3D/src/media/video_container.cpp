@@ -80,8 +80,7 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
     // A writable directory would let the rename replace a write-protected file.
     if (exists && ::access(target_.c_str(), W_OK) != 0) failWrite(path, errno);
 
-    part_ = target_;
-    part_ += ".part";
+    part_ = besideName(target_, ".part");
     // A part left by a crash is overwritten; a part that is being written is locked.
     for (struct stat named{}, opened{};;) {
         file_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);

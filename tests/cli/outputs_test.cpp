@@ -3,6 +3,7 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::test {
@@ -195,6 +196,27 @@ TEST_F(Outputs, CalibrationAndMapAreInputsHoweverTheyWereFound) {
     EXPECT_TRUE(fails(studio_.run("views2native", "-q 2x3 -y views calibration.png"), 2,
                       "is also an input"));
     EXPECT_EQ(slurp(studio_ / "visual.json"), before);
+}
+
+TEST_F(Outputs, AReportOfAnEarlierRunDoesNotPassForThatOfOneThatFails) {
+    studio_.makeClip();
+    const std::string clip = slurp(studio_ / "clip.mp4");
+    spill(studio_ / "cut.mp4", clip.substr(0, clip.find("mdat") + 100));
+    const auto ends = [&](const std::string& tool, const Arguments& call) {
+        const std::string old = R"({"tool": ")" + tool + R"(", "state": "done"})";
+        spill(studio_ / "r.json", old);
+        EXPECT_EQ(studio_.convert(tool, call).status, 1); // no -y
+        EXPECT_EQ(slurp(studio_ / "r.json"), old);
+        EXPECT_EQ(studio_.convert(tool, Arguments("-y") + call).status, 1);
+        EXPECT_EQ(studio_.json("r.json")["state"], "failed") << tool;
+        EXPECT_TRUE(studio_.json("r.json").contains("error"));
+    };
+    ends("photo2native", "--report r.json missing.png a.png");
+    ends("video2native", "--report r.json cut.mp4 a.mp4");
+    ends("quilt2native", "--report r.json missing.mp4 a.mp4");
+    spill(studio_ / "r.json", "{\"tool\": \"another\"}");
+    EXPECT_EQ(convert("-y --report r.json missing.png a.png").status, 1);
+    EXPECT_EQ(slurp(studio_ / "r.json"), "{\"tool\": \"another\"}");
 }
 
 TEST_F(Outputs, NoTwoOutputsAreOneFile) {

@@ -109,8 +109,18 @@ with tempfile.TemporaryDirectory() as work:
     check(report["code"] == "BadFormat", f"a video that fails: {report}")
 
     for tool, name in [("photo2native", photo), ("video2native", "clips/clip.mp4")]:
-        report, lines = run(1, tool, "-c", "missing.json", name, "n.png" if tool == "photo2native" else "n.mp4")
+        output = "n.png" if tool == "photo2native" else "n.mp4"
+        report, lines = run(1, tool, "-c", "missing.json", name, output)
         check(not report and lines[0]["code"] == "NotFound", f"a run that does not begin: {lines}")
+
+        # the report of an earlier run does not pass for its own
+        for status, more in [(1, ["-c", "missing.json"]), (2, ["--strength", "many"])]:
+            Path("old.json").write_text(json.dumps({"tool": tool, "state": "done"}))
+            ended = subprocess.run([TOOLS / tool, "-y", "--report", "old.json", *more, name, output],
+                                   capture_output=True)
+            outdated = json.loads(Path("old.json").read_text())
+            check(ended.returncode == status and outdated["state"] == "failed" and "error" in outdated, f"{outdated}")
+            check(not problem(outdated), problem(outdated))
 
     # what is not described must be refused
     report, _ = run(0, "photo2native", "-d", photo, depth, "n.png")

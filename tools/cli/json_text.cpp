@@ -1,5 +1,7 @@
 #include "cli/json_text.hpp"
 
+#include "altiro3D/file_io.hpp"
+#include "altiro3D/version.hpp"
 #include "cli/run_tool.hpp"
 
 #include <algorithm>
@@ -67,6 +69,25 @@ void tellEarlyFailure(const CommandLine& commandLine, const std::exception& erro
         return;
     writeProgress(
         {{"state", stateName(kExitFailed)}, {"error", sentenceOf(error)}, {"code", codeOf(error)}});
+}
+
+void outdateReport(const CommandLine& commandLine, const std::string& before, int exitStatus,
+                   const std::exception* error) try {
+    const std::filesystem::path file = commandLine.value("report").value_or("");
+    const bool mayReplace =
+        commandLine.has("y") || commandLine.has("resume") || commandLine.has("skip-existing");
+    if (!mayReplace || !isFile(file)) return;
+    const Json old = Json::parse(readFile(file, std::size_t{1} << 28));
+    if (old.at("tool") != commandLine.name()) return;
+    if (fileStamp(file) != before && old.value("state", "") != stateName(kExitDone)) return;
+    Json json = {
+        {"tool", commandLine.name()}, {"version", version()}, {"state", stateName(exitStatus)}};
+    if (error != nullptr) {
+        json["error"] = sentenceOf(*error);
+        json["code"] = codeOf(*error);
+    }
+    writeFile(file, jsonText(json, 2) + "\n");
+} catch (const std::exception&) { // another file, or one that cannot be written
 }
 
 Progress::Progress(std::size_t steps, std::string unit) : steps_(steps), unit_(std::move(unit)) {}

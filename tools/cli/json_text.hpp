@@ -26,6 +26,12 @@ void writeProgress(const nlohmann::ordered_json& line);
 /// Writes a line about a failure that came before all others, if `--progress json` is given.
 void tellEarlyFailure(const CommandLine& commandLine, const std::exception& error);
 
+/// Marks the report of an earlier run as that of this run, which has failed or was stopped. Other
+/// files, a report that this run has written, and what may not be replaced stay as they are.
+/// @param before fileStamp() of the report before the run @param error why; null: not known
+void outdateReport(const CommandLine& commandLine, const std::string& before, int exitStatus,
+                   const std::exception* error);
+
 /// The progress of work of several steps: a line on a terminal, or JSON lines for programs.
 class Progress {
   public:

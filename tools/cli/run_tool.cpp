@@ -1,6 +1,7 @@
 #include "cli/run_tool.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
 #include "cli/json_text.hpp"
 
@@ -169,8 +170,14 @@ int runBody(int argc, char** argv, CommandLine& commandLine,
     commandLine.addHidden("help-man");
     commandLine.addHidden("help-completion", "SHELL");
     Messages messages(commandLine.name(), false);
+    std::string report; // as it is before the run
+    const auto end = [&](int status, const std::exception* error = nullptr) {
+        if (status != kExitDone) outdateReport(commandLine, report, status, error);
+        return status;
+    };
     try {
         commandLine.parse(argc, argv);
+        report = fileStamp(commandLine.value("report").value_or(""));
         if (commandLine.has("help-all")) return answer(messages, commandLine.help(true));
         if (commandLine.has("help")) return answer(messages, commandLine.help(false));
         if (commandLine.has("help-man")) return answer(messages, commandLine.manPage(version()));
@@ -186,24 +193,24 @@ int runBody(int argc, char** argv, CommandLine& commandLine,
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
         messages.warn(commandLine.warnings());
-        const int status = body(commandLine, messages);
+        const int status = end(body(commandLine, messages));
         messages.flushWarnings();
         return finish(messages, status);
     } catch (const UsageError& error) {
         messages.fail(sentenceOf(error));
-        return kExitUsage;
+        return end(kExitUsage, &error);
     } catch (const Stopped&) {
         messages.dropWarnings();
         messages.warn("stopped; the output was not made");
         messages.flushWarnings();
-        return finish(messages, kExitStopped);
+        return finish(messages, end(kExitStopped));
     } catch (const std::exception& error) {
         messages.fail(sentenceOf(error));
         tellEarlyFailure(commandLine, error);
-        return kExitFailed;
+        return end(kExitFailed, &error);
     } catch (...) {
         messages.fail("unknown failure");
-        return kExitFailed;
+        return end(kExitFailed);
     }
 }
 

@@ -80,6 +80,8 @@ ReadQuilt readQuilt(const QuiltJob& job, const fs::path& quiltFile, bool isFromF
     }
     const QuiltLayout layout =
         chooseQuilt(job.layout, display, messages, quiltFile, picture.size(), found);
+    for (const Note& note : checkQuiltLayout(picture, layout))
+        messages.warn(quiltFile.string() + ": " + note.text);
     const QuiltShape shape(quiltFile, layout, display, job.fit);
     messages.say("quilt: " + quiltText(layout, shape.shownAspect()) +
                  (found ? foundText(*found) : ""));

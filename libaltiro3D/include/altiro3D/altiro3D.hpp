@@ -68,6 +68,7 @@
 #include "altiro3D/print_sheet.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/quilt_search.hpp"
 #include "altiro3D/scene.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "altiro3D/sway.hpp"

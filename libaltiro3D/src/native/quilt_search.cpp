@@ -1,3 +1,5 @@
+#include "altiro3D/quilt_search.hpp"
+
 #include "altiro3D/quilt2native.hpp"
 
 #include "base/checks.hpp"
@@ -141,7 +143,9 @@ struct Candidate {
     }
 };
 
-Candidate examine(const cv::Mat_<uchar>& grey, const Count& columns, const Count& rows) {
+// @param missing views that are not compared
+Candidate examine(const cv::Mat_<uchar>& grey, const Count& columns, const Count& rows,
+                  const std::vector<int>& missing = {}) {
     Candidate candidate{columns, rows, 0, 0, 0, 0};
     const Grey wide = scaleRows(grey, columns.count * kTile, kUnit);
     const Tiles tiles(turned(scaleRows(turned(wide), rows.count * kTile, 1)), {kTile, kTile},
@@ -149,12 +153,17 @@ Candidate examine(const cv::Mat_<uchar>& grey, const Count& columns, const Count
     std::vector<std::pair<int, int>> inRows;
     std::vector<std::pair<int, int>> betweenRows;
     std::vector<std::pair<int, int>> betweenTurned;
+    const auto add = [&missing](std::vector<std::pair<int, int>>& pairs, int a, int b) {
+        const auto isMissing = [&](int view) {
+            return std::find(missing.begin(), missing.end(), view) != missing.end();
+        };
+        if (!isMissing(a) && !isMissing(b)) pairs.emplace_back(a, b);
+    };
     for (int view = 0; view + 1 < candidate.tiles(); ++view) {
-        auto& pairs = (view + 1) % columns.count == 0 ? betweenRows : inRows;
-        pairs.emplace_back(view, view + 1);
+        add((view + 1) % columns.count == 0 ? betweenRows : inRows, view, view + 1);
     }
     for (int first = 0; first + columns.count < candidate.tiles(); first += columns.count)
-        betweenTurned.emplace_back(first + 2 * columns.count - 1, first);
+        add(betweenTurned, first + 2 * columns.count - 1, first);
     candidate.turned = tiles.likeness(betweenTurned, kMaxRowShift);
     candidate.upward = tiles.likeness(betweenRows, kMaxRowShift);
     candidate.likeness = tiles.likeness(inRows, kMaxShift);
@@ -319,6 +328,79 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) try {
         found.isFromTop = rowOrder(quilt) == RowOrder::Downward;
     }
     return found;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
+Notes checkQuiltLayout(const cv::Mat& picture, const QuiltLayout& layout) try {
+    checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
+    constexpr int kMinSideOfView = 16; // px
+    constexpr double kClear = 0.002;   // as of rowOrder()
+    constexpr double kBlack = 8;       // grey levels
+    Notes notes;
+    const cv::Mat_<uchar> grey = brightnessOf(downscale(picture, kWorkSide));
+    const cv::Size size(grey.cols / layout.columns, grey.rows / layout.rows);
+    if (layout.viewCount < 2 || std::min(size.width, size.height) < kMinSideOfView) return notes;
+    std::vector<int> black;
+    std::vector<int> plain;
+    std::vector<cv::Scalar> colours;
+    for (int view = 0; view < layout.viewCount; ++view) {
+        const cv::Point place(view % layout.columns, layout.rows - 1 - view / layout.columns);
+        const auto inside = [&](cv::Size all, int rim) { // neighbours reach into the rim
+            return cv::Rect(place.x * all.width / layout.columns + rim,
+                            place.y * all.height / layout.rows + rim,
+                            all.width / layout.columns - 2 * rim,
+                            all.height / layout.rows - 2 * rim);
+        };
+        const cv::Mat_<uchar> tile = grey(inside(grey.size(), 2));
+        colours.push_back(cv::mean(picture(inside(picture.size(), 0))));
+        if (isEven(tile)) plain.push_back(view);
+        if (cv::norm(tile, cv::NORM_INF) <= kBlack) black.push_back(view);
+    }
+    // plain tiles may number the views; black ones among them show nothing
+    const auto areFew = [&](const std::vector<int>& views) {
+        return !views.empty() && 2 * static_cast<int>(views.size()) < layout.viewCount;
+    };
+    const std::vector<int> missing = areFew(plain)   ? plain
+                                     : areFew(black) ? black
+                                                     : std::vector<int>();
+    std::string names;
+    for (const int view : missing)
+        names += (names.empty() ? "" : ", ") + std::to_string(view);
+    if (!missing.empty())
+        notes.push_back(
+            {NoteCode::Doubtful,
+             "of its views 0 to " + std::to_string(layout.viewCount - 1) + " there is nothing in " +
+                 names + ": they have one colour, which the display shows in their directions"});
+    if (std::min(picture.cols, picture.rows) < kMinSide) return notes;
+    const Candidate stated = examine(grey, {layout.columns, 0, 0}, {layout.rows, 0, 0}, missing);
+    // Colours change slowly from view to view, in all rows.
+    int steps = 0;
+    int turnedSteps = 0;
+    for (int first = 0; first + 2 * layout.columns <= layout.viewCount; first += layout.columns) {
+        const auto at = [&](int view) { return colours[static_cast<std::size_t>(first + view)]; };
+        const double upward = cv::norm(at(layout.columns - 1) - at(layout.columns));
+        const double downward = cv::norm(at(0) - at(2 * layout.columns - 1));
+        ++steps;
+        if (upward > 3 * downward + 1.5) ++turnedSteps;
+    }
+    if ((stated.turned > kMinConfidence && stated.turned > stated.upward + kClear) ||
+        (steps > 1 && turnedSteps == steps)) {
+        notes.push_back({NoteCode::Doubtful,
+                         "its rows of views seem to run from the top to the bottom, expected the "
+                         "first view at the bottom left: the depth jumps from row to row"});
+    } else if (stated.likeness < kMinLikeness && missing.empty()) {
+        const FoundQuilt found = findQuiltLayout(picture);
+        if (found.verdict == QuiltVerdict::Quilt)
+            notes.push_back({NoteCode::Doubtful,
+                             "its parts do not look like views in " + std::to_string(layout.rows) +
+                                 " rows of " + std::to_string(layout.columns) + ", but in " +
+                                 std::to_string(found.layout.rows) + " rows of " +
+                                 std::to_string(found.layout.columns) + " (-q " +
+                                 std::to_string(found.layout.rows) + "x" +
+                                 std::to_string(found.layout.columns) + ")"});
+    }
+    return notes;
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }

@@ -1,4 +1,5 @@
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/quilt_search.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_source.hpp"
@@ -225,6 +226,36 @@ TEST(FindQuiltLayout, IsTheSameForAnyNumberOfThreads) {
     cv::setNumThreads(threads);
     EXPECT_EQ(serial.layout, parallel.layout);
     EXPECT_EQ(serial.confidence, parallel.confidence);
+}
+
+std::string remarksOf(const cv::Mat& quilt, const QuiltLayout& layout) {
+    std::string all;
+    for (const Note& note : checkQuiltLayout(quilt, layout))
+        all += note.text + "; ";
+    return all;
+}
+
+TEST(CheckQuiltLayout, SaysMissingViewsRowsFromTheTopAndAnotherLayout) {
+    const QuiltLayout layout = layoutOf(8, 6, {60, 80});
+    for (const double strength : {0.0, 10.0}) {
+        const cv::Mat quilt = quiltOf(layout, 40, strength);
+        EXPECT_EQ(remarksOf(quilt, layout), "");
+        EXPECT_EQ(remarksOf(compressed(quilt, 80), layout), "");
+        cv::Mat tail = quilt.clone();
+        for (const int view : {45, 46, 47})
+            tail(layout.tile(view)).setTo(cv::Scalar::all(0));
+        EXPECT_TRUE(contains(remarksOf(tail, layout),
+                             "of its views 0 to 47 there is nothing in 45, 46, 47:"));
+    }
+    const cv::Mat quilt = quiltOf(layout, 41, 15);
+    cv::Mat fromTop(quilt.size(), quilt.type());
+    for (int row = 0; row < layout.rows; ++row)
+        quilt.rowRange(row * 80, row * 80 + 80)
+            .copyTo(fromTop.rowRange((5 - row) * 80, (5 - row) * 80 + 80));
+    EXPECT_TRUE(contains(remarksOf(fromTop, layout), "from the top to the bottom"));
+    EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(5, 9, {96, 53})), "in 6 rows of 8 (-q 6x8)"));
+    EXPECT_EQ(remarksOf(cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)), layout), "");
+    EXPECT_EQ(remarksOf(quilt, {1, 1, quilt.size(), 1}), "");
 }
 
 TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {

@@ -309,7 +309,8 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
         document.kind = Kind::Quilt;
         document.layout = resolved.layout;
         if (request.found) document.certainty = found->confidence;
-        document.notes = resolved.notes;
+        document.notes = checkQuiltLayout(document.picture, document.layout);
+        document.notes.insert(document.notes.end(), resolved.notes.begin(), resolved.notes.end());
         document.picture = fitQuilt(document.picture, document.layout);
         const QuiltShape shape(source.file, document.layout, display);
         if (shape.stretchesUnasked())

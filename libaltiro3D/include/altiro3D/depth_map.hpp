@@ -38,7 +38,8 @@ struct DepthNormalization {
 /// exact value of its rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the
 /// extremes.
 ///
-/// Unknown values (non-finite; for metric depth also Z <= 0) take the farther of the nearest valid
+/// Unknown values (non-finite; for metric depth also Z <= 0, and 65535 of 16 bits unless others are
+/// above 64879, where it is the farthest that fits) take the farther of the nearest valid
 /// values to their left and right in the row. A row without valid values takes the nearest row that
 /// has some.
 ///

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "base/checks.hpp"
+#include "depth/map/depth_values.hpp"
 #include "depth/refine/depth_fit.hpp"
 
 #include <algorithm>
@@ -348,6 +349,7 @@ DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv
 
 DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus, Scene& fitted,
                     const DepthRefineOptions& refine) try {
+    if (scene.depth.type() == CV_32FC1) checkDepthRange(scene.depth);
     const cv::Size photoSize = scene.photo.size();
     Scene result;
     if (!scene.hidden.photo.empty()) fitHidden(scene.hidden, photoSize, fit, result.hidden);

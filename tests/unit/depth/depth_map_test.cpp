@@ -55,11 +55,14 @@ cv::Mat slowNormalize(const cv::Mat& raw, const DepthNormalization& options) {
     raw.convertTo(numbers, CV_64F);
     const double unknown = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> known;
+    bool reachesEnd = raw.depth() != CV_16U; // of the type: its largest number is then a distance
+    for (const double v : cv::Mat_<double>(numbers))
+        reachesEnd = reachesEnd || (v > 65535 * 0.99 && v < 65535);
     for (int y = 0; y < raw.rows; ++y) {
         for (int x = 0; x < raw.cols; ++x) {
             double& v = numbers.at<double>(y, x);
             if (options.kind == DepthKind::Metric) {
-                v = v > 0 ? 1 / v : unknown;
+                v = v > 0 && (reachesEnd || v < 65535) ? 1 / v : unknown;
             } else if (!std::isfinite(v)) {
                 v = unknown;
             } else if (options.kind == DepthKind::FarWhite) {
@@ -254,6 +257,19 @@ TEST(DepthMap, UnknownSamplesTakeTheFartherNeighbour) {
     EXPECT_TRUE(samePicture(
         normalized(row({1, 0, 2, -3, kInfinity, kNan, 1}), wholeRange(DepthKind::Metric)),
         row({1, 0.5f, 0.5f, 0, 0, 0, 1})));
+}
+
+TEST(DepthMap, TheLargestDistanceOf16BitsIsUnknownUnlessOthersReachIt) {
+    const auto millimetres = [](std::vector<std::uint16_t> values) {
+        return cv::Mat(values, true).reshape(1, 1);
+    };
+    const DepthNormalization metric = wholeRange(DepthKind::Metric);
+    EXPECT_TRUE(samePicture(normalized(millimetres({1000, 65535, 2000, 4000, 65535}), metric),
+                            normalized(millimetres({1000, 0, 2000, 4000, 0}), metric)));
+    EXPECT_TRUE(samePicture(normalized(millimetres({1000, 65535, 65000}), metric),
+                            normalized(row({1000, 65535, 65000}), metric)));
+    EXPECT_TRUE(samePicture(normalized(millimetres({1000, 65535, 2000}), wholeRange()),
+                            normalized(row({1000, 65535, 2000}), wholeRange())));
 }
 
 TEST(DepthMap, RowsWithoutAnyKnownSampleTakeTheNearestRow) {

@@ -22,6 +22,30 @@ TEST(PhotoFit, CoverCutsBothSidesAlike) {
     EXPECT_EQ(fitPhoto({1536, 2048}, 0.75, {420, 560}).source, cv::Rect(0, 0, 1536, 2048));
 }
 
+TEST(FitScene, OtherNumbersThanThoseOfADepthMapAreRefused) {
+    const cv::Mat photo = randomPicture({200, 150}, CV_8UC3, 1);
+    cv::Mat depth(photo.size(), CV_32FC1);
+    for (int x = 0; x < depth.cols; ++x)
+        depth.col(x).setTo(x / (depth.cols - 1.0));
+    const auto error = [&](const cv::Mat& given) {
+        Scene fitted;
+        return errorOf([&] {
+            fitScene({photo, given}, fitPhoto(photo.size(), 1, {64, 64}), 0.5, fitted);
+        });
+    };
+    EXPECT_EQ(error(depth * 255),
+              "depth: has values of 0..255, expected 0..1, 1 = nearest; "
+              "normalizeDepth() (in Python: normalize_depth()) makes such depth "
+              "of other numbers");
+    EXPECT_TRUE(contains(error(depth - 1), "has values of -1..0, expected"));
+    EXPECT_TRUE(contains(error(9 - 8 * depth), "has values of 1..9, expected"));
+    cv::Mat wild = depth * 1.2 - 0.1; // of an interpolation
+    wild.colRange(0, 30).setTo(std::nan(""));
+    wild.colRange(30, 60).setTo(1e30);
+    EXPECT_EQ(error(wild), "(no error)");
+    EXPECT_EQ(error(cv::Mat(depth.size(), CV_32FC1, cv::Scalar(std::nan("")))), "(no error)");
+}
+
 TEST(PhotoFit, ContainLeavesBarsAndStretchTakesAll) {
     const PhotoFit wide = fitPhoto({1000, 500}, 0.75, {420, 560}, FitMode::Contain);
     EXPECT_EQ(wide.source, cv::Rect(0, 0, 1000, 500));

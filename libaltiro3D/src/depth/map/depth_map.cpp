@@ -241,14 +241,51 @@ void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& opt
 
 } // namespace
 
+void checkDepthRange(const cv::Mat& depth) {
+    constexpr float kBeyond = 0.1F;
+    const int step = depth.rows / 64 + 1;
+    std::int64_t known = 0;
+    std::int64_t outside = 0;
+    float least = std::numeric_limits<float>::max();
+    float most = -least;
+    for (int y = step / 2; y < depth.rows; y += step) {
+        const float* const row = depth.ptr<float>(y);
+        for (int x = 0; x < depth.cols; ++x) {
+            const float value = row[x];
+            if (!std::isfinite(value)) continue;
+            ++known;
+            if (value < -kBeyond || value > 1 + kBeyond) ++outside;
+            least = std::min(least, value);
+            most = std::max(most, value);
+        }
+    }
+    check(outside * 2 <= known, "depth",
+          "has values of " + numberText(static_cast<double>(least)) + ".." +
+              numberText(static_cast<double>(most)) +
+              ", expected 0..1, 1 = nearest; normalizeDepth() (in Python: normalize_depth()) makes "
+              "such depth of other numbers");
+}
+
+int unknownFarthest(const cv::Mat& raw) {
+    if (raw.type() != CV_16UC1) return 0;
+    cv::Mat found;
+    cv::inRange(raw, 64880, 65534, found); // within 1 %
+    if (cv::countNonZero(found) > 0) return 0;
+    cv::inRange(raw, 65535, 65535, found);
+    return cv::countNonZero(found);
+}
+
 void normalizeDepth(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& options) try {
     checkType(raw, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "depth",
               "one channel of 8-bit, 16-bit, float or double numbers");
     checkRange("lowPercentile", options.lowPercentile, 0, 50, " %");
     checkRange("highPercentile", options.highPercentile, 50, 100, " %");
     checkRange("flatDepth", options.flatDepth, 0, 1);
-    // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): keeps raw alive if it is depth
-    const cv::Mat source = raw;
+    cv::Mat source = raw;
+    if (options.kind == DepthKind::Metric && unknownFarthest(raw) > 0) {
+        source = raw.clone();
+        source.setTo(0, raw == 65535);
+    }
     if (source.depth() == CV_8U) return normalize<std::uint8_t>(source, depth, options);
     if (source.depth() == CV_16U) return normalize<std::uint16_t>(source, depth, options);
     if (source.depth() == CV_32F) return normalize<float>(source, depth, options);

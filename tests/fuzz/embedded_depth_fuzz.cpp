@@ -1,10 +1,11 @@
-// Depth inside photos: segments, multi-picture index, XMP, trailers; pairs of 3D cameras; marks of
-// JPS and PNS.
+// Depth inside photos: segments, multi-picture index, XMP, trailers; pairs of 3D cameras and of
+// Cardboard Camera; spheres; marks of JPS and PNS.
 
 #include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
 #include "image/depth_parts.hpp"
 #include "image/image_header.hpp"
+#include "image/panorama.hpp"
 #include "image/picture_halves.hpp"
 
 #include <opencv2/core.hpp>
@@ -17,7 +18,10 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::string_view bytes = fuzz::textOf(data, size);
     std::string decoded;
     findUnblurred(bytes, decoded);
-    const std::string_view eye = findSecondEye(bytes).coded;
+    fuzz::reads([&] { refuseSphere("a.jpg", bytes, {64, 32}, nullptr); });
+    const SecondEye second = findSecondEye(bytes);
+    const std::string_view eye = second.coded;
+    fuzz::require(eye.empty() || second.decoded.empty(), "the second eye's picture is one");
     fuzz::require(eye.empty() || (eye.data() >= bytes.data() &&
                                   eye.data() + eye.size() <= bytes.data() + bytes.size()),
                   "the second eye's picture is a part of the file");

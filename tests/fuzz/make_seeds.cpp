@@ -242,6 +242,15 @@ void addEmbeddedDepth(const fs::path& root) {
     seeds.add(test::gDepthPhoto(photo, coded(".png", 8, 6), "RangeLinear", 1, 2, depth));
     seeds.add(test::appleJpeg(photo, {depth, test::appleAuxiliary(depth, "disparity")}));
     seeds.add(test::mpoFile(photo, photo));
+    const std::string part =
+        test::xmpOf("xmlns:GPano='http://ns.google.com/photos/1.0/panorama/' "
+                    "GPano:ProjectionType='equirectangular' GPano:CroppedAreaImageWidthPixels='64' "
+                    "GPano:FullPanoWidthPixels='128' GPano:CroppedAreaImageHeightPixels='8' "
+                    "GPano:FullPanoHeightPixels='64'");
+    const std::string right = test::xmpOf("xmlns:GImage='http://ns.google.com/photos/1.0/image/' "
+                                          "GImage:Data='" +
+                                          test::toBase64(photo) + "'");
+    seeds.add(test::withSegments(photo, test::xmpSegment(part) + test::moreXmpSegments(right)));
     seeds.add(test::withSegments(photo, test::jpsSegment(2, 4)));
     seeds.add(test::withSegments(photo, test::jpsSegment(3, 1, 2)));
     seeds.add(inserted(coded(".png", 16, 12), 33, pngChunk("sTER", "\1")));

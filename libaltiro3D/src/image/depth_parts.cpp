@@ -8,6 +8,7 @@
 #include "image/xmp.hpp"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace altiro3D {
@@ -95,6 +96,10 @@ void findFurtherPictures(string_view file, std::size_t at, string_view index, Jp
         }
         return;
     }
+}
+
+bool isPanorama(const Xmp& xmp) {
+    return xmp.has("google.com/photos/1.0/panorama", "ProjectionType");
 }
 
 JpegParts partsOf(string_view jpeg) {
@@ -305,13 +310,22 @@ std::optional<DepthPart> findDepthPart(string_view jpeg) {
 
 SecondEye findSecondEye(string_view jpeg) {
     const JpegParts parts = partsOf(jpeg);
+    if (parts.secondEye.empty()) {
+        const Xmp xmp(parts.xmp);
+        if (!isPanorama(xmp)) return {};
+        const std::string extended = extendedXmp(parts, xmp, jpeg.size());
+        std::string right = decodeBase64(Xmp(extended).value(kGImage, "Data"));
+        if (!isPicture(right)) right.clear();
+        return {{}, std::max(1, parts.orientation), std::move(right)};
+    }
     const int own = partsOf(parts.secondEye).orientation;
-    return {parts.secondEye, std::max(1, own > 1 ? own : parts.orientation)};
+    return {parts.secondEye, std::max(1, own > 1 ? own : parts.orientation), {}};
 }
 
 string_view findUnblurred(string_view jpeg, std::string& decoded) {
     const JpegParts parts = partsOf(jpeg);
     const Xmp xmp(parts.xmp);
+    if (isPanorama(xmp)) return {}; // its GImage is the right eye's picture
     const std::string extended = extendedXmp(parts, xmp, jpeg.size());
     const Xmp more(extended);
     for (const Xmp* const each : {&xmp, &more}) {

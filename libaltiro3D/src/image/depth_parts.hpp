@@ -30,8 +30,9 @@ struct DepthPart {
 
 /// The right eye's picture inside a JPEG.
 struct SecondEye {
-    std::string_view coded; ///< A JPEG or PNG in the file; empty if there is none.
+    std::string_view coded; ///< A JPEG or PNG in the file; empty: `decoded`.
     int orientation = 1;    ///< 1..8, EXIF; that of the photo, if the picture states none.
+    std::string decoded;    ///< A JPEG that was base64: of Cardboard Camera; empty: there is none.
 };
 
 /// Finds depth in a JPEG file: Dynamic Depth, GDepth, Apple's, Samsung's, Huawei's, in this order.
@@ -39,7 +40,8 @@ struct SecondEye {
 std::optional<DepthPart> findDepthPart(std::string_view jpeg);
 
 /// Finds the right eye's picture in a JPEG file of a 3D camera (MPO): the picture after the first
-/// one, if the index of pictures gives its type as "multi-frame image, disparity".
+/// one, if the index of pictures gives its type as "multi-frame image, disparity". Or in one of
+/// Cardboard Camera: `GImage` of a panorama (`GPano`).
 SecondEye findSecondEye(std::string_view jpeg);
 
 /// Finds the sharp original in a JPEG file.

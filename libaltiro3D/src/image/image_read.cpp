@@ -10,6 +10,7 @@
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
 #include "image/image_read.hpp"
+#include "image/panorama.hpp"
 #include "image/pixel_values.hpp"
 #include "image/tiff_file.hpp"
 
@@ -251,6 +252,7 @@ void addFloatNotes(const cv::Mat& picture, const ImageHeader& header, const Colo
 using ColourPart = std::function<cv::Rect(cv::Size)>;
 
 void convertPart(cv::Mat& picture, cv::Rect area, const ColourFacts& facts, Notes* notes) {
+    if (area.empty()) return; // too small to split, as the caller finds
     cv::Mat part = picture(area).clone();
     convertToSrgb(part, facts, notes);
     if (part.channels() != picture.channels()) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
@@ -270,6 +272,9 @@ LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
     loaded.header = readImageHeader(bytes, extension);
     ImageHeader& header = loaded.header;
     checkHeader(path, header);
+    if (colours == Colours::ToSrgb)
+        refuseSphere(path, bytes, {static_cast<int>(header.columns), static_cast<int>(header.rows)},
+                     notes);
     ColourFacts facts =
         colours == Colours::ToSrgb ? readColourFacts(bytes, header.format) : ColourFacts();
     cv::Mat picture;

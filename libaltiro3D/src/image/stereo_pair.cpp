@@ -46,19 +46,20 @@ cv::Mat readFirst(const PhotoFile& photo, Notes* notes) {
 
 std::optional<StereoPair> pairOfJpeg(const PhotoFile& photo, string_view bytes, Notes* notes) {
     const SecondEye second = findSecondEye(bytes);
-    if (second.coded.empty()) return std::nullopt;
-    cv::Mat right = decodePart(second.coded, kMaxImagePixels, ImageChannels::Colour);
+    const string_view coded = second.coded.empty() ? second.decoded : second.coded;
+    if (coded.empty()) return std::nullopt;
+    cv::Mat right = decodePart(coded, kMaxImagePixels, ImageChannels::Colour);
     if (right.empty()) {
         addUnused(notes, "it is damaged or too large");
         return std::nullopt;
     }
-    ColourFacts colours = readColourFacts(second.coded, imageFormat(second.coded));
+    ColourFacts colours = readColourFacts(coded, imageFormat(coded));
     if (colours.icc.empty()) colours = readColourFacts(bytes, ImageFormat::Jpeg);
     convertToSrgb(right, colours, nullptr);
     StereoPair pair;
     pair.left = readFirst(photo, notes);
     pair.right = upright(right, second.orientation);
-    pair.origin = "MPO";
+    pair.origin = second.coded.empty() ? "Cardboard Camera" : "MPO";
     return checked(std::move(pair), notes);
 }
 

@@ -1581,4 +1581,30 @@ TEST_F(Photo2Native, PhotographedEyesAreLaidOutAnew) {
     EXPECT_TRUE(samePicture(readImage(studio_ / "out/a_LRF_TBF.png"), expected));
 }
 
+TEST_F(Photo2Native, EyesThatAFormatMixesAreToldAndKeptApart) {
+    writeImage(studio_ / "p.png", scenery({80, 60}, 3));
+    writeImage(studio_ / "d.png", depthTo16Bit(randomDepth({80, 60})));
+    for (const char* layout : {"rows", "anaglyph-half"}) {
+        const auto make = [&](const char* name) {
+            return run(Arguments{"-y", "--save-stereo", name, "--stereo-layout", layout} +
+                       Arguments("-d p.png d.png"));
+        };
+        EXPECT_TRUE(isDone(make("x_anaglyph.png")));
+        EXPECT_TRUE(warns(make("x_anaglyph.jpg"), "x_anaglyph.jpg: this format mixes a little"));
+        const cv::Mat exact = readImage(studio_ / "x_anaglyph.png");
+        EXPECT_LE(cv::norm(readImage(studio_ / "x_anaglyph.jpg"), exact, cv::NORM_INF), 6);
+        EXPECT_TRUE(fails(convert("x_anaglyph.png n.png"), 1, "by its mark of altiro3D"));
+    }
+}
+
+TEST_F(Photo2Native, ThinPicturesAreReportedInPlainWords) {
+    writeImage(studio_ / "one.png", randomPhoto({1, 40}));
+    EXPECT_TRUE(fails(convert("--rgbd right one.png n.png"), 1,
+                      "too small to split, expected at least 2 px across"));
+    writeImage(studio_ / "wide.png", randomPhoto({1300, 8}));
+    writeImage(studio_ / "deep.png", randomPhoto({1300, 8}));
+    EXPECT_TRUE(fails(run("--save-stereo w_LRF.png -d wide.png deep.png"), 1,
+                      "wide.png: has 1300 x 8 px, expected for --save-stereo"));
+}
+
 } // namespace altiro3D::test

@@ -1,5 +1,6 @@
 #include "cli/eyes_options.hpp"
 
+#include "altiro3D/eyes_file.hpp"
 #include "cli/outputs.hpp"
 
 #include <algorithm>
@@ -144,7 +145,10 @@ std::string EyesFiles::names() const {
 
 void EyesFiles::write(const StereoPair& eyes, Messages& messages) const {
     tellEyesTag(file_, options_, messages);
-    if (!options_.areFiles) return writeImage(file_, joinedEyes(eyes, options_));
+    if (!options_.areFiles) {
+        if (options_.picture >= EyesPicture::Anaglyph) warnAboutEyesFormat(file_, messages);
+        return writeEyes(file_, joinedEyes(eyes, options_), options_.picture, options_.swapped);
+    }
     writeImage(files()[0], options_.swapped ? eyes.right : eyes.left);
     writeImage(files()[1], options_.swapped ? eyes.left : eyes.right);
 }

@@ -198,6 +198,13 @@ void warnAboutNativeFormat(const fs::path& file, Messages& messages) {
     }
 }
 
+void warnAboutEyesFormat(const fs::path& file, Messages& messages) {
+    if (hasExtension(file, kLossyFormats)) {
+        messages.warn(file.string() + ": this format mixes a little of each eye's picture into the "
+                                      "other one's; PNG keeps them apart");
+    }
+}
+
 void warnAboutDepthFormat(const fs::path& file, Messages& messages) {
     if (hasExtension(file, kLossyFormats)) {
         messages.warn(file.string() + ": this format changes depth, most of all at its "

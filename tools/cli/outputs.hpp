@@ -94,6 +94,9 @@ std::string viewFileName(int view, int views);
 /// Warns if the file format does not preserve a Native's sub-pixels.
 void warnAboutNativeFormat(const std::filesystem::path& file, Messages& messages);
 
+/// Warns if the file format mixes the pictures of both eyes: coloured or interlaced ones.
+void warnAboutEyesFormat(const std::filesystem::path& file, Messages& messages);
+
 /// Warns if the file format stores a depth map with less precision than another one would.
 void warnAboutDepthFormat(const std::filesystem::path& file, Messages& messages);
 

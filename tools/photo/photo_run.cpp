@@ -89,7 +89,7 @@ std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun
                     std::string("is ") + nameOf(wanted.picture).words +
                         " already, expected another --stereo-layout");
     }
-    return splitStereoPair(whole, layout, halves);
+    return splitStereoFile(whole, layout, halves, photo);
 }
 
 // Writes the pictures for two eyes, of the whole photo at its own size.
@@ -109,6 +109,11 @@ void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
     whole.framing = {};
     whole.views.strengthPercent = wanted.strengthPercent;
     const cv::Size size = scene.photo.size();
+    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
+        throw Error(ErrorCode::Unsupported, item.photo.string(),
+                    "has " + sizeText(size) +
+                        " px, expected for --save-stereo at most 100 px of one "
+                        "side to 1 px of the other");
     const Placement placed =
         placeScene(scene, static_cast<double>(size.width) / size.height, size, whole);
     item.eyes.write(renderEyes(placed.scene, whole.views, wanted.from), messages);

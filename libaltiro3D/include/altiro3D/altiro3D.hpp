@@ -57,6 +57,7 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/lens_sheet.hpp"

@@ -233,16 +233,18 @@ cv::Mat decodeCmykJpeg(std::string_view bytes) {
     return decodeJpeg(bytes, ImageChannels::AsStored, true);
 }
 
-std::vector<unsigned char> encodeJpeg(const cv::Mat& image) {
+std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed) {
     const TurboJpeg jpeg(tjInitCompress(), tjDestroy);
     if (jpeg == nullptr) return {};
     const bool isGrey = image.channels() == 1;
     unsigned char* encoded = nullptr;
     unsigned long size = 0;
-    const int status =
-        tjCompress2(jpeg.get(), image.data, image.cols, static_cast<int>(image.step), image.rows,
-                    isGrey ? TJPF_GRAY : TJPF_BGR, &encoded, &size,
-                    isGrey ? TJSAMP_GRAY : TJSAMP_420, kJpegQuality, TJFLAG_ACCURATEDCT);
+    const int status = tjCompress2(jpeg.get(), image.data, image.cols, static_cast<int>(image.step),
+                                   image.rows, isGrey ? TJPF_GRAY : TJPF_BGR, &encoded, &size,
+                                   isGrey    ? TJSAMP_GRAY
+                                   : unmixed ? TJSAMP_444
+                                             : TJSAMP_420,
+                                   unmixed ? 100 : kJpegQuality, TJFLAG_ACCURATEDCT);
     const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(encoded, tjFree);
     if (status != 0) return {};
     return {encoded, encoded + size};

@@ -29,8 +29,9 @@ cv::Mat decodeCmykJpeg(std::string_view bytes);
 
 /// Quality 95, colours at half resolution (4:2:0), as OpenCV writes it.
 /// @param image CV_8UC1 or CV_8UC3
+/// @param unmixed quality 100 with whole colours (4:4:4)
 /// @return the file; empty if it cannot be encoded
-std::vector<unsigned char> encodeJpeg(const cv::Mat& image);
+std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed = false);
 
 /// Formats other than JPEG and PNG.
 /// @param extension with its dot

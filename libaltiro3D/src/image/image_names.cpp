@@ -51,13 +51,19 @@ struct EyesTags {
 
 constexpr EyesTags kEyesTags[] = {
     {{"lr", "sbs", "2x1", "3dh", "3dph"}, StereoLayout::LeftRight, StereoHalves::Automatic},
-    {{"hsbs"}, StereoLayout::LeftRight, StereoHalves::Squeezed},
-    {{"lrf", "fsbs", "fullsbs", "3dhf", "3dphf"}, StereoLayout::LeftRight, StereoHalves::Full},
+    {{"hsbs", "sbsh", "halfsbs", "lrh"}, StereoLayout::LeftRight, StereoHalves::Squeezed},
+    {{"lrf", "fsbs", "sbsf", "fullsbs", "3dhf", "3dphf"},
+     StereoLayout::LeftRight,
+     StereoHalves::Full},
     {{"rl", "cross"}, StereoLayout::RightLeft, StereoHalves::Automatic},
     {{"rlf"}, StereoLayout::RightLeft, StereoHalves::Full},
     {{"tb", "tab", "ou", "1x2", "3dv", "3dpv"}, StereoLayout::TopBottom, StereoHalves::Automatic},
-    {{"htb", "htab", "hou"}, StereoLayout::TopBottom, StereoHalves::Squeezed},
-    {{"tbf", "fulltb", "3dvf", "3dpvf"}, StereoLayout::TopBottom, StereoHalves::Full},
+    {{"htb", "htab", "hou", "halfou", "halftab", "tbh"},
+     StereoLayout::TopBottom,
+     StereoHalves::Squeezed},
+    {{"tbf", "fulltb", "3dvf", "3dpvf", "ftab", "fou"},
+     StereoLayout::TopBottom,
+     StereoHalves::Full},
 };
 
 struct Word {
@@ -146,8 +152,10 @@ std::optional<SceneName> parseSceneName(const fs::path& file) {
             };
             if (std::none_of(tag.words.begin(), tag.words.end(), isTag)) continue;
             eyes = SceneName{SceneName::Contents::Eyes, word.text, tag.layout, false, tag.halves};
-            if (words[i - 1].lower == "full") eyes->halves = StereoHalves::Full;
-            if (words[i - 1].lower == "half") eyes->halves = StereoHalves::Squeezed;
+            for (const std::size_t beside : {i - 1, std::min(i + 1, words.size() - 1)}) {
+                if (words[beside].lower == "full") eyes->halves = StereoHalves::Full;
+                if (words[beside].lower == "half") eyes->halves = StereoHalves::Squeezed;
+            }
         }
     }
     if (!rgbd) return eyes;

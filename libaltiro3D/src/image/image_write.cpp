@@ -1,9 +1,11 @@
+#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
+#include "image/picture_halves.hpp"
 #include "image/pixel_values.hpp"
 
 #include <algorithm>
@@ -50,22 +52,27 @@ const Writer* writerFor(const fs::path& path) {
 }
 
 // Empty if it cannot be encoded.
-std::vector<unsigned char> encode(const cv::Mat& picture, const Writer& writer, ImageMark mark) {
+std::vector<unsigned char> encode(const cv::Mat& picture, const Writer& writer,
+                                  const FileMark& mark) {
     const std::string format = writer.format;
-    if (format == "PNG")
-        return encodePng(picture, mark == ImageMark::Native ? kNativeMark : std::string_view());
+    if (format == "PNG") return encodePng(picture, mark.text);
     cv::Mat suited = picture;
     if (picture.depth() == CV_16U && !writer.holds16Bit) suited = toEightBits(picture);
     if (writer.channels == 3 && suited.channels() == 1) {
         cv::cvtColor(suited, suited, cv::COLOR_GRAY2BGR);
     }
-    return format == "JPEG" ? encodeJpeg(suited) : encodeImage(suited, writer.extension);
+    if (format != "JPEG") return encodeImage(suited, writer.extension);
+    std::vector<unsigned char> jpeg = encodeJpeg(suited, mark.isUnmixed);
+    if (jpeg.size() > 6) // after the start of the image and the JFIF segment
+        jpeg.insert(jpeg.begin() + 4 + 256 * jpeg[4] + jpeg[5], mark.segment.begin(),
+                    mark.segment.end());
+    return jpeg;
 }
 
 // The file's bytes.
 // @param path as the user wrote it, for errors
 std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
-                                  const cv::Mat& picture, ImageMark mark) {
+                                  const cv::Mat& picture, const FileMark& mark) {
     checkType(picture, {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}, "picture",
               "8 or 16 bits and 1 or 3 channels");
     if (std::max(picture.cols, picture.rows) > writer.longestSide) {
@@ -96,6 +103,22 @@ std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
     return file;
 }
 
+FileMark markOf(ImageMark mark) {
+    if (mark == ImageMark::Native) return {std::string(kNativeMark), {}, true};
+    return {};
+}
+
+std::vector<unsigned char> fileNamed(const fs::path& name, const cv::Mat& picture,
+                                     const FileMark& mark) {
+    const Writer* const writer = writerFor(name);
+    if (writer == nullptr) {
+        throw Error(ErrorCode::Unsupported, name.string(),
+                    "its extension names no picture format that is written, expected .png, .jpg, "
+                    ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
+    }
+    return fileOf(name, *writer, picture, mark);
+}
+
 } // namespace
 
 void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) try {
@@ -105,21 +128,22 @@ void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) tr
     leaveAsOurs(exception);
 }
 
+void writeEyes(const fs::path& path, const cv::Mat& picture, EyesPicture kind, bool swapped) try {
+    const std::vector<unsigned char> file = fileNamed(path, picture, eyesMark(kind, swapped));
+    writeFile(path, {Bytes{file.data(), file.size()}});
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
+
 std::vector<unsigned char> encodePicture(const cv::Mat& picture, const fs::path& name,
                                          ImageMark mark) try {
-    const Writer* const writer = writerFor(name);
-    if (writer == nullptr) {
-        throw Error(ErrorCode::Unsupported, name.string(),
-                    "its extension names no picture format that is written, expected .png, .jpg, "
-                    ".tif, .webp, .bmp, .ppm, .pgm or .jp2");
-    }
-    return fileOf(name, *writer, picture, mark);
+    return fileNamed(name, picture, markOf(mark));
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }
 
 std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) try {
-    return fileOf("picture", kWriters.front(), picture, mark);
+    return fileOf("picture", kWriters.front(), picture, markOf(mark));
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }

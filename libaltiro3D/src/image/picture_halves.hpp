@@ -86,14 +86,26 @@ struct StatedEyes {
 /// What a JPEG or PNG file states of eyes.
 struct EyesMark {
     std::optional<StatedEyes> eyes;
+    std::string name;       ///< What it is called: "JPS header"; empty: there is none.
     std::string damage;     ///< Why a mark is not used: the end of a sentence; empty: none or good.
     std::string unreadable; ///< A layout that is not read ("interleaved"); empty otherwise.
     bool isOneEye = false;  ///< The mark says that the picture is of one eye.
 };
 
-/// Reads the JPS header of a JPEG (the first segment APP3 "_JPSJPS_", before the first scan) or the
-/// chunk sTER of a PNG (before the pixels). Any bytes give a result.
+/// Reads the JPS header of a JPEG (the first segment APP3 "_JPSJPS_", before the first scan), or
+/// the chunk sTER or the mark of writeImage() of a PNG (before the pixels). Any bytes give a
+/// result.
 EyesMark readEyesMark(std::string_view bytes);
+
+/// How a file is marked and kept.
+struct FileMark {
+    std::string text;       ///< Of a PNG: keyword, a zero byte, text; empty: none.
+    std::string segment;    ///< Of a JPEG; empty: none.
+    bool isUnmixed = false; ///< Neighbouring px or colours belong to different views or eyes.
+};
+
+/// The mark of a picture for both eyes. The text holds layout and flags of a JPS header.
+FileMark eyesMark(EyesPicture kind, bool swapped);
 
 /// The eyes in one picture, as its file or its name (.jps, .pns) states.
 struct MarkedEyes {
@@ -107,9 +119,14 @@ struct MarkedEyes {
 /// @throws Error Unsupported (interleaved or anaglyph JPS)
 MarkedEyes findMarkedEyes(const std::filesystem::path& photo, std::string_view bytes, Notes* notes);
 
+/// Leaves out a frame of one colour around both eyes' pictures, and a gap between them: as much of
+/// both. Eyes of different sizes stay as they are. @param notes if given, receives a remark
+void leaveOutFrame(StereoPair& pair, Notes* notes);
+
 /// Splits a picture by what findMarkedEyes() found. @param name stands in messages
+/// @param notes if given, receives a remark if a frame is left out
 /// @throws Error InvalidArgument (too small to split)
 StereoPair splitMarkedEyes(const cv::Mat& picture, const MarkedEyes& marked,
-                           const std::string& name);
+                           const std::string& name, Notes* notes);
 
 } // namespace altiro3D

@@ -1,6 +1,7 @@
 // Pictures that hold both eyes: what their files state, and how they are split.
 
 #include "altiro3D/enum_table.hpp"
+#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include "base/byte_reader.hpp"
@@ -15,6 +16,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace altiro3D {
 
@@ -43,24 +45,39 @@ StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::stri
     return pair;
 }
 
-constexpr string_view kJpsMark = "_JPSJPS_";
-
-// The length of the descriptor (2 bytes), then from its last byte to its first: media, layout,
-// flags, separation.
-EyesMark readJps(string_view body) {
-    constexpr unsigned kHalfHeight = 1;
-    constexpr unsigned kHalfWidth = 2;
-    constexpr unsigned kLeftFirst = 4;
-    const ByteReader reader(body, false);
-    EyesMark mark;
-    if (!reader.holds(0, 6) || reader.u16(0) < 4) {
-        mark.damage = "it is cut off";
-        return mark;
+// Lines of one colour at a rim, up to a step all along; 0 if there are none.
+// @param line gives a row or column by its distance from the rim
+template <class Line>
+int frameLines(int count, const Line& line) {
+    constexpr double kNoise = 16; // grey levels
+    constexpr double kFew = 0.01; // of the px of a line
+    constexpr double kMany = 0.33;
+    constexpr int kBlur = 8; // lines at the step that compression changes
+    const cv::Scalar colour = cv::mean(line(0));
+    const auto shareBeside = [&](int i) {
+        cv::Mat same;
+        cv::inRange(line(i), colour - cv::Scalar::all(kNoise), colour + cv::Scalar::all(kNoise),
+                    same);
+        return 1 - static_cast<double>(cv::countNonZero(same)) / static_cast<double>(same.total());
+    };
+    int end = 0;
+    while (end < count / 3 && shareBeside(end) <= kFew)
+        ++end;
+    if (end == 0) return 0;
+    for (int i = end; i < std::min(end + kBlur, count / 3); ++i) {
+        if (shareBeside(i) >= kMany) return i;
     }
-    const unsigned separation = reader.u8(2);
-    const unsigned flags = reader.u8(3);
-    const unsigned layout = reader.u8(4);
-    const unsigned media = reader.u8(5);
+    return 0;
+}
+
+constexpr string_view kJpsMark = "_JPSJPS_";
+constexpr string_view kTextMark("altiro3D\0eyes ", 14); // of a PNG, then layout and flags
+constexpr unsigned kHalfHeight = 1;
+constexpr unsigned kHalfWidth = 2;
+constexpr unsigned kLeftFirst = 4;
+
+EyesMark readDescriptor(unsigned media, unsigned layout, unsigned flags, unsigned separation) {
+    EyesMark mark;
     if (media == 0) {
         mark.isOneEye = true;
         return mark;
@@ -96,6 +113,20 @@ EyesMark readJps(string_view body) {
     return mark;
 }
 
+// The length of the descriptor (2 bytes), then from its last byte to its first: media, layout,
+// flags, separation.
+EyesMark readJps(string_view body) {
+    const ByteReader reader(body, false);
+    EyesMark mark;
+    if (!reader.holds(0, 6) || reader.u16(0) < 4) {
+        mark.damage = "it is cut off";
+    } else {
+        mark = readDescriptor(reader.u8(5), reader.u8(4), reader.u8(3), reader.u8(2));
+    }
+    mark.name = "JPS header";
+    return mark;
+}
+
 EyesMark markOfJpeg(string_view bytes) {
     EyesMark mark;
     bool isFound = false;
@@ -114,7 +145,15 @@ EyesMark markOfPng(string_view bytes) {
     const ByteReader reader(bytes, false);
     EyesMark mark;
     walkPng(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
+        const string_view text = name == "tEXt" ? reader.text(data, size) : string_view();
+        if (startsWith(text, kTextMark) && text.size() == kTextMark.size() + 3) {
+            mark = readDescriptor(1, static_cast<unsigned>(text[kTextMark.size()] - '0'),
+                                  static_cast<unsigned>(text.back() - '0'), 0);
+            mark.name = "mark of altiro3D";
+            return false;
+        }
         if (name != "sTER") return name != "IDAT";
+        mark.name = "chunk sTER";
         const unsigned mode = reader.u8(data);
         if (size != 1 || mode > 1) {
             mark.damage = "it states a layout that does not exist";
@@ -131,19 +170,63 @@ EyesMark markOfPng(string_view bytes) {
 
 } // namespace
 
+void leaveOutFrame(StereoPair& pair, Notes* notes) {
+    const cv::Size whole = pair.left.size();
+    if (pair.right.size() != whole) return;
+    cv::Rect left({}, whole);
+    cv::Rect right = left;
+    for (const bool isAcross : {true, false}) {
+        const int count = isAcross ? whole.width : whole.height;
+        const auto frame = [&](const cv::Mat& eye, bool isLast) {
+            return frameLines(count, [&](int i) {
+                const int at = isLast ? count - 1 - i : i;
+                return isAcross ? eye.col(at) : eye.row(at);
+            });
+        };
+        const int first[] = {frame(pair.left, false), frame(pair.right, false)};
+        const int last[] = {frame(pair.left, true), frame(pair.right, true)};
+        // a frame around each eye; a sky lies at one end only
+        std::pair<int, int> cut(std::min(first[0], first[1]), std::min(last[0], last[1]));
+        if (cut.first == 0 || cut.second == 0) cut = {};
+        // a frame around both, and a gap: the right eye's is the mirror image of the left one's
+        const std::pair<int, int> mirrored(std::min(first[0], last[1]),
+                                           std::min(last[0], first[1]));
+        const bool isMirrored = mirrored.first + mirrored.second > cut.first + cut.second;
+        if (isMirrored) cut = mirrored;
+        const int all = cut.first + cut.second;
+        if (all < std::max(4, count / 200)) continue;
+        (isAcross ? left.x : left.y) = cut.first;
+        (isAcross ? right.x : right.y) = isMirrored ? cut.second : cut.first;
+        for (cv::Rect* part : {&left, &right})
+            (isAcross ? part->width : part->height) -= all;
+    }
+    if (left.size() == whole) return;
+    pair.left = pair.left(left);
+    pair.right = pair.right(right);
+    addNote(notes, NoteCode::LeftOut,
+            "the border of one colour around the pictures of the eyes is left out: " +
+                sizeText(left.size()) + " of the " + sizeText(whole) + " px of each are used");
+}
+
 MarkedEyes findMarkedEyes(const std::filesystem::path& photo, string_view bytes, Notes* notes) {
     const EyesMark mark = readEyesMark(bytes);
     const bool isJpeg = imageFormat(bytes) == ImageFormat::Jpeg;
-    const std::string name = isJpeg ? "JPS header" : "chunk sTER";
     if (!mark.unreadable.empty()) {
         throw Error(ErrorCode::Unsupported, photo.string(),
-                    "is " + mark.unreadable + " by its " + name +
+                    "is " + mark.unreadable + " by its " + mark.name +
                         ", which is not read, expected the eyes beside or above each other");
     }
     const bool isPns = lowerExtension(photo) == ".pns";
-    if (mark.eyes) return {mark.eyes, false, isJpeg ? "JPS" : isPns ? "PNS" : "PNG with sTER"};
+    if (mark.eyes) {
+        const bool isSter = mark.name == "chunk sTER";
+        return {mark.eyes, false,
+                isJpeg   ? "JPS"
+                : isPns  ? "PNS"
+                : isSter ? "PNG with sTER"
+                         : mark.name};
+    }
     const auto note = [&](NoteCode code, const std::string& text) {
-        addNote(notes, code, "its " + name + text);
+        addNote(notes, code, "its " + mark.name + text);
     };
     if (mark.isOneEye) {
         note(NoteCode::AsItIs, " says that the picture is of one eye: it is read as a photo");
@@ -162,11 +245,12 @@ MarkedEyes findMarkedEyes(const std::filesystem::path& photo, string_view bytes,
 }
 
 StereoPair splitMarkedEyes(const cv::Mat& picture, const MarkedEyes& marked,
-                           const std::string& name) {
+                           const std::string& name, Notes* notes) {
     StatedEyes eyes = *marked.eyes;
     if (marked.isByName) eyes.squeeze = squeezeOf(picture.size(), true, StereoHalves::Automatic);
     if (eyes.gap > 0 && eyes.gap >= std::min(picture.cols, picture.rows) / 2) eyes.gap = 0;
     StereoPair pair = split(picture, eyes, name);
+    leaveOutFrame(pair, notes);
     pair.origin = marked.origin;
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
     return pair;
@@ -186,10 +270,60 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     leaveAsOurs(exception);
 }
 
+StereoPair splitStereoFile(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
+                           const PhotoFile& file, Notes* notes) {
+    const auto isBeside = [](StereoLayout of) {
+        return of == StereoLayout::LeftRight || of == StereoLayout::RightLeft;
+    };
+    halves = halvesOf(file.path(), halves);
+    const std::optional<StatedEyes> stated = readEyesMark(file.look()).eyes;
+    if (halves == StereoHalves::Automatic && stated && isBeside(stated->layout) == isBeside(layout))
+        halves = stated->squeeze == Squeeze::None ? StereoHalves::Full : StereoHalves::Squeezed;
+    StereoPair pair = splitStereoPair(picture, layout, halves);
+    constexpr const char* kOptions[] = {"left-right", "right-left", "top-bottom", "bottom-top"};
+    // the shape of a scene whose halves are whole, in the other direction than that of a squeezed
+    // one
+    const double aspect = static_cast<double>(picture.cols) / picture.rows;
+    const bool mayBeSqueezed = isBeside(layout) ? aspect < 1.95 : aspect > 1.02;
+    if (halves == StereoHalves::Automatic && mayBeSqueezed &&
+        squeezeOf(picture.size(), isBeside(layout), halves) == Squeeze::None) {
+        addNote(notes, NoteCode::Doubtful,
+                "its halves, " + sizeText(pair.left.size()) +
+                    " px, may be squeezed, as it does not state their shape, and are taken as they "
+                    "are: --stereo " +
+                    kOptions[static_cast<int>(layout)] +
+                    ":squeezed stretches them, :full settles it");
+    }
+    leaveOutFrame(pair, notes);
+    return pair;
+}
+
 EyesMark readEyesMark(string_view bytes) {
     const ImageFormat format = imageFormat(bytes);
     if (format == ImageFormat::Jpeg) return markOfJpeg(bytes);
     return format == ImageFormat::Png ? markOfPng(bytes) : EyesMark();
+}
+
+FileMark eyesMark(EyesPicture kind, bool swapped) {
+    constexpr std::pair<int, int> kDescriptors[] = {{2, kLeftFirst},
+                                                    {2, kLeftFirst | kHalfWidth},
+                                                    {2, 0},
+                                                    {3, kLeftFirst},
+                                                    {3, kLeftFirst | kHalfHeight},
+                                                    {4, kLeftFirst},
+                                                    {4, kLeftFirst},
+                                                    {4, kLeftFirst},
+                                                    {1, kLeftFirst}};
+    const auto [layout, usual] = kDescriptors[static_cast<std::size_t>(kind)];
+    const unsigned flags = static_cast<unsigned>(usual) ^ (swapped ? kLeftFirst : 0);
+    FileMark mark;
+    mark.text = std::string(kTextMark) + std::to_string(layout) + ' ' + std::to_string(flags);
+    // length, name; length of the descriptor, separation, flags, layout, media; no comment
+    mark.segment = std::string("\xff\xe3\0\x12", 4) + std::string(kJpsMark) +
+                   std::string("\0\4\0", 3) + static_cast<char>(flags) + static_cast<char>(layout) +
+                   std::string("\1\0\0", 3);
+    mark.isUnmixed = kind >= EyesPicture::Anaglyph;
+    return mark;
 }
 
 } // namespace altiro3D

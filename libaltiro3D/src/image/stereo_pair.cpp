@@ -95,7 +95,7 @@ std::optional<StereoPair> readStereoPair(const PhotoFile& photo, Notes* notes) t
         const string_view bytes = photo.look();
         const MarkedEyes marked = findMarkedEyes(photo.path(), bytes, notes);
         if (marked.eyes)
-            return splitMarkedEyes(readPhoto(photo, notes), marked, photo.path().string());
+            return splitMarkedEyes(readPhoto(photo, notes), marked, photo.path().string(), notes);
         const ImageFormat format = imageFormat(bytes);
         if (format == ImageFormat::Jpeg) return pairOfJpeg(photo, bytes, notes);
         if (isHeif(format)) return pairOfHeif(bytes, format, notes);

@@ -1,4 +1,6 @@
+#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/stereo_views.hpp"
 
 #include "image/heif_file.hpp"
 #include "support/compare.hpp"
@@ -6,10 +8,14 @@
 #include "support/photo_files.hpp"
 #include "support/picture_files.hpp"
 #include "support/random_pictures.hpp"
+#include "support/stereo_scene.hpp"
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -302,6 +308,225 @@ TEST(SplitStereoPair, TooSmallPicturesAreRefused) {
     const cv::Mat two(1, 2, CV_8UC3, cv::Scalar::all(0));
     EXPECT_EQ(splitStereoPair(two, StereoLayout::LeftRight, StereoHalves::Full).left.size(),
               cv::Size(1, 1));
+}
+
+// A round disc of half the smaller side, and its width : height in a picture.
+cv::Mat discIn(cv::Size size) {
+    cv::Mat picture(size, CV_8UC3, cv::Scalar(90, 60, 30));
+    cv::circle(picture, {size.width / 2, size.height / 2}, std::min(size.width, size.height) / 4,
+               cv::Scalar::all(255), -1);
+    return picture;
+}
+
+double discAspect(const cv::Mat& picture) {
+    cv::Mat disc;
+    cv::inRange(picture, cv::Scalar(170, 150, 140), cv::Scalar::all(255), disc);
+    const cv::Rect around = cv::boundingRect(disc);
+    return static_cast<double>(around.width) / around.height;
+}
+
+class WriteEyes : public FileTest {};
+
+TEST_F(WriteEyes, ADiscIsRoundAgainInAnyLayoutAndShape) {
+    for (const cv::Size size : {cv::Size(320, 240), {301, 200}, {202, 350}, {480, 270}}) {
+        const cv::Mat eye = discIn(size);
+        for (const EyesPicture kind :
+             {EyesPicture::SideBySide, EyesPicture::SideBySideHalf, EyesPicture::Crossed,
+              EyesPicture::TopBottom, EyesPicture::TopBottomHalf}) {
+            for (const char* name : {"a.png", "a_LR.jpg", "a_TB.jpeg"}) {
+                cv::Mat joined;
+                joinEyes(eye, eye, kind, joined);
+                writeEyes(directory / name, joined, kind);
+                const auto pair = readStereoPair(directory / name);
+                ASSERT_TRUE(pair) << name << " " << size;
+                EXPECT_NEAR(discAspect(pair->left), 1, 0.04) << name << size << nameOf(kind).option;
+            }
+        }
+    }
+}
+
+TEST_F(WriteEyes, TheOrderOfTheEyesIsKept) {
+    const cv::Mat left = randomPhoto({64, 48}, 1);
+    const cv::Mat right = randomPhoto({64, 48}, 2);
+    for (const bool swapped : {false, true}) {
+        for (const EyesPicture kind :
+             {EyesPicture::SideBySide, EyesPicture::Crossed, EyesPicture::TopBottom}) {
+            cv::Mat joined;
+            joinEyes(swapped ? right : left, swapped ? left : right, kind, joined);
+            writeEyes(directory / "a.png", joined, kind, swapped);
+            const auto pair = readStereoPair(directory / "a.png");
+            ASSERT_TRUE(pair);
+            EXPECT_TRUE(samePicture(pair->left, left));
+            EXPECT_TRUE(samePicture(pair->right, right));
+        }
+    }
+}
+
+TEST_F(WriteEyes, WhatMixesTheEyesIsRefusedAsAPhotoAndKeepsThemApartInJpeg) {
+    const cv::Mat left(48, 64, CV_8UC3, cv::Scalar(20, 20, 230));
+    const cv::Mat right(48, 64, CV_8UC3, cv::Scalar(230, 230, 20));
+    for (const EyesPicture kind : {EyesPicture::Rows, EyesPicture::AnaglyphHalf}) {
+        cv::Mat joined;
+        joinEyes(left, right, kind, joined);
+        for (const char* name : {"a.png", "a.jpg"}) {
+            writeEyes(directory / name, joined, kind);
+            EXPECT_LE(cv::norm(readPhoto(directory / name), joined, cv::NORM_INF), 4) << name;
+            EXPECT_TRUE(
+                contains(errorOf([&] { static_cast<void>(readStereoPair(directory / name)); }),
+                         kind == EyesPicture::Rows ? "is interleaved" : "is anaglyph"));
+        }
+    }
+}
+
+TEST_F(WriteEyes, AShapeThatIsGuessedIsToldUnlessMarkOrNameSaysIt) {
+    const cv::Mat half = discIn({640, 480}); // 4:3, as a whole
+    writeEyes(directory / "marked.png", half, EyesPicture::SideBySideHalf);
+    writeImage(directory / "a_LR.png", half);
+    const auto split = [&](const char* name, StereoHalves halves, Notes& notes) {
+        return splitStereoFile(half, StereoLayout::LeftRight, halves, directory / name, &notes)
+            .left.size();
+    };
+    Notes notes;
+    EXPECT_EQ(split("marked.png", StereoHalves::Automatic, notes), cv::Size(640, 480));
+    EXPECT_EQ(split("a_LR.png", StereoHalves::Squeezed, notes), cv::Size(640, 480));
+    EXPECT_EQ(split("a_LR.png", StereoHalves::Full, notes), cv::Size(320, 480));
+    for (const char* name : {"a_HSBS.png", "a_half_SBS.png", "a_SBS_half.png"}) {
+        writeImage(directory / name, half);
+        EXPECT_EQ(split(name, StereoHalves::Automatic, notes), cv::Size(640, 480)) << name;
+    }
+    EXPECT_TRUE(notes.empty()) << notes.front().text;
+    EXPECT_EQ(split("a_LR.png", StereoHalves::Automatic, notes), cv::Size(320, 480));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_TRUE(contains(notes.front().text, "--stereo left-right:squeezed"));
+}
+
+TEST_F(WriteEyes, AFrameAndAGapAreLeftOut) {
+    const Eyes eyes = wallAndThing(6, 20);
+    const cv::Size size = eyes.left.size();
+    const auto joined = [&](int frame, int gap, int colour, int bars) {
+        cv::Mat whole(size.height + 2 * (frame + bars), 2 * size.width + 2 * frame + gap, CV_8UC3,
+                      cv::Scalar::all(colour));
+        eyes.left.copyTo(whole(cv::Rect({frame, frame + bars}, size)));
+        eyes.right.copyTo(whole(cv::Rect({frame + size.width + gap, frame + bars}, size)));
+        writeImage(directory / "a_LRF.png", whole);
+        Notes notes;
+        const StereoPair pair =
+            splitStereoFile(whole, StereoLayout::LeftRight, StereoHalves::Automatic,
+                            directory / "a_LRF.png", &notes);
+        EXPECT_EQ(notes.size(), frame + gap + bars > 0 ? 1U : 0U);
+        return pair;
+    };
+    for (const auto& [frame, gap, colour, bars] : {std::array{0, 0, 0, 0},
+                                                   {40, 0, 0, 0},
+                                                   {30, 24, 0, 0},
+                                                   {0, 40, 255, 0},
+                                                   {0, 0, 0, 50},
+                                                   {20, 60, 128, 10}}) {
+        const StereoPair pair = joined(frame, gap, colour, bars);
+        EXPECT_TRUE(samePicture(pair.left, eyes.left)) << frame << " " << gap;
+        EXPECT_TRUE(samePicture(pair.right, eyes.right)) << frame << " " << gap;
+    }
+}
+
+// XMP of a panorama, its part in px.
+std::string gpano(int width, int height, int wholeWidth, int wholeHeight) {
+    const auto number = [](const char* name, int value) {
+        return std::string(" GPano:") + name + "='" + std::to_string(value) + "'";
+    };
+    return xmpOf("xmlns:GPano='http://ns.google.com/photos/1.0/panorama/' "
+                 "GPano:ProjectionType='equirectangular'" +
+                 number("CroppedAreaImageWidthPixels", width) +
+                 number("CroppedAreaImageHeightPixels", height) +
+                 number("FullPanoWidthPixels", wholeWidth) +
+                 number("FullPanoHeightPixels", wholeHeight));
+}
+
+class Panoramas : public FileTest {};
+
+TEST_F(Panoramas, ASphereIsRefusedInAnyFormatWithACommandThatFlattensIt) {
+    const cv::Mat sphere = randomPhoto({128, 64});
+    const std::string xmp = gpano(128, 64, 128, 64);
+    const std::string png = encoded(".png", sphere);
+    const std::pair<const char*, std::string> files[] = {
+        {"s.jpg", withSegments(jpegOf(sphere), xmpSegment(xmp))},
+        {"s.png", withPngChunks(
+                      png, pngChunk("iTXt", std::string("XML:com.adobe.xmp\0\0\0\0\0", 22) + xmp))},
+        {"s.tif", encoded(".tif", sphere) + xmp}};
+    for (const auto& [name, bytes] : files) {
+        spill(directory / name, bytes);
+        const std::string error = errorOf([&] { static_cast<void>(readPhoto(directory / name)); });
+        EXPECT_TRUE(contains(error, "shows 360 x 180 degrees of a sphere")) << error;
+        EXPECT_TRUE(contains(error, "-vf v360=e:flat:yaw=0:pitch=0:h_fov=90:v_fov=73.74:w=40:h=30"))
+            << error;
+    }
+}
+
+TEST_F(Panoramas, AHemisphereIsPaddedAndItsRightEyeIsFlattenedAlso) {
+    const cv::Mat half = randomPhoto({64, 64});
+    const std::string right = xmpOf("xmlns:GImage='http://ns.google.com/photos/1.0/image/' "
+                                    "GImage:Data=\"" +
+                                    toBase64(jpegOf(half)) + "\"");
+    const std::string left =
+        withSegments(jpegOf(half), xmpSegment(gpano(64, 64, 128, 64)) + moreXmpSegments(right));
+    spill(directory / "v.vr.jpg", left);
+    const std::string error =
+        errorOf([&] { static_cast<void>(readStereoPair(directory / "v.vr.jpg")); });
+    EXPECT_TRUE(contains(error, "shows 180 x 180 degrees of a sphere")) << error;
+    EXPECT_TRUE(contains(error, "exiftool")) << error;
+    EXPECT_TRUE(contains(error, "[1]pad=128:64:32:0,v360=e:flat")) << error;
+}
+
+TEST_F(Panoramas, PhonesPanoramasArePicturesAndCardboardsArePairs) {
+    const cv::Mat photo = randomPhoto({240, 80}, 1);
+    const std::string strip =
+        withSegments(jpegOf(photo), xmpSegment(gpano(240, 80, 720, 360))); // 120 x 40
+    spill(directory / "p.jpg", strip);
+    Notes notes;
+    EXPECT_TRUE(samePicture(readPhoto(directory / "p.jpg", &notes), decoded(jpegOf(photo))));
+    EXPECT_FALSE(readStereoPair(directory / "p.jpg", &notes));
+    EXPECT_TRUE(notes.empty());
+    const std::string other = jpegOf(randomPhoto({240, 80}, 2));
+    const std::string right = xmpOf("xmlns:GImage='http://ns.google.com/photos/1.0/image/' "
+                                    "GImage:Mime='image/jpeg' GImage:Data=\"" +
+                                    toBase64(other) + "\"");
+    spill(directory / "c.vr.jpg", withSegments(jpegOf(photo), xmpSegment(gpano(240, 80, 240, 160)) +
+                                                                  moreXmpSegments(right, 3000)));
+    const auto pair = readStereoPair(directory / "c.vr.jpg", &notes);
+    ASSERT_TRUE(pair);
+    EXPECT_EQ(pair->origin, "Cardboard Camera");
+    EXPECT_TRUE(samePicture(pair->left, decoded(jpegOf(photo))));
+    EXPECT_TRUE(samePicture(pair->right, decoded(other)));
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST(MixedEyes, AnaglyphsAndInterlacedPicturesAreFoundAndPhotosAreNot) {
+    Eyes eyes = wallAndThing(4, 14);
+    cv::GaussianBlur(eyes.left, eyes.left, {}, 1);
+    cv::GaussianBlur(eyes.right, eyes.right, {}, 1);
+    // channels of noise have nothing to do with each other; those of photos have
+    for (cv::Mat* eye : {&eyes.left, &eyes.right}) {
+        cv::cvtColor(*eye, *eye, cv::COLOR_BGR2GRAY);
+        cv::cvtColor(*eye, *eye, cv::COLOR_GRAY2BGR);
+    }
+    EXPECT_EQ(mixedEyes(eyes.left), "");
+    EXPECT_EQ(mixedEyes(randomPhoto({400, 300})), "");
+    EXPECT_EQ(mixedEyes(cv::Mat(300, 400, CV_8UC3, cv::Scalar::all(9))), "");
+    EXPECT_EQ(mixedEyes(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(9))), "");
+    const auto mixed = [&](EyesPicture kind) {
+        cv::Mat joined;
+        joinEyes(eyes.left, eyes.right, kind, joined);
+        return joined;
+    };
+    for (const EyesPicture kind :
+         {EyesPicture::Anaglyph, EyesPicture::AnaglyphHalf, EyesPicture::AnaglyphGrey})
+        EXPECT_TRUE(contains(mixedEyes(mixed(kind)), "red-cyan anaglyph")) << nameOf(kind).option;
+    const cv::Mat rows = mixed(EyesPicture::Rows);
+    EXPECT_TRUE(contains(mixedEyes(rows), "every second row"));
+    EXPECT_TRUE(contains(mixedEyes(compressed(rows, 90)), "every second row"));
+    cv::Mat columns = eyes.left.clone();
+    for (int x = 1; x < columns.cols; x += 2)
+        eyes.right.col(x).copyTo(columns.col(x));
+    EXPECT_TRUE(contains(mixedEyes(columns), "every second column"));
 }
 
 } // namespace

@@ -166,7 +166,11 @@ class ReadPhotoSource : public DepthSource {
 
     std::string description() const override { return {}; }
     DepthKind kind() const override { return DepthKind::NearWhite; }
-    PhotoDepth readPhoto(const PhotoFile& /*file*/, Notes* /*notes*/) override { return found_; }
+    PhotoDepth readPhoto(const PhotoFile& /*file*/, Notes* notes) override {
+        const std::string mixed = mixedEyes(found_.photo);
+        if (!mixed.empty() && notes != nullptr) notes->push_back({NoteCode::Doubtful, mixed});
+        return found_;
+    }
     void read(const cv::Mat& /*image*/, cv::Mat& /*photo*/, cv::Mat& /*raw*/) override {}
 
   private:
@@ -294,7 +298,10 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
     }
     document.picture = eightBit(picture);
     if (const auto layout = eyesOf(reading)) {
-        addPair(document, splitStereoPair(document.picture, *layout, halvesOf(source.file)));
+        Notes notes;
+        addPair(document, splitStereoFile(document.picture, *layout, StereoHalves::Automatic,
+                                          source.file, &notes));
+        document.notes.insert(document.notes.end(), notes.begin(), notes.end());
     } else if (reading == Reading::Quilt) {
         QuiltRequest request;
         request.name = parseQuiltName(source.file);

@@ -328,7 +328,8 @@ std::string writeProduct(const Setup& setup, Product product, const fs::path& ta
     case Product::Eyes: {
         const StereoPair eyes = makeEyes(setup);
         if (!progress(0.5)) return {};
-        writeImage(file, tools::joinedEyes(eyes, setup.eyes));
+        writeEyes(file, tools::joinedEyes(eyes, setup.eyes), setup.eyes.picture,
+                  setup.eyes.swapped);
         const std::string advice = tools::eyesTagAdvice(file, setup.eyes);
         return file.string() + (advice.empty() ? "" : "\n" + advice);
     }

@@ -1,5 +1,6 @@
 #include "altiro3D/depth_source.hpp"
 
+#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/network/network_estimate.hpp"
@@ -162,6 +163,9 @@ PhotoDepth DepthSource::readPhoto(const PhotoFile& file, Notes* notes) try {
     PhotoDepth found;
     found.photo = withNotes(altiro3D::readPhoto, file, notes);
     found.text = description();
+    if (notes == nullptr) return found;
+    const std::string mixed = mixedEyes(found.photo);
+    if (!mixed.empty()) notes->push_back({NoteCode::Doubtful, file.path().string() + ": " + mixed});
     return found;
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);

@@ -1,6 +1,7 @@
 #include "depth/source/photo_depth.hpp"
 
 #include "altiro3D/depth_map.hpp"
+#include "altiro3D/eyes_file.hpp"
 #include "base/checks.hpp"
 
 namespace altiro3D {
@@ -20,8 +21,9 @@ PhotoDepth matchedDepth(const StereoPair& pair, Notes& notes) {
 }
 
 std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture,
-                                       Notes* notes) {
-    const StereoPair pair = splitStereoPair(picture, name.layout, name.halves);
+                                       const PhotoFile& file, Notes* notes) {
+    Notes remarks;
+    const StereoPair pair = splitStereoFile(picture, name.layout, name.halves, file, &remarks);
     PhotoDepth halves;
     const StereoMatch match = matchStereo(pair.left, pair.right, halves.rawDepth, &halves.hidden);
     if (!match.areEyes()) { // a name is weak evidence, so it needs more than a match
@@ -30,8 +32,9 @@ std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& pic
             "may mean that it holds both eyes, but its halves do not resemble each other");
         return std::nullopt;
     }
-    const Notes remarks = match.remarks(pair.origin);
     addNotes(notes, remarks);
+    const Notes ofMatch = match.remarks(pair.origin);
+    addNotes(notes, ofMatch);
     halves.photo = pair.left;
     halves.origin = DepthOrigin::Matched;
     halves.text = "stereo pair (" + pair.origin + ", by its name, " + name.tag +

@@ -18,9 +18,10 @@ namespace altiro3D {
 PhotoDepth matchedDepth(const StereoPair& pair, Notes& notes);
 
 /// The left half of a picture whose name says that it holds both eyes, with its depth by matching.
-/// @param notes if given, receives remarks
+/// @param file the picture's @param notes if given, receives remarks
 /// @return nothing, and a remark, if the halves do not match so well that they are surely eyes
-std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture, Notes* notes);
+std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture,
+                                       const PhotoFile& file, Notes* notes);
 
 /// Adds a remark that a picture is not what its name says. @param why "says that it holds ..."
 void addReadAsPhoto(Notes* notes, const SceneName& name, const std::string& why);

@@ -4,10 +4,12 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/enum_table.hpp"
+#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/source/photo_depth.hpp"
 #include "image/depth_parts.hpp"
+#include "image/picture_halves.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -141,7 +143,11 @@ StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource
     if (input.right.empty()) {
         const cv::Mat picture = fallback.readPhoto(file, notes).photo;
         try {
-            return splitStereoPair(picture, input.layout, halvesOf(file.path(), input.halves));
+            Notes own;
+            StereoPair pair = splitStereoFile(picture, input.layout, input.halves, file, &own);
+            putNameBefore(own, file.path());
+            addNotes(notes, own);
+            return pair;
         } catch (const Error& error) {
             throw Error(error.code(), file.path().string(), error.what());
         }
@@ -155,6 +161,7 @@ StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource
     pair.origin = "two files";
     putNameBefore(rightNotes, input.right);
     addNotes(notes, rightNotes);
+    leaveOutFrame(pair, notes);
     return pair;
 }
 
@@ -244,8 +251,9 @@ std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& 
     if (!name || std::min(picture.cols, picture.rows) < 2) return std::nullopt;
     refuseVrName(file.path());
     try {
-        return name->contents == SceneName::Contents::Eyes ? matchedDepth(*name, picture, notes)
-                                                           : readRgbd(file, *name, picture, notes);
+        return name->contents == SceneName::Contents::Eyes
+                   ? matchedDepth(*name, picture, file, notes)
+                   : readRgbd(file, *name, picture, notes);
     } catch (const Error& error) {
         if (std::string(error.what()).find(file.path().string()) == 0) throw;
         throw Error(error.code(), file.path().string(), error.what());

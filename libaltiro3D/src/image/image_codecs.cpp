@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -24,9 +25,29 @@ constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30; // as OpenCV
 
 using TurboJpeg = std::unique_ptr<void, decltype(&tjDestroy)>;
 
+// Whether libjpeg's warning is about bytes that belong to no part of a picture: they precede a
+// segment of the head; or the end, and are equal. A damaged scan may end early, and leaves others.
+bool isPadding(const std::string& warning, std::string_view bytes) {
+    constexpr std::uint64_t kFew = 4;
+    constexpr std::string_view kText = " extraneous bytes before marker 0x";
+    const std::size_t text = warning.find(kText);
+    if (text == std::string::npos || text == 0) return false;
+    const std::size_t number = warning.rfind(' ', text - 1) + 1;
+    const std::uint64_t count = std::strtoull(warning.c_str() + number, nullptr, 10);
+    const auto marker = std::strtoul(warning.c_str() + text + kText.size(), nullptr, 16);
+    if (count <= kFew || marker >= 0xdb || marker == 0xc0 || marker == 0xc2) return true;
+    const JpegEnd end =
+        walkJpeg(bytes, [](unsigned, std::size_t, std::string_view) { return true; });
+    if (marker != 0xd9 || !end.hasEnd || end.after < count + 2) return false;
+    const std::string_view before = bytes.substr(end.after - 2 - count, count);
+    return before.find_first_not_of(before.front()) == std::string_view::npos;
+}
+
 // Empty if the file is unusual or damaged: OpenCV shows more of some.
+// @param damage as for decodeImage()
 // @param cmyk inks are wanted, else grey or colours
-cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, bool cmyk = false) {
+cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* damage = nullptr,
+                   bool cmyk = false) {
     const TurboJpeg jpeg(tjInitDecompress(), tjDestroy);
     const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
     int columns = 0;
@@ -44,8 +65,12 @@ cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, bool cmyk = f
     cv::Mat image(rows, columns, CV_8UC(tjPixelSize[format]));
     const int status = tjDecompress2(jpeg.get(), from, bytes.size(), image.data, columns,
                                      static_cast<int>(image.step), rows, format, 0);
-    if (status != 0) return {};
-    return image;
+    if (status == 0) return image;
+    if (tjGetErrorCode(jpeg.get()) != TJERR_WARNING) return {};
+    const std::string warning = tjGetErrorStr2(jpeg.get());
+    if (isPadding(warning, bytes)) return image;
+    if (damage != nullptr) *damage = warning;
+    return {};
 }
 
 struct PngSource {
@@ -217,9 +242,10 @@ void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
 
 } // namespace
 
-cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels) {
+cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels,
+                    std::string* damage) {
     cv::Mat image;
-    if (format == ImageFormat::Jpeg) image = decodeJpeg(bytes, channels);
+    if (format == ImageFormat::Jpeg) image = decodeJpeg(bytes, channels, damage);
     if (format == ImageFormat::Png && channels == ImageChannels::AsStored) image = decodePng(bytes);
     if (!image.empty()) return image;
     const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
@@ -230,7 +256,7 @@ cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels ch
 }
 
 cv::Mat decodeCmykJpeg(std::string_view bytes) {
-    return decodeJpeg(bytes, ImageChannels::AsStored, true);
+    return decodeJpeg(bytes, ImageChannels::AsStored, nullptr, true);
 }
 
 std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed) {

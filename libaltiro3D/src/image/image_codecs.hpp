@@ -19,9 +19,12 @@ enum class ImageChannels {
 /// formats, by OpenCV.
 ///
 /// @param bytes at most 2^31 - 1
+/// @param damage if given, receives what libjpeg says of a JPEG that it decodes nevertheless; the
+///        padding of some cameras between the picture and its end is not damage
 /// @return BGR; empty if it is damaged
 /// @throws cv::Exception
-cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels);
+cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels,
+                    std::string* damage = nullptr);
 
 /// Decodes the inks of a CMYK JPEG.
 /// @return CV_8UC4, 0..255 as stored; empty if the JPEG is not CMYK, or damaged

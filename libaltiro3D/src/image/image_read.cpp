@@ -6,6 +6,8 @@
 #include "base/posix_file.hpp"
 #include "image/colour.hpp"
 #include "image/exif.hpp"
+#include "image/exr_file.hpp"
+#include "image/file_walk.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
@@ -143,14 +145,53 @@ cv::Mat decodeTiff(const std::string& bytes) {
     return isDeep ? toEightBits(picture) : picture;
 }
 
-// @throws PictureFailure of HeifFile and TiffFile
-cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes) {
+// Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
+enum class Colours { ToSrgb, AsStored };
+
+// The coded px of formats whose decoders fill in what is lost without a word.
+std::string_view codedPart(std::string_view bytes, ImageFormat format) {
+    std::string_view coded;
+    if (format == ImageFormat::WebP) {
+        walkWebP(bytes, [&](std::string_view name, std::uint64_t at, std::uint64_t size) {
+            const bool isCoded = name == "VP8 " || name == "VP8L" || name == "ANMF";
+            if (isCoded) coded = ByteReader(bytes, true).text(at, size);
+            return !isCoded;
+        });
+    }
+    const std::string_view start = format == ImageFormat::Jpeg2000 ? "\xff\x4f\xff\x51" : "mdat";
+    if (isHeif(format) || format == ImageFormat::Jpeg2000)
+        coded = bytes.substr(std::min(bytes.find(start), bytes.size()));
+    return coded;
+}
+
+// No coder writes so many zeros, but EXIF may be padded with them.
+void noteHole(std::string_view bytes, ImageFormat format, Notes* notes) {
+    static const std::string kZeros(512, '\0');
+    constexpr std::size_t kLongestExif = 65536;
+    const std::string_view coded = codedPart(bytes, format);
+    const std::size_t hole = coded.find(kZeros);
+    if (hole == std::string_view::npos) return;
+    const std::size_t exif = coded.substr(0, hole).rfind(std::string_view("Exif\0\0", 6));
+    if (exif != std::string_view::npos && hole - exif < kLongestExif) return;
+    const std::size_t end = std::min(coded.find_first_not_of('\0', hole), coded.size());
+    addNote(notes, NoteCode::Repaired,
+            "the file is damaged (it holds " + std::to_string(end - hole) +
+                " zeros in a row): a part of the picture may be wrong or missing");
+}
+
+// @throws PictureFailure of HeifFile, TiffFile and decodeExr()
+cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes, Colours colours,
+               Notes* notes) {
     if (isHeif(header.format)) {
         const HeifFile file(bytes);
         header.alpha = file.isPremultiplied() ? AlphaKind::Premultiplied : AlphaKind::Straight;
         return file.decode();
     }
     if (header.format == ImageFormat::Tiff) return decodeTiff(bytes);
+    if (header.format == ImageFormat::Exr) {
+        const cv::Mat picture = decodeExr(bytes, colours == Colours::AsStored, notes);
+        if (!picture.empty()) return picture;
+    }
     const std::string expected =
         std::string(", expected a whole ") + nameOf(header.format) + " file";
     std::string mended;
@@ -161,15 +202,23 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& byt
     if (header.format == ImageFormat::Pnm && bytes[1] <= '3') mended = bytes + '\n';
     const std::string& whole = mended.empty() ? bytes : mended;
     std::string detail;
+    std::string damage;
     cv::Mat picture;
     try {
-        picture = header.isAnimated ? decodeFirstFrame(header, whole)
-                                    : decodeImage(whole, header.format, ImageChannels::AsStored);
+        picture = header.isAnimated
+                      ? decodeFirstFrame(header, whole)
+                      : decodeImage(whole, header.format, ImageChannels::AsStored, &damage);
     } catch (const cv::Exception& exception) {
         if (exception.code == cv::Error::StsNoMem) throw;
         detail = exception.err;
     }
-    if (!picture.empty()) return picture;
+    if (!picture.empty()) {
+        if (!damage.empty() && !header.isCutOff)
+            addNote(notes, NoteCode::Repaired,
+                    "the file is damaged (" + damage +
+                        "): a part of the picture may be wrong or missing");
+        return picture;
+    }
     if (header.format == ImageFormat::Exr && detail.find("OPENEXR") != std::string::npos) {
         throw Error(ErrorCode::Unsupported, path.string(),
                     "EXR pictures are switched off in this OpenCV, expected the environment "
@@ -196,9 +245,6 @@ auto reading(const fs::path& path, const Work& work) {
     }
 }
 
-// Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
-enum class Colours { ToSrgb, AsStored };
-
 // Decodes inks; the colours are then done.
 cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string& bytes,
                    ColourFacts& facts, Notes* notes) {
@@ -217,7 +263,7 @@ cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string&
     if (header.isUnmarkedCmyk)
         addNote(notes, NoteCode::Doubtful,
                 "the file is CMYK without Adobe's mark: its colours may be inverted");
-    if (inks.empty()) return decode(path, header, bytes);
+    if (inks.empty()) return decode(path, header, bytes, Colours::ToSrgb, notes);
     return picture.empty() ? inksToSrgb(inks, {}, isInverted) : picture;
 }
 
@@ -280,7 +326,7 @@ LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
     cv::Mat picture;
     try {
         picture = header.isCmyk ? decodeInks(path, header, bytes, facts, notes)
-                                : decode(path, header, bytes);
+                                : decode(path, header, bytes, colours, notes);
     } catch (const PictureFailure& failure) {
         failDecoder(path, header, failure.what());
     }
@@ -298,6 +344,7 @@ LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
     loaded.picture = upright(picture, header.orientation);
     if (photoPart) convertPart(loaded.picture, photoPart(loaded.picture.size()), facts, notes);
     addNotes(header, extension, notes);
+    noteHole(bytes, header.format, notes);
     return loaded;
 }
 

@@ -11,7 +11,7 @@ check_arguments 0 -- "$@"
 cd "$(dirname "$0")/.."
 # shellcheck source=scripts/bare-debian.sh
 . scripts/bare-debian.sh
-libraries=(libopencv-dev libturbojpeg0-dev libpng-dev libheif-dev liblcms2-dev libhwy-dev zlib1g-dev
+libraries=(libopencv-dev libturbojpeg0-dev libpng-dev libheif-dev libopenexr-dev liblcms2-dev libhwy-dev zlib1g-dev
            libexpat1-dev nlohmann-json3-dev libavformat-dev libavcodec-dev libavutil-dev libswscale-dev
            libswresample-dev libavdevice-dev libgtest-dev)
 scripts/install-dependencies.sh arm64

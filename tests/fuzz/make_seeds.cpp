@@ -145,6 +145,7 @@ std::vector<std::string> samplePictures() {
     all.push_back(encoded(".tiff", numbers));
     all.push_back(encoded(".tiff", colours));
     all.push_back(encoded(".hdr", colours));
+    all.push_back(encoded(".exr", colours));
     all.push_back("P1\n# bits\n3 2\n1 0 1\n0 1 0\n");
     all.push_back("P2\n3 2\n1000\n1 0 1000\n0 999 0\n");
     all.push_back("Pf\n2 1\n-1.0\n" + std::string(8, '\1'));

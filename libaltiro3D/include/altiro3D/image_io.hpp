@@ -218,25 +218,27 @@ enum class EmbeddedDepthForm {
     DynamicDepth, ///< A picture after the photo: newer phones by Google and others.
     Avif,         ///< Auxiliary picture of an AVIF file.
     Samsung,      ///< Raw numbers after the photo. Experimental: no original was tested.
-    Huawei        ///< Raw numbers after the photo. Experimental: no original was tested.
+    Huawei,       ///< Raw numbers after the photo. Experimental: no original was tested.
+    Exr           ///< Distances in a channel of an EXR file: Z, Depth.Z, ViewLayer.Depth.V.
 };
 
 /// Depth from a photo's file. It is small and soft compared with the photo; fitScene() aligns it.
 struct EmbeddedDepth {
     EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth; ///< Where it was.
-    cv::Mat depth; ///< [any size, CV_32FC1, 0..1, 1 = nearest], relative inverse depth, upright.
+    /// [any size, CV_32FC1, 0..1, 1 = nearest], relative inverse depth, upright; NaN = unknown
+    cv::Mat depth;
 
     /// For people. @return for example "Dynamic Depth, 1024 x 768 px"
     [[nodiscard]] ALTIRO3D_EXPORT std::string text() const;
 };
 
-/// Reads the depth that phones store in their photos.
+/// Reads the depth that phones store in their photos, and renderers in their EXR files.
 ///
 /// Depth is used only if its shape is the photo's (2 %) and it is not flat. Portrait mattes and
 /// gain maps are not depth. If the file describes depth in XMP but does not hold it, there is no
 /// depth. Damaged depth never makes the photo unreadable: it is skipped and reported in `notes`.
 ///
-/// @param photo JPEG, HEIC or AVIF; other formats hold no depth
+/// @param photo JPEG, HEIC, AVIF or EXR; other formats hold no depth
 /// @param notes if given, receives a remark if the file has depth that is not used
 /// @return the depth; nothing if there is none that can be used, and as PhotoFile::look()
 /// @throws Error as PhotoFile::bytes()

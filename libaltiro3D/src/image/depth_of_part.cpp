@@ -72,9 +72,9 @@ bool isFlat(const cv::Mat& depth) {
 } // namespace
 
 const char* nameOf(EmbeddedDepthForm form) {
-    constexpr const char* kNames[] = {"Apple HEIC",          "Apple JPEG", "Google lens blur",
-                                      "Dynamic Depth",       "AVIF",       "Samsung, experimental",
-                                      "Huawei, experimental"};
+    constexpr const char* kNames[] = {"Apple HEIC",           "Apple JPEG", "Google lens blur",
+                                      "Dynamic Depth",        "AVIF",       "Samsung, experimental",
+                                      "Huawei, experimental", "EXR"};
     return entryOf(kNames, form);
 }
 

@@ -3,17 +3,22 @@
 #include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "image/colour.hpp"
 #include "image/depth_of_part.hpp"
 #include "image/depth_parts.hpp"
 #include "image/exif.hpp"
+#include "image/exr_file.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
 #include "image/picture_halves.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -48,6 +53,34 @@ std::optional<EmbeddedDepth> depthOfHeif(string_view bytes, ImageFormat format, 
         addUnusedDepth(notes, nameOf(part.form), failure.what());
         return std::nullopt;
     }
+}
+
+// A renderer's distances beside its colours. The nearest but single px become 1.
+std::optional<EmbeddedDepth> depthOfExr(string_view bytes, Notes* notes) {
+    try {
+        const std::vector<ExrChannel> channels = exrChannels(bytes);
+        const ExrChoice choice = chooseExrDistance(channels);
+        if (choice.channels.empty() || chooseExrColours(channels).channels.empty())
+            return std::nullopt;
+        const cv::Mat distances = readExr(bytes, choice.channels);
+        std::vector<float> known;
+        std::copy_if(distances.begin<float>(), distances.end<float>(), std::back_inserter(known),
+                     [](float distance) { return distance > 0; });
+        const float nearest = known.empty() ? 1 : percentileOf(std::move(known), 0.005);
+        EmbeddedDepth found;
+        found.form = EmbeddedDepthForm::Exr;
+        found.depth = mapped<float, float>(distances, [nearest](float distance) {
+            return distance > 0 ? std::min(1.0F, nearest / distance) : std::nanf("");
+        });
+        addExrNotes(choice, "depth", notes);
+        const std::string reason =
+            reasonAgainstDepth(found.depth, uprightSize(readImageHeader(bytes, "")));
+        if (reason.empty()) return found;
+        addUnusedDepth(notes, found.text(), reason);
+    } catch (const PictureFailure& failure) {
+        addUnusedDepth(notes, nameOf(EmbeddedDepthForm::Exr), failure.what());
+    }
+    return std::nullopt;
 }
 
 // Near and Far are not metres: the depth is relative, and 1 and 1000 keep inverse depth nearly
@@ -99,6 +132,7 @@ std::optional<EmbeddedDepth> readEmbeddedDepth(const PhotoFile& photo, Notes* no
         const ImageFormat format = imageFormat(bytes);
         if (format == ImageFormat::Heic || format == ImageFormat::Avif)
             return depthOfHeif(bytes, format, notes);
+        if (format == ImageFormat::Exr) return depthOfExr(bytes, notes);
         if (format != ImageFormat::Jpeg) return std::nullopt;
         const std::optional<DepthPart> part = findDepthPart(bytes);
         if (!part) return std::nullopt;

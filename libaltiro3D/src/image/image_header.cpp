@@ -1,6 +1,7 @@
 #include "image/image_header.hpp"
 
 #include "altiro3D/enum_table.hpp"
+#include "altiro3D/image_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
 #include "image/exif.hpp"
@@ -215,6 +216,8 @@ void readExr(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
+    std::uint64_t columns = 0; // of the data
+    std::uint64_t rows = 0;
     // A damaged header is ignored as a whole: OpenEXR allocates any size that it states.
     const auto giveUp = [&] { header.columns = header.rows = 0; };
     while (reader.u8(at) != 0) { // name \0 type \0 size value
@@ -224,18 +227,27 @@ void readExr(string_view bytes, ImageHeader& header) {
         if (type == string_view::npos) return giveUp();
         const std::uint64_t size = reader.u32(type + 1);
         const std::uint64_t data = type + 5;
-        if (bytes.substr(at, name - at) == "dataWindow" && size == 16 && reader.holds(data, 16)) {
+        const string_view key = bytes.substr(at, name - at);
+        const bool isData = key == "dataWindow";
+        if ((isData || key == "displayWindow") && size == 16 && reader.holds(data, 16)) {
             const auto extent = [&](std::uint64_t low, std::uint64_t high) {
                 const std::int64_t span =
                     static_cast<std::int64_t>(static_cast<std::int32_t>(reader.u32(high))) -
                     static_cast<std::int32_t>(reader.u32(low)) + 1;
                 return span > 0 ? static_cast<std::uint64_t>(span) : 0;
             };
-            header.columns = extent(data, data + 8);
-            header.rows = extent(data + 4, data + 12);
+            (isData ? columns : header.columns) = extent(data, data + 8);
+            (isData ? rows : header.rows) = extent(data + 4, data + 12);
         }
         if (!reader.holds(data, size)) return giveUp();
         at = static_cast<std::size_t>(data + size);
+    }
+    // The display window is the picture; the data may reach beyond it, or fill a part of it.
+    const bool isLarge = columns > kMaxImageSide || rows > kMaxImageSide ||
+                         static_cast<double>(columns) * static_cast<double>(rows) > kMaxImagePixels;
+    if (header.columns == 0 || columns == 0 || rows == 0 || isLarge) {
+        header.columns = columns;
+        header.rows = rows;
     }
 }
 

@@ -2,18 +2,25 @@
 
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace altiro3D {
 
-/// cv::imdecode() and cv::imencode(), behind pointers: OpenCV's image formats bring more than a
-/// hundred libraries, which would take two thirds of the start of every program. The shared library
-/// loads them with the first picture that is neither JPEG nor PNG; a static one links them.
+struct ExrChannel;
+
+/// cv::imdecode(), cv::imencode() and OpenEXR, behind pointers: OpenCV's image formats bring more
+/// than a hundred libraries, which would take two thirds of the start of every program. The shared
+/// library loads them with the first picture that is neither JPEG nor PNG; a static one links them.
 struct OpenCvCodecs {
     /// @param encoded [1 x bytes, CV_8UC1]
     cv::Mat (*decode)(const cv::Mat& encoded, int flags);
     bool (*encode)(const std::string& extension, const cv::Mat& image,
                    std::vector<unsigned char>& bytes);
+    /// As the functions of these names in exr_file.hpp; null without OpenEXR.
+    /// @throws std::exception
+    std::vector<ExrChannel> (*exrChannels)(std::string_view bytes);
+    cv::Mat (*readExr)(std::string_view bytes, const std::vector<ExrChannel>& channels);
 };
 
 /// @throws Error Unsupported if their library cannot be loaded

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/network/network_estimate.hpp"
+#include "depth/source/photo_depth.hpp"
 
 #include <functional>
 #include <future>
@@ -88,8 +89,13 @@ class FileSource : public DepthSource {
         // each decoder uses one thread
         std::launch when = std::launch::deferred;
         if (cv::getNumThreads() > 1) when |= std::launch::async;
+        const auto readDepth = [&](const PhotoFile& depth, Notes* own) {
+            const cv::Mat raw = readDepthSamples(depth, own);
+            addKindNotes(depth, raw, kind_, own);
+            return raw;
+        };
         std::future<cv::Mat> samples =
-            std::async(when, [&] { return withNotes(readDepthSamples, file_, &depthNotes); });
+            std::async(when, [&] { return withNotes(readDepth, file_, &depthNotes); });
         PhotoDepth found;
         // if both are damaged, the error names the photo
         found.photo = withNotes(altiro3D::readPhoto, file, notes);
@@ -131,6 +137,9 @@ class RgbdSource : public DepthSource {
             } catch (const Error& error) {
                 throw Error(error.code(), whole.path().string(), error.what());
             }
+            if (image.depth() == CV_16U && kind_ == DepthKind::Metric) // 65535 may be unknown
+                found.rawDepth.convertTo(found.rawDepth, CV_16U);
+            addKindNotes(whole, found.rawDepth, kind_, own);
             return found.photo;
         };
         static_cast<void>(withNotes(readAndSplit, file, notes));

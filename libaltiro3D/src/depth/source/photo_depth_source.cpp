@@ -9,6 +9,7 @@
 #include "base/checks.hpp"
 #include "depth/source/photo_depth.hpp"
 #include "image/depth_parts.hpp"
+#include "image/exr_file.hpp"
 #include "image/picture_halves.hpp"
 
 #include <algorithm>
@@ -34,7 +35,9 @@ Found findBeside(const fs::path& photo) {
     const fs::path beside = findDepthBeside(photo);
     if (beside.empty()) return found;
     try {
-        found.rawDepth = readDepthSamples(beside, &found.notes);
+        const PhotoFile file(beside);
+        found.rawDepth = readDepthSamples(file, &found.notes);
+        if (!exrDistanceOf(file).empty()) found.kind = DepthKind::Metric;
         putNameBefore(found.notes, beside);
         found.separateFile = beside;
         found.origin = DepthOrigin::Given;

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "base/state_bytes.hpp"
 #include "base/text.hpp"
+#include "depth/source/photo_depth.hpp"
 #include "image/exif.hpp"
 #include "image/image_read.hpp"
 #include "media/video_picture.hpp"
@@ -237,6 +238,7 @@ void GivenDepth::readImage(std::int64_t number, cv::Mat& raw) {
     const fs::path& file = pictures_[static_cast<std::size_t>(std::min(number, count - 1))];
     Notes notes;
     raw = given_.read(file, &notes);
+    addKindNotes(file, raw, given_.kind, &notes);
     addNew(file.string(), notes, notes_);
 }
 

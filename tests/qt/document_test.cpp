@@ -10,6 +10,7 @@
 #include "support/stereo_scene.hpp"
 #include "support/texts.hpp"
 #include "viewer/model/knobs.hpp"
+#include "viewer/window/photo_strip.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QDir>
@@ -18,6 +19,7 @@
 #include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace altiro3D::test {
@@ -169,9 +171,9 @@ TEST(ViewerDocument, TheDesktopEntryListsTheTypesThatAreOpened) {
             return listed.contains(type.name());
         })) << name;
     };
-    for (const std::string& ending : pictureEndings()) {
-        expectListed("a." + ending);
-        EXPECT_FALSE(isVideoName("a." + ending)) << ending;
+    for (const std::string& ending : imageExtensions()) {
+        expectListed("a" + ending);
+        EXPECT_FALSE(isVideoName("a" + ending)) << ending;
     }
     for (const std::string& ending : tools::videoEndings()) {
         expectListed("a" + ending);
@@ -191,12 +193,25 @@ TEST(ViewerDocument, CamerasAreRecognizedAsCharacterDevices) {
     EXPECT_FALSE(isVideoName("/dev/video-that-is-not-there"));
 }
 
-// Those of directories of views are the library's own; the viewer offers no others.
-TEST(ViewerDocument, PicturesAreOfferedByTheEndingsThatDirectoriesAreSearchedFor) {
+TEST(ViewerDocument, PipesAreRefusedInsteadOfWaitedFor) {
     const TemporaryDirectory folder;
-    for (const std::string& ending : pictureEndings())
-        std::ofstream(folder / ("a." + ending)) << "x";
-    EXPECT_EQ(listImages(folder.path()).size(), pictureEndings().size());
+    const fs::path pipe = folder / "a.png"; // nobody writes into it
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    fs::create_symlink(pipe, folder / "b.mp4");
+    writeImage(folder / "photo.png", detailedPhoto({48, 64}));
+    const Display display = sampleDisplay({48, 64});
+    for (const Source& source :
+         {Source{pipe, {}, Reading::Automatic}, Source{folder / "b.mp4", {}, Reading::Automatic},
+          Source{folder / "photo.png", pipe, Reading::Photo}}) {
+        EXPECT_TRUE(thumbnailOf({pipe, {}, Reading::Automatic}, 8).isNull());
+        try {
+            readDocument(source, display);
+            ADD_FAILURE() << source.file;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::Unsupported);
+            EXPECT_NE(std::string(error.what()).find("is a pipe"), std::string::npos);
+        }
+    }
 }
 
 TEST(ViewerDocument, AGivenReadingOverridesNameAndSize) {

@@ -15,10 +15,12 @@
 
 #include <QApplication>
 #include <QScreen>
+#include <chrono>
 #include <clocale>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -110,7 +112,15 @@ int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& la
     } else {
         window.controller().open(files);
     }
-    return QApplication::exec();
+    const int status = QApplication::exec();
+    // a file may never be read to its end, as on a server that has gone; exports end cleanly
+    if (!window.controller().isExporting()) {
+        std::thread([status] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(700));
+            std::_Exit(status);
+        }).detach();
+    }
+    return status;
 }
 
 } // namespace

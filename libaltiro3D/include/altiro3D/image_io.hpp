@@ -192,6 +192,12 @@ encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
 /// @return true if it is
 [[nodiscard]] ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
 
+/// The file name extensions of pictures that are read. Other names can be read as well: the
+/// contents decide.
+///
+/// @return them, in lower case and with their dots
+[[nodiscard]] ALTIRO3D_EXPORT const std::vector<std::string>& imageExtensions();
+
 /// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
 /// the files with the extension of a picture, without hidden files. Subdirectories are not
 /// searched.

@@ -172,13 +172,17 @@ StereoHalves halvesOf(const fs::path& file, StereoHalves stated, double aspect) 
     return isSqueezed ? StereoHalves::Squeezed : StereoHalves::Full;
 }
 
-bool hasImageExtension(const fs::path& file) {
-    constexpr std::array<const char*, 26> kExtensions = {
+const std::vector<std::string>& imageExtensions() {
+    static const std::vector<std::string> extensions = {
         ".png",  ".jpg",  ".jpeg", ".jpe", ".jfif", ".mpo",  ".jps", ".pns", ".tif",
         ".tiff", ".webp", ".bmp",  ".dib", ".pnm",  ".ppm",  ".pgm", ".pbm", ".pfm",
         ".exr",  ".hdr",  ".jp2",  ".j2k", ".heic", ".heif", ".hif", ".avif"};
-    return std::find(kExtensions.begin(), kExtensions.end(), lowerExtension(file)) !=
-           kExtensions.end();
+    return extensions;
+}
+
+bool hasImageExtension(const fs::path& file) {
+    const auto& known = imageExtensions();
+    return std::find(known.begin(), known.end(), lowerExtension(file)) != known.end();
 }
 
 std::vector<fs::path> listImages(const fs::path& directory) {

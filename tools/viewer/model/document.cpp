@@ -227,12 +227,11 @@ std::string Document::facts() const {
                                  : ", with depth");
 }
 
-const std::vector<std::string>& pictureEndings() {
-    static const std::vector<std::string> endings = {
-        "jpg",  "jpeg", "jpe", "mpo",  "jps",  "pns", "png", "tif", "tiff",
-        "webp", "bmp",  "dib", "pnm",  "ppm",  "pgm", "pbm", "pfm", "exr",
-        "hdr",  "jp2",  "j2k", "heic", "heif", "hif", "avif"};
-    return endings;
+void refusePipe(const fs::path& file) {
+    std::error_code error;
+    if (fs::is_fifo(file, error))
+        throw Error(ErrorCode::Unsupported, file.string(),
+                    "is a pipe, which can be read only once, expected a file");
 }
 
 bool isVideoName(const fs::path& file) {
@@ -344,6 +343,8 @@ std::optional<DepthSide> depthSideOf(const Source& video) {
 }
 
 Document readDocument(const Source& source, const Display& display) {
+    refusePipe(source.file);
+    refusePipe(source.depth);
     if (source.reading == Reading::Slide) return documentOfSlide(source, display);
     if (tools::isDirectory(source.file)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {

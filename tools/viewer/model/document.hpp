@@ -70,10 +70,9 @@ struct Document {
     std::string facts() const;
 };
 
-/// File name extensions of pictures, without the dot. The open dialog and the desktop entry list
-/// them and tools::videoEndings(). Pictures with other extensions can be opened as well: their
-/// contents decide.
-const std::vector<std::string>& pictureEndings();
+/// Refuses pipes: the viewer reads files more than once, and opening a pipe waits for its writer.
+/// @throws Error Unsupported
+void refusePipe(const std::filesystem::path& file);
 
 /// True for files that are read as videos, judged by their names, and for capture devices
 /// (/dev/video0) and links to them.

@@ -69,8 +69,8 @@ fs::path fileToSave(QWidget* parent, const QString& title, const fs::path& propo
 
 void MainWindow::openDialog() {
     QStringList patterns;
-    for (const std::string& ending : pictureEndings())
-        patterns << "*." + QString::fromStdString(ending);
+    for (const std::string& ending : imageExtensions()) // contents decide, also of other names
+        patterns << "*" + QString::fromStdString(ending);
     for (const std::string& ending : tools::videoEndings())
         patterns << "*" + QString::fromStdString(ending);
     const QStringList names = QFileDialog::getOpenFileNames(
@@ -142,6 +142,7 @@ void MainWindow::calibrationDialog() {
                                      tr("Calibrations (visual.json *.json);;All files (*)"));
     if (name.isEmpty()) return;
     try {
+        refusePipe(toPath(name));
         useCalibration(readCalibration(toPath(name)), toPath(name));
     } catch (const std::exception& error) {
         warn(this, tr("Calibration"), QString::fromStdString(tools::sentenceOf(error)));

@@ -83,6 +83,7 @@ QImage thumbnailOf(const Source& source, int side) {
     const tools::QuietStandardError quiet; // decoders print messages
     try {
         if (fs::is_character_file(file, error)) return {}; // a camera is opened once
+        refusePipe(file);
         if (fs::is_directory(file, error)) {
             const std::vector<fs::path> views = listImages(file);
             if (views.empty()) return {};

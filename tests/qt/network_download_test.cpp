@@ -153,6 +153,8 @@ TEST_F(ViewerNetworkDownload, KeepsOnlyTheFileOfTheCatalogue) {
     server_.close();
     const QString problem = problemOf(Answer::File);
     EXPECT_TRUE(problem.contains("cannot be reached")) << problem.toStdString();
+    EXPECT_TRUE(problem.contains("with a browser") && // as get-models.sh says
+                problem.contains(toName(networkFolder() / "better.onnx")));
     fs::remove(networkFolder());
     spill(networkFolder(), "a file");
     EXPECT_TRUE(problemOf(Answer::File).contains("cannot be written"));

@@ -99,7 +99,10 @@ void NetworkDownload::finish() {
     if (bytes_ > 0 && !isWhole)
         return end(tr("The connection ended before all of the file had come; try again"));
     if (reply_->error() != QNetworkReply::NoError || status != 200)
-        return end(tr("%1 cannot be reached: %2").arg(reply_->url().host(), reply_->errorString()));
+        return end(tr("%1 cannot be reached: %2. To do it by hand, open %3 with a browser, on any "
+                      "computer, and save the file as %4")
+                       .arg(reply_->url().host(), reply_->errorString(), address().toString(),
+                            nameOf(file())));
     if (hash_.result().toHex().toStdString() != network_.sha256)
         return end(tr("What came is not the file of the list (its SHA-256 differs); nothing was "
                       "kept"));

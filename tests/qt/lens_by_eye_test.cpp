@@ -442,6 +442,9 @@ TEST_F(ViewerLensByEye, TurnsByKeysAndSavesWhatAllToolsRead) {
         type(*slope, "6,5"); // as some write it
         EXPECT_EQ(message(panel), "");
         EXPECT_EQ(numberIn(panel, "slope"), 6.5);
+        type(*slope, "1e9");
+        EXPECT_EQ(slope->text(), "vertical");
+        type(*slope, "6.5");
         type(*panel.findChild<QAbstractSpinBox*>("centre"), "0.25");
         auto* order = panel.findChild<QComboBox*>("lensOrder");
         QTest::keyClick(order, Qt::Key_Down);

@@ -45,9 +45,12 @@ constexpr KnobWords kKnobs[] = {
     {QT_TRANSLATE_NOOP("lens", "Pitch"), "pitch", 5,
      QT_TRANSLATE_NOOP("lens", "Lenses per inch, perpendicular to them")},
     {QT_TRANSLATE_NOOP("lens", "Slope"), "slope", 4,
-     QT_TRANSLATE_NOOP("lens", "Rise of a lens over its run, y counts down; 1e9 is vertical")},
+     QT_TRANSLATE_NOOP("lens",
+                       "Rise of a lens over its run, y counts down; type 1e9 for vertical")},
     {QT_TRANSLATE_NOOP("lens", "Centre"), "centre", 4,
-     QT_TRANSLATE_NOOP("lens", "Where the lenses lie, in lens periods, 0 to 1")}}; // as LensKnob
+     QT_TRANSLATE_NOOP(
+         "lens", "Where the lenses lie at a corner of the panel, in lens periods, 0 to "
+                 "1; it follows pitch and slope, which keep the middle as it is")}}; // as LensKnob
 
 struct StepWords {
     LensStep step;
@@ -347,7 +350,7 @@ void LensByEyeDialog::show(LensKnob knob) {
     const int digits = kKnobs[index].digits;
     constexpr double kVertical = 1e6;
     numbers_[index]->setText(std::abs(value) < kVertical ? QString::number(value, 'f', digits)
-                                                         : QString::number(value));
+                                                         : tr("vertical"));
     if (knob != LensKnob::Centre)
         bands_[index]->setText(std::abs(band) < 100 ? tr("a band is %1").arg(band, 0, 'f', digits)
                                                     : QString());

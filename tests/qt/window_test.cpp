@@ -253,6 +253,14 @@ TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
     EXPECT_GT(lightness(QPalette::WindowText), 200);
     EXPECT_GT(lightness(QPalette::ButtonText), 200);
     expectReadable();
+    for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText})
+        EXPECT_GT(panel().palette().color(QPalette::Disabled, role).lightness(), 130);
+    const QImage box = panel().findChild<QCheckBox*>("best")->grab().toImage();
+    int lightest = 0; // of the box's left side
+    for (int y = 0; y < box.height(); ++y)
+        for (int x = 0; x < 4; ++x)
+            lightest = std::max(lightest, qGray(box.pixel(x, y)));
+    EXPECT_GT(lightest, 130);
     window_->close();
     window_.reset();
     begin(); // it is kept

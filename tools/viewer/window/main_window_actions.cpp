@@ -17,8 +17,11 @@
 #include <QMenu>
 #include <QMenuBar>
 #include <QMessageBox>
+#include <QPainter>
+#include <QProxyStyle>
 #include <QSettings>
 #include <QStyle>
+#include <QStyleOption>
 #include <QToolBar>
 #include <QUrl>
 #include <algorithm>
@@ -58,6 +61,20 @@ constexpr EyesPicture kEyesPictures[] = {
 constexpr int kMaxRecent = 10;
 constexpr const char* kRecent = "recent";
 
+// Fusion outlines boxes darker than the ground, which is not seen on a dark one.
+class DarkStyle : public QProxyStyle {
+  public:
+    DarkStyle() : QProxyStyle("Fusion") {}
+    void drawPrimitive(PrimitiveElement element, const QStyleOption* option, QPainter* painter,
+                       const QWidget* widget) const override {
+        QProxyStyle::drawPrimitive(element, option, painter, widget);
+        if (element != PE_IndicatorCheckBox) return;
+        painter->setPen(option->palette.color(QPalette::Disabled, QPalette::Text));
+        painter->setBrush(Qt::NoBrush);
+        painter->drawRect(option->rect.adjusted(0, 0, -1, -1));
+    }
+};
+
 // Gives all windows dark colours, or those of the desktop.
 void useDarkLook(bool dark) {
     static const QString kOwnStyle = QApplication::style()->objectName();
@@ -72,8 +89,13 @@ void useDarkLook(bool dark) {
         palette.setColor(QPalette::Link, QColor(110, 170, 230));
         palette.setColor(QPalette::ToolTipBase, QColor(70, 70, 70));
         palette.setColor(QPalette::ToolTipText, Qt::white);
+        for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText})
+            palette.setColor(QPalette::Disabled, role, QColor(150, 150, 150));
     }
-    QApplication::setStyle(dark ? "Fusion" : kOwnStyle); // not all styles take a palette
+    if (dark)
+        QApplication::setStyle(new DarkStyle); // not all styles take a palette
+    else
+        QApplication::setStyle(kOwnStyle);
     QApplication::setPalette(palette);
 }
 

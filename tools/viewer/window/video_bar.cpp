@@ -6,6 +6,7 @@
 #include <QComboBox>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QPainter>
 #include <QSignalBlocker>
 #include <QSlider>
 #include <QStyle>
@@ -27,6 +28,15 @@ QString wordsOf(const VideoStreamFacts& track, int number) {
     for (const std::string& text : {track.language, track.title})
         if (!text.empty()) words << QString::fromStdString(text);
     return words.join(' ');
+}
+
+// In the colour of text: those of styles are black, also on dark ground.
+QIcon iconOf(const QWidget& widget, QStyle::StandardPixmap which) {
+    QPixmap pixmap = widget.style()->standardIcon(which).pixmap(32);
+    QPainter painter(&pixmap);
+    painter.setCompositionMode(QPainter::CompositionMode_SourceIn);
+    painter.fillRect(pixmap.rect(), widget.palette().buttonText());
+    return pixmap;
 }
 
 } // namespace
@@ -73,7 +83,6 @@ void VideoBar::buildControls() {
     tell(loop_, "loopVideo", tr("Begin again at the end"));
     position_->setPageStep(qRound(kSeekStep * kSliderSteps));
     mute_->setCheckable(true);
-    mute_->setIcon(style()->standardIcon(QStyle::SP_MediaVolumeMuted));
     volume_->setRange(0, 100);
     volume_->setPageStep(kVolumeStep);
     volume_->setFixedWidth(80);
@@ -150,8 +159,8 @@ void VideoBar::showVideo() {
 void VideoBar::showState() {
     const VideoPlayer::State state = controller_.videoState();
     if (state.paused && controller_.isPlaying()) controller_.setPlaying(false); // at the end
-    play_->setIcon(
-        style()->standardIcon(state.paused ? QStyle::SP_MediaPlay : QStyle::SP_MediaPause));
+    play_->setIcon(iconOf(*this, state.paused ? QStyle::SP_MediaPlay : QStyle::SP_MediaPause));
+    mute_->setIcon(iconOf(*this, QStyle::SP_MediaVolumeMuted));
     const double length = std::min(state.duration, kLongestSlider);
     {
         const QSignalBlocker blocker(position_);

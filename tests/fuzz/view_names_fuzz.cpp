@@ -1,5 +1,6 @@
 // Names, one a line: directories of views and their natural order, and tags of 3D pictures.
 
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
 
@@ -21,6 +22,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         if (!name.empty() && name.size() < 200) directory.file(name, "");
     }
     for (const std::string& name : names) {
+        (void)findDepthBeside(directory.path() / name);
+        fuzz::require(comparableName(name).size() <= name.size(), "letters are only joined");
         const auto scene = parseSceneName(directory.path() / name);
         fuzz::require(!scene || (!scene->tag.empty() && name.find(scene->tag) != std::string::npos),
                       "a tag is a word of the name");

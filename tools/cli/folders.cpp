@@ -2,6 +2,7 @@
 
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/inputs.hpp"
@@ -42,14 +43,14 @@ std::vector<fs::path> entriesOf(const fs::path& folder) {
 }
 
 // By stem: the files that cameras write as photos, whether or not their format can be read.
-using CameraPhotos = std::map<std::string, fs::path>;
+using CameraPhotos = std::map<std::u32string, fs::path>;
 
 CameraPhotos cameraPhotos(const std::vector<fs::path>& entries) {
     const std::set<std::string> endings = {".heic", ".heif", ".avif", ".jpg", ".jpeg", ".png"};
     CameraPhotos photos;
     for (const fs::path& entry : entries) {
         if (endings.count(lowerCase(entry.extension().string())) > 0)
-            photos.emplace(lowerCase(entry.stem().string()), entry);
+            photos.emplace(comparableName(entry.stem().string()), entry);
     }
     return photos;
 }
@@ -92,8 +93,9 @@ fs::path originalOf(const fs::path& file, const std::vector<fs::path>& pictures)
     if (stem.size() <= kEnding.size() ||
         stem.compare(stem.size() - kEnding.size(), kEnding.size(), kEnding) != 0)
         return {};
+    const std::u32string name = comparableName(stem.substr(0, stem.size() - kEnding.size()));
     const auto found = std::find_if(pictures.begin(), pictures.end(), [&](const fs::path& picture) {
-        return picture.stem().string() == stem.substr(0, stem.size() - kEnding.size());
+        return comparableName(picture.stem().string()) == name;
     });
     return found == pictures.end() ? fs::path() : *found;
 }
@@ -121,7 +123,7 @@ bool isBrief(const fs::path& video) {
 FileKind kindOfVideo(const fs::path& file, const CameraPhotos& photos) {
     if (isQuiltName(file)) return FileKind::QuiltVideo;
     if (isVrName(file)) return FileKind::Vr;
-    if (photos.count(lowerCase(file.stem().string())) > 0 && isBrief(file))
+    if (photos.count(comparableName(file.stem().string())) > 0 && isBrief(file))
         return FileKind::LiveClip;
     return photoOfDepthName(file).empty() ? FileKind::Video : FileKind::DepthVideo;
 }
@@ -183,7 +185,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
             found.leftOut.push_back(leftOutFile(entry, kind));
             if (kind == FileKind::LiveClip)
                 found.leftOut.back().why +=
-                    photos.at(lowerCase(entry.stem().string())).filename().string();
+                    photos.at(comparableName(entry.stem().string())).filename().string();
             if (kind == FileKind::WithDepth)
                 found.leftOut.back().why +=
                     originalOf(entry, pictures).filename().string() + " is taken";
@@ -255,19 +257,33 @@ FolderContents searchFolder(const fs::path& folder, const FolderSearch& how) {
 
 std::vector<SpareDepth> pairDepthImages(const std::vector<fs::path>& depths,
                                         std::vector<FolderFile>& photos) {
-    std::map<std::string, std::vector<FolderFile*>> byStem; // with the folder
+    using Photos = std::vector<FolderFile*>;
+    std::map<std::pair<fs::path, std::u32string>, Photos> byName; // in its folder
+    const auto named = [&byName](const fs::path& photo) -> Photos& {
+        return byName[{photo.parent_path(), comparableName(photo.filename().string())}];
+    };
+    const auto nameOf = [](const FolderFile* photo) {
+        return photo->file.parent_path() / photo->file.stem();
+    };
     for (FolderFile& photo : photos)
-        byStem[(photo.file.parent_path() / photo.file.stem()).string()].push_back(&photo);
+        named(nameOf(&photo)).push_back(&photo);
     std::vector<SpareDepth> spare;
-    for (const fs::path& depth : depths) {
-        const auto found = byStem.find(photoOfDepthName(depth).string());
-        if (found == byStem.end()) {
-            spare.push_back({depth, {}});
-        } else if (const fs::path& taken = found->second.front()->depth; !taken.empty()) {
-            spare.push_back({depth, taken});
-        } else {
-            for (FolderFile* photo : found->second)
-                photo->depth = depth;
+    for (const bool isEqual : {true, false}) { // comparable names come after equal ones
+        for (const fs::path& depth : depths) {
+            const fs::path name = photoOfDepthName(depth);
+            Photos to = named(name);
+            const auto isOther = [&](const FolderFile* photo) { return nameOf(photo) != name; };
+            const auto equal = std::stable_partition(to.begin(), to.end(), isOther);
+            if ((equal != to.end()) != isEqual) continue;
+            if (isEqual) to.erase(to.begin(), equal);
+            const auto isSecond = [&](const FolderFile* photo) {
+                return nameOf(photo) != nameOf(to.front());
+            };
+            if (std::any_of(to.begin(), to.end(), isSecond)) to.clear(); // it may be of either
+            const fs::path taken = to.empty() ? fs::path() : to.front()->depth;
+            if (to.empty() || !taken.empty()) spare.push_back({depth, taken});
+            for (FolderFile* photo : to)
+                if (taken.empty()) photo->depth = depth;
         }
     }
     return spare;

@@ -44,6 +44,15 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vec
 /// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
 
+/// A file name for comparisons in which people see no difference: A..Z become a..z, and letters
+/// with marks, which a Mac writes as letter and mark (NFD), become one code point (NFC), as far as
+/// Latin, Greek, Cyrillic, Japanese and Korean letters have one. An equal name always goes before
+/// one that is only comparable.
+///
+/// @param name a file name, UTF-8; other bytes are only equal to themselves
+/// @return code points; equal for names that are comparable
+[[nodiscard]] ALTIRO3D_EXPORT std::u32string comparableName(const std::string& name);
+
 /// As writeFile(), piece by piece: the name holds its old contents until finish(). One thread at a
 /// time.
 class ALTIRO3D_EXPORT FileWriter {

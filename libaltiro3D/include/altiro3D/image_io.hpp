@@ -262,7 +262,7 @@ readEmbeddedDepth(const PhotoFile& photo, Notes* notes = nullptr);
 photoOfDepthName(const std::filesystem::path& depth);
 
 /// Finds the depth image next to a photo: the pictures in the same directory whose
-/// photoOfDepthName() is the photo.
+/// photoOfDepthName() is the photo, else those of a comparableName() that no other picture has.
 ///
 /// @param photo the photo; the file is not accessed
 /// @return the first such picture in natural order; empty if there is none or the directory cannot

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "base/image_format.hpp"
 #include "base/text.hpp"
 #include "image/image_read.hpp"
@@ -261,17 +262,26 @@ fs::path findDepthBeside(const fs::path& photo) {
     const fs::path directory = photo.parent_path();
     const std::string stem = photo.stem().string();
     if (stem.empty()) return {};
+    const std::u32string comparable = comparableName(stem);
     fs::path best;
+    fs::path alike;        // of a comparable name
+    bool isShared = false; // another photo has a comparable name
     std::error_code error;
     fs::directory_iterator entry(directory.empty() ? fs::path(".") : directory, error);
     for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
-        const std::string name = entry->path().filename().string();
-        if (!startsWith(name, stem) || !hasImageExtension(name) || photoOfDepthName(name) != stem)
-            continue;
+        const fs::path name = entry->path().filename();
+        if (!hasImageExtension(name)) continue;
+        const std::string of = photoOfDepthName(name).string();
+        const std::string other = of.empty() ? name.stem().string() : of;
+        if (other != stem && comparableName(other) != comparable) continue;
         std::error_code unreadable; // dangling links are left out
         if (!entry->is_regular_file(unreadable)) continue;
-        if (best.empty() || naturalLess(name, best.string())) best = name;
+        isShared = isShared || (of.empty() && other != stem);
+        fs::path& found = other == stem ? best : alike;
+        if (!of.empty() && (found.empty() || naturalLess(name.string(), found.string())))
+            found = name;
     }
+    if (best.empty() && !isShared) best = alike;
     return best.empty() ? fs::path() : directory / best;
 }
 

@@ -400,8 +400,8 @@ TEST(DepthNames, TellThePhotoThatADepthImageIsFor) {
 
 TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoIsFoundByEveryName) {
     const auto photoFile = directory / "a.jpg";
-    for (const char* other : {"b-depth.png", "a-depth.txt", "aa-depth.png", "a-depth-depth.png",
-                              "A-depth.png", "a2_depth.png"})
+    for (const char* other :
+         {"b-depth.png", "a-depth.txt", "aa-depth.png", "a-depth-depth.png", "a2_depth.png"})
         spill(directory / other, "not of this photo");
     std::filesystem::create_directory(directory / "a_depth.tif");
     std::filesystem::create_symlink("nowhere", directory / "a_depth.exr");
@@ -419,6 +419,24 @@ TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoIsFoundByEveryName) {
     EXPECT_EQ(findDepthBeside(photoFile), directory / "a-disparity.png"); // natural order
     EXPECT_EQ(findDepthBeside(directory / "none" / "a.jpg"), "");
     EXPECT_EQ(findDepthBeside(""), "");
+}
+
+TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoMayHaveTheSameNameInOtherLetters) {
+    const auto jpeg = directory / u8"Caf\u00e9 1.JPG";
+    const auto decomposed = directory / u8"cafe\u0301 1-DEPTH.PNG"; // as files of a Mac
+    spill(jpeg, "x");
+    spill(directory / u8"Caf\u00e8 1-depth.png", "another letter");
+    EXPECT_EQ(findDepthBeside(jpeg), "");
+    spill(decomposed, "x");
+    EXPECT_EQ(findDepthBeside(jpeg), decomposed);
+    spill(directory / u8"cafe\u0301 1.jpg", "x"); // whose depth it is
+    EXPECT_EQ(findDepthBeside(jpeg), "");
+    EXPECT_EQ(findDepthBeside(directory / u8"cafe\u0301 1.jpg"), decomposed);
+    const auto exact = directory / u8"Caf\u00e9 1_depth.png";
+    spill(exact, "x");
+    EXPECT_EQ(findDepthBeside(jpeg), exact);
+    std::filesystem::remove(directory / u8"cafe\u0301 1.jpg");
+    EXPECT_EQ(findDepthBeside(jpeg), exact);
 }
 
 TEST(ReasonAgainstDepth, IsAnotherShapeOrNoRange) {

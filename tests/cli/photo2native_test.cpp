@@ -981,6 +981,40 @@ TEST_F(Photo2Native, DepthImagesBesideThePhotosOfAFolderAreCheckedAndCanBeRefuse
     EXPECT_TRUE(says(convert("-d in depths apart"), "depth of a_depth.png"));
 }
 
+TEST_F(Photo2Native, DepthImagesMayHaveTheNamesOfPhotosInOtherLetters) {
+    const cv::Mat depth = readBack(studio_ / "depth.png");
+    fs::create_directory(studio_ / "in");
+    for (const char* name : {u8"in/Caf\u00e9.jpg", "in/IMG_1.JPG", "in/a.jpg", "in/A.JPG"})
+        writeImage(studio_ / name, scenery({60, 80}, 3));
+    for (const char* name : {u8"in/Cafe\u0301-depth.png", "in/img_1-DEPTH.PNG", "in/A-depth.png"})
+        writeImage(studio_ / name, depth);
+    const Outcome outcome = convert("in out");
+    EXPECT_TRUE(isDone(outcome));
+    for (const char* line :
+         {u8"; depth of Cafe\u0301-depth.png", "; depth of img_1-DEPTH.PNG",
+          "\nA.JPG: out/A_native.png: Native, 96 x 128 px; depth of A-depth.png"})
+        EXPECT_TRUE(holds(outcome.out, line));
+    EXPECT_FALSE(holds(outcome.out, "\na.jpg: out/a_native.png: Native, 96 x 128 px; depth of A-"));
+    EXPECT_TRUE(says(convert({u8"in/Caf\u00e9.jpg", "alone.png"}),
+                     u8"depth image beside the photo (in/Cafe\u0301-depth.png)"));
+}
+
+TEST_F(Photo2Native, FoldersOfSystemsAreCountedAndNotSearched) {
+    const std::vector<std::string> folders = {
+        "@eaDir",   ".thumbnails", ".AppleDouble", "$RECYCLE.BIN", "System Volume Information",
+        "__MACOSX", ".Trash-1000", "lost+found",   "trip"};
+    for (const std::string& folder : folders) {
+        fs::create_directories(studio_ / "in" / folder);
+        writeImage(studio_ / "in" / folder / "a.png", scenery({60, 80}, 3));
+    }
+    const Outcome outcome = convert("--recursive in out");
+    EXPECT_TRUE(isDone(outcome));
+    EXPECT_TRUE(holds(outcome.out, "\n1 photo made, 8 left out (8 system folders), in "));
+    EXPECT_TRUE(holds(outcome.out, "\nin/@eaDir: is a folder of the system by its name "));
+    EXPECT_EQ(names(studio_ / "out/trip"), std::vector<std::string>{"a_native.png"});
+    EXPECT_TRUE(isDone(convert("in/@eaDir named"))); // a folder that is named is wanted
+}
+
 TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
     fs::create_directories(studio_ / "in/trip");
     const cv::Mat photo = scenery({60, 80}, 3);

@@ -28,12 +28,25 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<fs::path> entriesOf(const fs::path& folder) {
+// Whether a folder holds copies that systems, disks and programs keep: thumbnails, trash, forks.
+bool isSystemFolder(const fs::path& folder) {
+    static const std::set<std::string> names = {
+        "@eadir",       "#recycle",    "@recycle",     ".@__thumb",
+        "$recycle.bin", "recycler",    "__macosx",     "system volume information",
+        "lost+found",   ".thumbnails", ".appledouble", ".trashes"};
+    const std::string name = lowerCase(folder.filename().string());
+    return names.count(name) > 0 || name.rfind(".trash-", 0) == 0;
+}
+
+// @param hasHidden also hidden folders of systems
+std::vector<fs::path> entriesOf(const fs::path& folder, bool hasHidden) {
     std::vector<fs::path> entries;
     std::error_code error;
     fs::directory_iterator entry(folder, error);
     while (!error && entry != fs::directory_iterator()) {
-        if (entry->path().filename().string().rfind('.', 0) != 0) entries.push_back(entry->path());
+        const bool isHidden = entry->path().filename().string().rfind('.', 0) == 0;
+        if (!isHidden || (hasHidden && isSystemFolder(entry->path()) && isDirectory(entry->path())))
+            entries.push_back(entry->path());
         entry.increment(error);
     }
     std::sort(entries.begin(), entries.end(), [](const fs::path& a, const fs::path& b) {
@@ -60,7 +73,7 @@ struct KindWords {
     const char* name;
     const char* why;
 };
-constexpr std::array<KindWords, 13> kWords = {{
+constexpr std::array<KindWords, 14> kWords = {{
     // as FileKind
     {"photo", "is a picture; photo2native makes Natives of photos"},
     {"depth image", "is a depth image by its name, but its photo is missing"},
@@ -78,6 +91,8 @@ constexpr std::array<KindWords, 13> kWords = {{
     {"photo saved with depth", "is a photo that was saved with its depth: "},
     {"Live Photo clip", "is the clip of the Live Photo "},
     {"folder", "is a folder; --recursive also converts what it holds"},
+    {"system folder",
+     "is a folder of the system by its name (thumbnails, trash); it is not searched"},
 }};
 
 bool isVrName(const fs::path& file) {
@@ -161,7 +176,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
             FolderContents& found) {
     const std::vector<fs::path> pictures = listImages(folder);
     const std::set<fs::path> readable(pictures.begin(), pictures.end());
-    const std::vector<fs::path> entries = entriesOf(folder);
+    const std::vector<fs::path> entries = entriesOf(folder, how.recursive);
     const CameraPhotos photos = cameraPhotos(entries);
     std::vector<FolderFile> files;
     std::vector<fs::path> depths;
@@ -208,6 +223,10 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
         if (isOutput) continue;
         std::error_code error;
         std::string why;
+        if (isSystemFolder(subfolder)) {
+            found.leftOut.push_back(leftOutFile(subfolder, FileKind::SystemFolder));
+            continue;
+        }
         if (how.recursive && fs::is_symlink(subfolder, error)) {
             why = "is a link to a folder";
         } else if (how.recursive) {

@@ -28,6 +28,7 @@ enum class FileKind {
     WithDepth,   ///< A photo that photo2native saved with its depth, beside the photo itself.
     LiveClip,    ///< The video of a Live Photo, beside the photo of the same name.
     Folder,
+    SystemFolder, ///< Thumbnails, trash and the like, by its name.
     Other
 };
 
@@ -77,7 +78,8 @@ struct SpareDepth {
 };
 
 /// Gives each photo the first depth image of its name, see photoOfDepthName(): that of a.jpg is
-/// a-depth.png in the same folder. @return the other depth images
+/// a-depth.png in the same folder, else one of a comparableName() that fits one photo only.
+/// @return the other depth images
 std::vector<SpareDepth> pairDepthImages(const std::vector<std::filesystem::path>& depths,
                                         std::vector<FolderFile>& photos);
 

@@ -218,8 +218,8 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     if (startsWith(stated, kAlternateFrames)) { // not so from the first frame on
         const std::string first = stated == kAlternateFrames ? "al:sbsl" : "ar:sbsl";
         throw Error(ErrorCode::Unsupported, input.string(),
-                    "shows the eyes by turns, expected them beside each other, as made by: ffmpeg "
-                    "-i " +
+                    "shows the eyes by turns, expected them beside each other, as made by the "
+                    "following and read with --stereo left-right:full: ffmpeg -i " +
                         shellWord(input.string()) + " -vf stereo3d=" + first +
                         ",sidedata=delete:STEREO3D eyes_LRF.mp4");
     }

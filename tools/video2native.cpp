@@ -81,7 +81,8 @@ void addOptions(CommandLine& commandLine) {
         "Live Photos, videos of quilts and of depth, Native videos, pictures "
         "and other files are named, counted and left out.");
     commandLine.addNote(
-        "A video of --stereo-out has the frames' own size and 4:2:0, and needs no display. The "
+        "A video of --stereo-out has the frames' own size and needs no display. It has 4:2:0; "
+        "anaglyph and rows have 4:4:4, because 4:2:0 mixes their eyes (--compat: 4:2:0). The "
         "parallax between the eyes is --strength, by default 2.5. A video that holds both eyes is "
         "laid out anew as it was filmed, unless --strength, --focus, --depth-curve, --method or "
         "--stereo-keep is given.");

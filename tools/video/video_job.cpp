@@ -195,8 +195,8 @@ VideoRun::VideoRun(const VideoJob& options, ChosenDisplay chosen)
       encoding(options.encoding) {}
 
 VideoRun::VideoRun(const VideoJob& options, Messages& messages)
-    : VideoRun(options, findDisplay(options.display, messages, {},
-                                    entryOf(kUses, options.plan.product))) {}
+    : VideoRun(options,
+               findDisplay(options.display, messages, {}, entryOf(kUses, options.plan.product))) {}
 
 void openDepth(VideoRun& run, Messages& messages) {
     if (!run.depth && !run.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);
@@ -287,6 +287,11 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
                       "sub-pixels belong to different views, so views are mixed and depth blurs; "
                       "use it only for players that refuse the usual file");
     }
+    const EyesPicture picture = job.eyes.picture;
+    const bool isMixed = picture == EyesPicture::Rows || isAnaglyph(picture);
+    if (plan.product == VideoProduct::Stereo && isMixed && run.encoding.compatible)
+        messages.warn("--compat halves the colour resolution (4:2:0), which mixes the eyes of " +
+                      std::string(nameOf(picture).words) + ": each sees a trace of the other");
     if (plan.product == VideoProduct::Native && run.encoding.codec == VideoCodec::H264 &&
         run.encoding.crf >= 1 && !job.isMaxRateGiven)
         run.encoding.maxRate = defaultMaxRate(job.profile, run.display.panelSize());

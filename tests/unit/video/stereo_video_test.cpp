@@ -177,6 +177,21 @@ TEST_F(StereoVideoTest, EyesAreLaidOutAnewAsTheyWereFilmed) {
                          "is side by side already"));
 }
 
+TEST_F(StereoVideoTest, WhereColoursTellTheEyesApartTheyAreWhole) {
+    const fs::path input = clip("clip.mkv", {joined(wallAndThing(kWall, kThing))});
+    for (const auto& [picture, format] : {std::pair(EyesPicture::Anaglyph, "yuv444p"),
+                                          {EyesPicture::AnaglyphGrey, "yuv444p"},
+                                          {EyesPicture::Rows, "yuv444p"},
+                                          {EyesPicture::TopBottom, "yuv420p"}}) {
+        VideoConversion stereo = conversion(input, "out.mkv");
+        stereo.encoding.codec = VideoCodec::H264;
+        stereo.product = VideoProduct::Stereo;
+        stereo.eyes = {picture, EyesFrom::Both, false, true};
+        VideoConverter(std::move(stereo)).run();
+        EXPECT_EQ(VideoReader(directory / "out.mkv").facts().pixelFormat, format);
+    }
+}
+
 TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
     ALTIRO3D_TAKES(3);
     const fs::path input =

@@ -132,8 +132,9 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
                               cv::Size size) {
     VideoWriterOptions encoding = conversion.encoding;
     const bool isStereo = conversion.product == VideoProduct::Stereo;
-    const bool areRows = isStereo && conversion.eyes.picture == EyesPicture::Rows;
-    if (conversion.product != VideoProduct::Native && !areRows) { // 4:2:0 mixes colours of rows
+    const EyesPicture picture = conversion.eyes.picture;
+    const bool isMixed = isStereo && (picture == EyesPicture::Rows || isAnaglyph(picture));
+    if (conversion.product != VideoProduct::Native && !isMixed) { // 4:2:0 would mix the eyes
         encoding.compatible =
             encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;
     }

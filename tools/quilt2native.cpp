@@ -49,7 +49,7 @@ StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect
 }
 
 bool isVideo(const fs::path& file) {
-    if (canWriteImage(file) || isStandardStream(file)) return false; // by its name
+    if (canWriteImage(file) || !isFile(file)) return false; // by its name, or read only once
     try {
         const VideoFacts facts = VideoReader(file).facts();
         return !isPicture(file, facts) && facts.format != "gif";

@@ -7,12 +7,17 @@
 #include "support/texts.hpp"
 
 #include <csignal>
+#include <fcntl.h>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <sstream>
+#include <sys/stat.h>
+#include <thread>
+#include <unistd.h>
 
 namespace altiro3D::test {
 
@@ -610,6 +615,41 @@ TEST_F(Photo2Native, ASignalEndsARunWithASummaryAndAReport) {
         EXPECT_EQ(report["state"], "stopped");
         EXPECT_EQ(report["pictures"].size(), names(studio_ / "natives").size());
     }
+}
+
+TEST_F(Photo2Native, PipesAreReadOnce) {
+    studio_.makeMap();
+    ASSERT_TRUE(isDone(run("-m a.map -c small.json -d photo.png depth.png a.png")));
+    std::vector<std::thread> feeders;
+    for (const char* name : {"a.map", "small.json", "photo.png", "depth.png"}) {
+        fs::rename(studio_ / name, studio_ / ("given-" + std::string(name)));
+        ASSERT_EQ(mkfifo((studio_ / name).c_str(), 0600), 0);
+        feeders.emplace_back([this, name] {
+            std::ofstream(studio_ / name, std::ios::binary)
+                << slurp(studio_ / ("given-" + std::string(name)));
+        });
+    }
+    const Outcome outcome = run("-m a.map -c small.json -d photo.png depth.png b.png");
+    if (outcome.status != 0) { // lets the feeders end
+        for (const char* name : {"a.map", "small.json", "photo.png", "depth.png"})
+            ::close(::open((studio_ / name).c_str(), O_RDWR));
+    }
+    for (std::thread& feeder : feeders)
+        feeder.join();
+    ASSERT_TRUE(isDone(outcome));
+    EXPECT_EQ(slurp(studio_ / "b.png"), slurp(studio_ / "a.png"));
+}
+
+TEST_F(Photo2Native, ASignalEndsWaitingForAPipe) {
+    ASSERT_EQ(mkfifo((studio_ / "pipe.png").c_str(), 0600), 0);
+    int writer = -1; // opens only while the tool waits
+    const Outcome outcome = studio_.run(kTool, "-c small.json pipe.png a.png", SIGINT, [&] {
+        writer = ::open((studio_ / "pipe.png").c_str(), O_WRONLY | O_NONBLOCK);
+        if (writer >= 0) usleep(200000); // it reads now
+        return writer >= 0;
+    });
+    ::close(writer);
+    EXPECT_EQ(outcome.status, 130) << outcome.text();
 }
 
 TEST_F(Photo2Native, SavedDepthHasAtMost4096PxOrWhatIsAskedFor) {

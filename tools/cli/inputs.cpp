@@ -1,6 +1,7 @@
 #include "cli/inputs.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/quilt.hpp"
 #include "cli/run_tool.hpp"
 
@@ -14,8 +15,17 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 PhotoFile pictureToRead(const fs::path& file) {
-    if (!isStandardStream(file)) return file;
     constexpr std::size_t kMost = std::size_t{1} << 31;
+    if (!isStandardStream(file)) {
+        std::error_code error;
+        if (!fs::is_fifo(file, error)) return file;
+        try {
+            return {readFile(file, kMost), file};
+        } catch (const Error&) {
+            endIfStopWanted(); // while it waited for the writer
+            throw;
+        }
+    }
     constexpr std::size_t kStep = std::size_t{1} << 20;
     const char* const name = "standard input";
     std::string bytes;
@@ -25,6 +35,7 @@ PhotoFile pictureToRead(const fs::path& file) {
         count = std::fread(bytes.data() + begin, 1, kStep, stdin);
         bytes.resize(begin + count);
     }
+    endIfStopWanted();
     if (std::ferror(stdin) != 0)
         throw Error(ErrorCode::ReadFailed, name, "cannot be read, expected a picture");
     if (bytes.size() >= kMost)

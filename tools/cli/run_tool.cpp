@@ -49,8 +49,10 @@ int answer(const Messages& messages, const std::string& text) {
 } // namespace
 
 void catchStop() {
-    std::signal(SIGINT, stopOnce);
-    std::signal(SIGTERM, stopOnce);
+    struct sigaction action {};
+    action.sa_handler = stopOnce; // not SA_RESTART: the signal ends waiting for a pipe
+    ::sigaction(SIGINT, &action, nullptr);
+    ::sigaction(SIGTERM, &action, nullptr);
 }
 
 bool isStopWanted() {

@@ -69,9 +69,9 @@ std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun
     const PhotoJob& job = run.job;
     const bool areEyes = job.depth.stereo || origin == DepthOrigin::Matched;
     if (!areEyes || !job.keepsEyes) return std::nullopt;
-    if (isStandardStream(item.photo))
+    if (!isFile(item.photo))
         throw UsageError("--save-stereo reads a photo of both eyes again, expected a file instead "
-                         "of -, or --strength");
+                         "of a pipe, or --strength");
     const PhotoFile photo = pictureToRead(item.photo);
     if (job.depth.isPair) return StereoPair{readPhoto(photo), readPhoto(item.depth), {}};
     if (!job.depth.stereo)

@@ -176,8 +176,8 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
             if (count < 0) {
                 if (errno == EAGAIN || errno == EWOULDBLOCK) {
                     waitFor(file.get(), POLLIN);
-                } else if (errno != EINTR) {
-                    failRead(path, errno);
+                } else if (errno != EINTR || !S_ISREG(state.st_mode)) {
+                    failRead(path, errno); // a signal ends waiting for a pipe
                 }
                 continue;
             }
@@ -290,6 +290,28 @@ void writeFile(const fs::path& path, const std::vector<Bytes>& parts) {
 
 void writeFile(const fs::path& path, const std::string& text) {
     writeFile(path, std::vector<Bytes>{{text.data(), text.size()}});
+}
+
+FileHandle unnamedCopy(const FileHandle& file, const fs::path& path, std::uintmax_t maxBytes) {
+    std::error_code error;
+    const fs::path directory = fs::temp_directory_path(error);
+    FileHandle copy = openFile(directory, O_RDWR | O_TMPFILE, 0600);
+    if (!copy.isOpen()) failWrite(directory, errno);
+    std::string bytes(kReadStepBytes, '\0');
+    std::uintmax_t size = 0;
+    for (;;) {
+        const ssize_t count = ::read(file.get(), bytes.data(), bytes.size());
+        if (count < 0 && errno == EAGAIN) {
+            waitFor(file.get(), POLLIN);
+            continue;
+        }
+        if (count < 0) failRead(path, errno);
+        if (count == 0) return copy;
+        size += static_cast<std::uintmax_t>(count);
+        if (size > maxBytes) failTooLarge(path, "more", maxBytes);
+        const Bytes part{bytes.data(), static_cast<std::size_t>(count)};
+        if (const int failure = writeAll(copy.get(), {part})) failWrite(directory, failure);
+    }
 }
 
 std::string fileStamp(const fs::path& path) {

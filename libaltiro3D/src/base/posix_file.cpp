@@ -36,15 +36,21 @@ FileHandle openFile(const fs::path& path, int flags, mode_t mode) {
     int number = -1;
     do {
         number = ::open(path.c_str(), flags | O_CLOEXEC, mode);
-    } while (number < 0 && errno == EINTR);
+    } while (number < 0 && errno == EINTR && !givesBytesOnce(path));
     return FileHandle(number);
 }
 
 bool givesBytesOnce(const fs::path& path) {
+    const int number = errno; // callers still report it
     std::error_code error;
     const fs::file_type type = fs::status(path, error).type();
+    errno = number;
     return type == fs::file_type::fifo || type == fs::file_type::character ||
            type == fs::file_type::socket;
+}
+
+fs::path nameOf(const FileHandle& file) {
+    return "/proc/self/fd/" + std::to_string(file.get());
 }
 
 bool lockFile(const FileHandle& file) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <sys/stat.h>
@@ -44,11 +45,20 @@ class FileHandle {
 /// @param path the file as the user wrote it
 [[noreturn]] void failWrite(const std::filesystem::path& path, int number);
 
-/// Opens a file and retries after signals. @return if not open, errno is set
+/// Opens a file. Retries after signals, except while it waits for the writer of a pipe.
+/// @return if not open, errno is set
 FileHandle openFile(const std::filesystem::path& path, int flags, mode_t mode = 0);
 
 /// Whether a file can be read only once, as a pipe can; a second read might wait forever.
 bool givesBytesOnce(const std::filesystem::path& path);
+
+/// Copies what is left of a pipe to an unnamed temporary file.
+/// @param path for errors
+/// @throws Error ReadFailed, WriteFailed, TooLarge
+FileHandle unnamedCopy(const FileHandle& file, const std::filesystem::path& path,
+                       std::uintmax_t maxBytes);
+/// A name that opens an open file again.
+std::filesystem::path nameOf(const FileHandle& file);
 
 /// Locks an open file or directory against other processes until it is closed.
 /// @return false if another process holds the lock; true also where the file system has no locks

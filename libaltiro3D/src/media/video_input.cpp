@@ -10,12 +10,14 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fcntl.h>
 #include <fstream>
 #include <limits>
 #include <string_view>
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 extern "C" {
 #include <libavutil/display.h>
@@ -180,7 +182,7 @@ bool isLive(const VideoInput& input) {
     const std::string_view format = input.format->iformat->name;
     const bool arePictures = format.size() > kPictures.size() &&
                              format.substr(format.size() - kPictures.size()) == kPictures;
-    return input.kind == Kind::Device || (input.kind == Kind::StandardInput && arePictures);
+    return input.kind == Kind::Device || (input.kind == Kind::Stream && arePictures);
 }
 
 const AVCodec* decoderOf(VideoInput& input) {
@@ -366,6 +368,48 @@ void listContents(const AVFormatContext& format, VideoFacts& facts) {
     facts.tags = tagsOf(format.metadata);
 }
 
+// The first bytes that wait in a pipe; they stay there. Empty if it is another file.
+std::string waitingBytes(const FileHandle& pipe) {
+    std::string bytes(std::size_t{1} << 16, '\0');
+    int ends[2] = {-1, -1};
+    if (::pipe2(ends, O_CLOEXEC) != 0) return {};
+    const FileHandle from(ends[0]);
+    const FileHandle to(ends[1]);
+    ssize_t count = ::tee(pipe.get(), to.get(), bytes.size(), 0);
+    if (count > 0) count = ::read(from.get(), bytes.data(), bytes.size());
+    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+    return bytes;
+}
+
+// A pipe is opened once. MP4 files may have their index at the end, so they are copied first,
+// unless they are made to be read as they come (with fragments).
+// @return what to open
+std::string openStream(VideoInput& input, const fs::path& path) {
+    constexpr std::uintmax_t kMostCopied = std::uintmax_t{1} << 36;
+    input.kind = Kind::Stream;
+    input.file = path == "-" ? FileHandle(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0))
+                             : openFile(path, O_RDONLY | O_NOCTTY);
+    if (!input.file.isOpen()) {
+        throw Error(ErrorCode::ReadFailed, input.subject,
+                    "cannot be read: " + std::generic_category().message(errno));
+    }
+    const std::string start = waitingBytes(input.file);
+    const std::string box = start.substr(std::min<std::size_t>(4, start.size()), 4);
+    constexpr std::string_view kFirstBoxes[] = {"ftyp", "moov", "mdat", "wide", "free", "skip"};
+    if (std::find(std::begin(kFirstBoxes), std::end(kFirstBoxes), box) != std::end(kFirstBoxes)) {
+        const std::size_t index = start.find("moov");
+        const bool isWhole = start.find("mvex", index) < start.find("moof", index);
+        if (index < start.find("mdat") && isWhole) {
+            input.head = start.substr(index);
+        } else {
+            input.file = unnamedCopy(input.file, input.subject, kMostCopied);
+            input.kind = Kind::File;
+            return "file:" + nameOf(input.file).string();
+        }
+    }
+    return "pipe:" + std::to_string(input.file.get());
+}
+
 } // namespace
 
 void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOptions& options) {
@@ -384,14 +428,19 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
             url = path.string();
         }
     }
+    fs::path source = path;
     if (input.kind == Kind::File && path == "-") {
-        input.kind = Kind::StandardInput;
         // one that is a file is read as one: the index of an .mp4 may be at its end
         const bool isFile =
             fs::is_regular_file("/dev/stdin", noFile) && ::lseek(STDIN_FILENO, 0, SEEK_CUR) == 0;
-        url = isFile ? "file:/dev/stdin" : "pipe:0";
+        input.kind = Kind::Stream;
+        source = "/dev/stdin";
+        url = isFile ? "file:/dev/stdin" : openStream(input, path);
+    } else if (input.kind == Kind::File) {
+        checkFile(path, input.subject);
+        if (givesBytesOnce(path)) url = openStream(input, path);
     }
-    if (input.kind == Kind::File) checkFile(path, input.subject);
+    if (input.file.isOpen()) source = nameOf(input.file);
 
     Dictionary settings;
     for (const auto& [name, value] : options.formatOptions)
@@ -404,7 +453,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
         // FFmpeg's Y4M reader returns "busy" for a picture beyond its limits.
         if (result == AVERROR_INVALIDDATA || result == AVERROR_EOF ||
             (input.kind == Kind::File && result == AVERROR(EBUSY))) {
-            if (input.kind == Kind::File && lacksMovieIndex(path)) {
+            if (input.kind == Kind::File && lacksMovieIndex(source)) {
                 throw Error(
                     ErrorCode::BadFormat, input.subject,
                     "has no index (moov): it is cut off or was never finished, expected a whole "
@@ -435,6 +484,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     result = avformat_find_stream_info(raw, nullptr);
     if (result < 0 && raw->nb_streams == 0)
         throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
+    if (url.compare(0, 5, "file:") == 0) input.head = streamHead(source, raw->iformat->name);
 }
 
 namespace {
@@ -528,9 +578,7 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     openContainer(input, path, options);
     chooseStream(input);
     const AVCodecParameters& parameters = *input.stream->codecpar;
-    const std::string head = input.kind == VideoInput::Kind::File
-                                 ? streamHead(path, input.format->iformat->name)
-                                 : std::string();
+    const std::string head = std::exchange(input.head, {});
     const bool hasEyes = parameters.codec_id == AV_CODEC_ID_HEVC && isSpatial(head);
     // a turned picture would have to be joined the other way
     const bool isTurned = sideData<std::int32_t>(*input.stream, AV_PKT_DATA_DISPLAYMATRIX,

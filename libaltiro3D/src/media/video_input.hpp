@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
+#include "base/posix_file.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/video_picture.hpp"
 
@@ -21,10 +22,12 @@ inline bool isCover(const AVStream& stream) {
 /// An open video from which nothing has been read: its container, the stream to deliver and its
 /// decoder.
 struct VideoInput {
-    enum class Kind { File, StandardInput, Device };
+    enum class Kind { File, Stream, Device };
 
     std::string subject; ///< name of the file, for errors
     Kind kind = Kind::File;
+    FileHandle file;  ///< of a pipe, which is opened once, or its copy; else none
+    std::string head; ///< as of streamHead(); empty: another format
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
@@ -46,7 +49,7 @@ struct VideoInput {
     int readPacket(AVPacket& packet);
 };
 
-/// Opens a container and reads what its streams are. Sets `subject`, `kind` and `format` alone.
+/// Opens a container and reads what its streams are. Sets all up to `format`.
 /// @throws Error as VideoReader::VideoReader()
 void openContainer(VideoInput& input, const std::filesystem::path& path,
                    const VideoReaderOptions& options);

@@ -299,13 +299,16 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
         throw Error(ErrorCode::NotFound, name, "does not exist, expected a .map file");
     }
     if (error) failRead(error);
-    if (!std::filesystem::is_regular_file(status)) {
+    const bool isPipe = status.type() == std::filesystem::file_type::fifo;
+    if (!isPipe && !std::filesystem::is_regular_file(status)) {
         throw Error(ErrorCode::ReadFailed, name, "is not a regular file, expected a .map file");
     }
-    const std::uintmax_t fileSize = std::filesystem::file_size(file, error);
-    if (error) failRead(error);
-    const FileHandle opened = openFile(file, O_RDONLY | O_NOCTTY);
+    FileHandle opened = openFile(file, O_RDONLY | O_NOCTTY);
     if (!opened.isOpen()) failRead({errno, std::generic_category()});
+    constexpr std::uintmax_t kMostOfPipe = std::uintmax_t{1} << 33;
+    if (isPipe) opened = unnamedCopy(opened, file, kMostOfPipe);
+    const std::uintmax_t fileSize = std::filesystem::file_size(nameOf(opened), error);
+    if (error) failRead(error);
     Header h{};
     const auto requireFormat = [&](bool holds, const std::string& problem) {
         if (!holds) throw Error(ErrorCode::BadFormat, name, problem);

@@ -621,6 +621,37 @@ TEST_F(VideoReaderTest, FramesBeforeAPartOfWhatIsReadOnceAreCounted) {
     feeder.join();
 }
 
+TEST_F(VideoReaderTest, FilesComeThroughPipesAsTheyAre) {
+    const fs::path pipe = directory / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    const std::pair<const char*, const char*> clips[] = {
+        {"end.mp4", ""}, // its index
+        {"start.mp4", "-movflags faststart"},
+        {"parts.mp4", "-movflags frag_keyframe+empty_moov"},
+        {"a.mov", ""},
+        {"a.mkv", ""},
+        {"a.ts", ""}};
+    for (const auto& [name, options] : clips) {
+        const fs::path file = makeClip(name, options);
+        std::thread feeder([&] { std::ofstream(pipe, std::ios::binary) << slurp(file); });
+        EXPECT_TRUE(sameFrames(allFrames(pipe), allFrames(file))) << name;
+        feeder.join();
+    }
+    // also one that is already open, as of a shell's <(...)
+    const std::string bytes = slurp(directory / "end.mp4");
+    int ends[2];
+    ASSERT_EQ(::pipe(ends), 0);
+    std::thread feeder([&, to = ends[1]] {
+        for (std::size_t at = 0; at < bytes.size();)
+            at += static_cast<std::size_t>(::write(to, bytes.data() + at, bytes.size() - at));
+        ::close(to);
+    });
+    EXPECT_TRUE(sameFrames(allFrames("/dev/fd/" + std::to_string(ends[0])),
+                           allFrames(directory / "end.mp4")));
+    feeder.join();
+    ::close(ends[0]);
+}
+
 TEST_F(VideoReaderTest, TimesAtTheEndOfTheNumbersCountAsMissing) {
     const fs::path file = makeClip("clip.mp4", "-bf 0 -t 1.2 -movflags frag_keyframe+empty_moov");
     std::string bytes = slurp(file);

@@ -5,7 +5,10 @@
 #include "support/files.hpp"
 
 #include <cstring>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <thread>
 
 namespace altiro3D::test {
 namespace {
@@ -107,6 +110,12 @@ TEST_F(NativeLutFile, TruncatedForeignAndOversizeFilesAreRefusedWithASentence) {
         contains(errorOf([&] { NativeLut::load(directory / "none.map"); }), "does not exist"));
     EXPECT_TRUE(
         contains(errorOf([&] { NativeLut::load(directory.path()); }), "is not a regular file"));
+    const std::filesystem::path pipe = directory / "pipe.map";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    std::thread feeder([&] { std::ofstream(pipe, std::ios::binary) << bytes; });
+    NativeLut::load(pipe).save(directory / "again.map");
+    feeder.join();
+    EXPECT_EQ(slurp(directory / "again.map"), bytes);
 }
 
 TEST_F(NativeLutFile, ForgedHeadersAreRefusedBeforeAllocation) {

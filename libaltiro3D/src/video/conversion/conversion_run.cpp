@@ -340,9 +340,6 @@ void ConversionRun::failEmpty() const {
     const auto& duration = reader->facts().duration;
     if (duration && conversion.part.from >= *duration)
         problem += " (it ends at " + clockText(*duration) + ")";
-    if (conversion.input == "-")
-        problem += "; an .mp4 or .mov from a pipe needs its index at the front (ffmpeg -movflags "
-                   "+faststart)";
     throw Error(ErrorCode::BadFormat, nameOf(conversion.input), problem);
 }
 

@@ -57,6 +57,16 @@ std::string describe(const OtherStream& stream) {
     return text;
 }
 
+// Whether a container lists the codec. Matroska also holds the sound of WAV files, by its number;
+// that of Flash has a number, but not packets of one size.
+bool isListed(const AVOutputFormat& container, const AVCodecParameters& stream) {
+    unsigned number = 0;
+    return avformat_query_codec(&container, stream.codec_id, FF_COMPLIANCE_NORMAL) != 0 ||
+           (isMatroska(container) && stream.codec_type == AVMEDIA_TYPE_AUDIO &&
+            stream.codec_id != AV_CODEC_ID_ADPCM_SWF &&
+            av_codec_get_tag2(container.codec_tag, stream.codec_id, &number) != 0);
+}
+
 // Matroska accepts any attachment with a file name and a type.
 bool isNamed(const OtherStream& attachment) {
     const auto has = [&](const char* wanted) {
@@ -187,9 +197,14 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
         switch (stream.parameters->codec_type) {
         case AVMEDIA_TYPE_AUDIO:
             if (!wanted.audio) break;
-            if (!canHold(*stream.parameters))
-                refuse(mkv ? "no sound" : "a name that ends in .mkv, or no sound");
-            addCopy(i);
+            if (canHold(*stream.parameters)) {
+                addCopy(i);
+            } else {
+                const bool fitsMkv =
+                    !mkv &&
+                    isListed(*av_guess_format("matroska", nullptr, nullptr), *stream.parameters);
+                refuse(fitsMkv ? "a name that ends in .mkv, or no sound" : "no sound");
+            }
             break;
         case AVMEDIA_TYPE_SUBTITLE: {
             if (!wanted.subtitles) break;
@@ -240,8 +255,7 @@ void StreamCopier::addChapters() {
 
 // Whether the container accepts such a stream, by its list of codecs and by a trial.
 bool StreamCopier::canHold(const AVCodecParameters& parameters) const {
-    if (avformat_query_codec(output_.oformat, parameters.codec_id, FF_COMPLIANCE_NORMAL) == 0)
-        return false;
+    if (!isListed(*output_.oformat, parameters)) return false;
     const OutputPtr trial = newOutput(output_.oformat, nullptr);
     AVStream& video = newStream(*trial);
     AVStream& stream = newStream(*trial);

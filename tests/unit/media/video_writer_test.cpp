@@ -547,6 +547,34 @@ TEST_F(VideoWriterTest, AContainerForTheSoundAndSubtitlesIsFound) {
     EXPECT_EQ(extensionOf("-c:a aac -c:s srt", options), ".mkv");
 }
 
+TEST_F(VideoWriterTest, AdviceAboutSoundIsRightWhenFollowed) {
+    for (const std::string codec : {"wmav2", "adpcm_ms", "adpcm_ima_wav", "adpcm_g722"}) {
+        const bool isG722 = codec == "adpcm_g722";
+        const fs::path film =
+            make(codec == "wmav2" ? "film.wmv" : "film.avi",
+                 "-f lavfi -i testsrc2=size=96x64:rate=25:duration=0.4 -f lavfi -i "
+                 "sine=duration=0.4 -c:v mpeg4 -c:a " +
+                     codec + (isG722 ? " -ar 16000" : ""));
+        VideoReader reader(film);
+        EXPECT_TRUE(contains(
+            errorOf([&] { VideoWriter(directory / "a.mp4", optionsFor(reader), &reader); }),
+            "expected a name that ends in .mkv, or no sound"))
+            << codec;
+        const fs::path copy = directory / "copy.mkv";
+        copyFilm(film, copy);
+        EXPECT_EQ(lines(ffprobe(copy, "stream=codec_name", "-select_streams a"))[0], codec);
+        EXPECT_EQ(ffmpeg("-i " + arg(copy) + " -map 0:a -f md5 -"),
+                  ffmpeg("-i " + arg(film) + " -map 0:a -f md5 -"));
+    }
+    const fs::path flash =
+        make("film.flv", "-f lavfi -i testsrc2=size=96x64:rate=25:duration=0.4 -f lavfi -i "
+                         "sine=duration=0.4:sample_rate=22050 -c:v flv -c:a adpcm_swf");
+    VideoReader reader(flash);
+    const std::string error =
+        errorOf([&] { VideoWriter(directory / "a.mp4", optionsFor(reader), &reader); });
+    EXPECT_TRUE(contains(error, ", expected no sound")); // nothing holds it
+}
+
 TEST_F(VideoWriterTest, WhatAContainerCannotHoldIsNamedBeforeWork) {
     // FFmpeg 7 puts PCM into MP4
     const fs::path film = makeFilm("film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");

@@ -20,6 +20,7 @@
 #include <utility>
 
 extern "C" {
+#include <libavutil/avstring.h>
 #include <libavutil/display.h>
 #include <libavutil/dovi_meta.h>
 #include <libavutil/pixdesc.h>
@@ -102,8 +103,22 @@ const Data* sideData(const AVStream& stream, AVPacketSideDataType type,
 #endif
 }
 
-// The video stream to deliver: large ones and the default one first, cover pictures never.
-AVStream* chooseStream(const AVFormatContext& format) {
+// How surely a stream holds depth, by its title and by its px: one grey value of 16 bits.
+int likenessToDepth(const AVStream& stream) {
+    int likeness = stream.codecpar->format == AV_PIX_FMT_GRAY16LE ||
+                           stream.codecpar->format == AV_PIX_FMT_GRAY16BE
+                       ? 1
+                       : 0;
+    for (const char* const tag : {"title", "name", "handler_name"}) {
+        if (av_stristr(tagOf(stream.metadata, tag).c_str(), "depth") != nullptr)
+            return 2 + likeness;
+    }
+    return likeness;
+}
+
+// The video stream to deliver: those of colours (or of depth, if it is wanted), large ones and the
+// default one first, cover pictures never.
+AVStream* chooseStream(const AVFormatContext& format, bool isDepth) {
     AVStream* best = nullptr;
     double bestScore = -1;
     for (unsigned i = 0; i < format.nb_streams; ++i) {
@@ -113,7 +128,8 @@ AVStream* chooseStream(const AVFormatContext& format) {
         double score = static_cast<double>(parameters.width) * parameters.height;
         if (avcodec_find_decoder(parameters.codec_id) != nullptr) score += 1e12;
         if ((stream->disposition & AV_DISPOSITION_DEFAULT) != 0) score += 5e6;
-        if (score <= bestScore) continue;
+        score += (isDepth ? 1e11 : -1e11) * likenessToDepth(*stream);
+        if (best != nullptr && score <= bestScore) continue;
         best = stream;
         bestScore = score;
     }
@@ -167,8 +183,8 @@ bool hasFramePerPacket(const AVCodecParameters& parameters) {
     }
 }
 
-void chooseStream(VideoInput& input) {
-    input.stream = chooseStream(*input.format);
+void chooseStream(VideoInput& input, bool isDepth) {
+    input.stream = chooseStream(*input.format, isDepth);
     if (input.stream == nullptr) {
         const std::string contents = otherContents(*input.format);
         throw Error(ErrorCode::BadFormat, input.subject,
@@ -576,7 +592,7 @@ const AVStream* twinOf(const VideoInput& input) {
 VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& options) {
     VideoInput input;
     openContainer(input, path, options);
-    chooseStream(input);
+    chooseStream(input, options.isDepth);
     const AVCodecParameters& parameters = *input.stream->codecpar;
     const std::string head = std::exchange(input.head, {});
     const bool hasEyes = parameters.codec_id == AV_CODEC_ID_HEVC && isSpatial(head);
@@ -596,6 +612,16 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     const auto note = [&input](const std::string& text) {
         input.notes.push_back({NoteCode::LeftOut, input.subject + ": " + text});
     };
+    const AVStream& depth = *chooseStream(*input.format, true);
+    if (!options.isDepth && &depth != input.stream && likenessToDepth(depth) > 0) {
+        const std::string title = tagOf(depth.metadata, "title");
+        input.notes.push_back(
+            {NoteCode::AsItIs,
+             input.subject + ": its track " + std::to_string(depth.index) +
+                 " seems to hold depth (" + (title.empty() ? "16 bits of grey" : title) +
+                 "), so track " + std::to_string(input.stream->index) +
+                 " is read; --depth with the same file takes the depth from the other"});
+    }
     if (hasEyes && !input.joinsEyes) {
         note(std::string("is a spatial video (MV-HEVC), of which the left eye alone is read") +
              (kDecodesBothEyes ? "" : "; FFmpeg 7.1 or newer reads both"));

@@ -652,6 +652,30 @@ TEST_F(VideoReaderTest, FilesComeThroughPipesAsTheyAre) {
     ::close(ends[0]);
 }
 
+TEST_F(VideoReaderTest, ColoursAndDepthAreTheirOwnTracksInAnyOrder) {
+    const std::string depth = "-f lavfi -i color=gray:size=96x64:rate=25:duration=0.2 ";
+    const std::string colours = "-f lavfi -i testsrc2=size=64x48:rate=25:duration=0.2 ";
+    for (const bool isDepthFirst : {true, false}) {
+        const std::string grey = isDepthFirst ? "0" : "1";
+        const std::string other = isDepthFirst ? "1" : "0";
+        const fs::path file = make(
+            "rgbd.mkv", (isDepthFirst ? depth + colours : colours + depth) +
+                            "-map 0 -map 1 -c:v ffv1 -disposition:v:0 default -pix_fmt:v:" + grey +
+                            " gray16le -pix_fmt:v:" + other + " yuv420p -metadata:s:v:" + grey +
+                            " title=DEPTH -metadata:s:v:" + other + " title=COLOR");
+        VideoReader reader(file);
+        EXPECT_EQ(reader.facts().size, cv::Size(64, 48));
+        ASSERT_FALSE(reader.notes().empty());
+        EXPECT_TRUE(contains(reader.notes()[0].text, "seems to hold depth (DEPTH)"));
+        VideoReaderOptions options;
+        options.isDepth = true;
+        VideoReader depths(file, options);
+        EXPECT_EQ(depths.next()->picture.type(), CV_16UC1);
+        EXPECT_EQ(depths.facts().size, cv::Size(96, 64));
+        EXPECT_TRUE(depths.notes().empty());
+    }
+}
+
 TEST_F(VideoReaderTest, TimesAtTheEndOfTheNumbersCountAsMissing) {
     const fs::path file = makeClip("clip.mp4", "-bf 0 -t 1.2 -movflags frag_keyframe+empty_moov");
     std::string bytes = slurp(file);

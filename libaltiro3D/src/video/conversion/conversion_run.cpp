@@ -386,7 +386,11 @@ void ConversionRun::finish(VideoConversionResult& result) {
     for (SceneChoice& choice : result.choices)
         choice.start *= unit_;
     result.counts = reader->counts();
-    result.notes = reader->notes();
+    for (const Note& note : reader->notes()) {
+        const bool isOfOwnDepth = note.code == NoteCode::AsItIs && conversion.given &&
+                                  conversion.given->source == conversion.input;
+        if (!isOfOwnDepth) result.notes.push_back(note);
+    }
     if (!reader->facts().eyes.empty() && !conversion.stereo) {
         addNote(&result.notes, NoteCode::Doubtful,
                 nameOf(conversion.input) + ": holds the pictures of both eyes (" +

@@ -429,7 +429,7 @@ class ALTIRO3D_EXPORT VideoWriter {
 
 /// The directory that keeps the frames of an unfinished run.
 /// @param path file name of the video
-/// @return `path` + ".parts"
+/// @return `path` + ".parts"; another name beside it if that is too long for the file system
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 unfinishedVideoDirectory(const std::filesystem::path& path);
 

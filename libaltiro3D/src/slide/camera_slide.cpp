@@ -5,6 +5,7 @@
 #include "altiro3D/video_io.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
+#include "base/posix_file.hpp"
 #include "base/text.hpp"
 #include "depth/stereo/stereo_parts.hpp"
 #include "image/pixel_values.hpp"
@@ -16,8 +17,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <fcntl.h>
 #include <limits>
 #include <map>
+#include <memory>
 #include <opencv2/imgproc.hpp>
 
 namespace altiro3D {
@@ -47,7 +50,14 @@ void validate(const SlideOptions& options) {
 }
 
 SlidePictureSource slideVideo(std::filesystem::path file, Notes* notes) {
-    return [file = std::move(file), notes](const std::function<bool(const cv::Mat&)>& take) {
+    std::shared_ptr<FileHandle> copy; // of a pipe, as the pictures are read more than once
+    std::error_code error;
+    if (std::filesystem::is_fifo(file, error)) {
+        constexpr std::uintmax_t kMost = std::uintmax_t{1} << 36;
+        copy = std::make_shared<FileHandle>(unnamedCopy(openFile(file, O_RDONLY), file, kMost));
+        file = nameOf(*copy);
+    }
+    return [file = std::move(file), copy, notes](const std::function<bool(const cv::Mat&)>& take) {
         VideoReader reader(file);
         VideoFrame frame;
         while (reader.read(frame)) {

@@ -101,6 +101,8 @@ void AudioReader::Impl::open(int wanted) {
     const AVCodecParameters& parameters = *stream_->codecpar;
     const AVCodec* const codec = avcodec_find_decoder(parameters.codec_id);
     const std::string name = avcodec_get_name(parameters.codec_id);
+    if (input_.encrypted.count(index) > 0)
+        throw Error(ErrorCode::Unsupported, input_.subject, "has sound that is encrypted");
     if (codec == nullptr) {
         throw Error(ErrorCode::Unsupported, input_.subject,
                     "has sound of the codec " + name + ", which this FFmpeg cannot decode");

@@ -181,9 +181,9 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
     for (std::size_t i = 0; i < source_->streams.size(); ++i) {
         const OtherStream& stream = source_->streams[i];
         const AVCodecID codec = stream.parameters->codec_id;
-        const auto leaveOut = [&] {
-            notes.push_back(
-                {NoteCode::LeftOut, source_->subject + ": " + describe(stream) + " is left out"});
+        const auto leaveOut = [&](const std::string& why = {}) {
+            notes.push_back({NoteCode::LeftOut, source_->subject + ": " + describe(stream) +
+                                                    " is " + why + "left out"});
         };
         const auto refuse = [&](const std::string& advice) {
             throw Error(ErrorCode::Unsupported, path,
@@ -197,7 +197,9 @@ StreamCopier::StreamCopier(std::shared_ptr<OtherStreams> source, AVFormatContext
         switch (stream.parameters->codec_type) {
         case AVMEDIA_TYPE_AUDIO:
             if (!wanted.audio) break;
-            if (canHold(*stream.parameters)) {
+            if (stream.isEncrypted) {
+                leaveOut("encrypted and ");
+            } else if (canHold(*stream.parameters)) {
                 addCopy(i);
             } else {
                 const bool fitsMkv =

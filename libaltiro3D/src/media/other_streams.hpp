@@ -23,6 +23,7 @@ struct OtherStream {
     VideoTags tags;
     int disposition = 0;
     bool isCover = false;
+    bool isEncrypted = false;
 };
 
 /// Everything in a video file except its pictures, passed from its reader to a writer, which may be

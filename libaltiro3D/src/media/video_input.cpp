@@ -426,6 +426,24 @@ std::string openStream(VideoInput& input, const fs::path& path) {
     return "pipe:" + std::to_string(input.file.get());
 }
 
+// The streams whose packets are encrypted.
+std::set<int> encryptedStreams(const AVFormatContext& format, const std::string& boxes) {
+    std::set<int> encrypted;
+    std::size_t at = 0; // MP4 has a list of sample entries for each stream
+    for (int i = 0; i < static_cast<int>(format.nb_streams); ++i) {
+        constexpr std::size_t kEntry = 16; // from the name of the list to that of its first entry
+        at = at == std::string::npos ? at : boxes.find("stsd", at + 1);
+        const bool isNamed = at != std::string::npos && at + kEntry + 3 < boxes.size() &&
+                             boxes.compare(at + kEntry, 3, "enc") == 0;
+        const AVStream& stream = *format.streams[i];
+        const std::uint32_t tag = stream.codecpar->codec_tag;
+        if (isNamed || !tagOf(stream.metadata, "enc_key_id").empty() ||
+            tag == MKTAG('d', 'r', 'm', 'i') || tag == MKTAG('d', 'r', 'm', 's'))
+            encrypted.insert(i);
+    }
+    return encrypted;
+}
+
 } // namespace
 
 void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOptions& options) {
@@ -501,6 +519,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     if (result < 0 && raw->nb_streams == 0)
         throw Error(ErrorCode::BadFormat, input.subject, "cannot be read: " + ffmpegText(result));
     if (url.compare(0, 5, "file:") == 0) input.head = streamHead(source, raw->iformat->name);
+    input.encrypted = encryptedStreams(*raw, input.head);
 }
 
 namespace {
@@ -594,6 +613,10 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     openContainer(input, path, options);
     chooseStream(input, options.isDepth);
     const AVCodecParameters& parameters = *input.stream->codecpar;
+    if (input.encrypted.count(input.stream->index) > 0) {
+        throw Error(ErrorCode::Unsupported, input.subject,
+                    "is encrypted, so its pictures cannot be read, expected a video that is not");
+    }
     const std::string head = std::exchange(input.head, {});
     const bool hasEyes = parameters.codec_id == AV_CODEC_ID_HEVC && isSpatial(head);
     // a turned picture would have to be joined the other way

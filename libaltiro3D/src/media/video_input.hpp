@@ -9,6 +9,7 @@
 #include <deque>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace altiro3D {
@@ -31,6 +32,7 @@ struct VideoInput {
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
+    std::set<int> encrypted; ///< indices of streams
     bool joinsEyes = false;  ///< the decoder delivers both eyes' pictures, to be joined
     bool alternates = false; ///< frames show the eyes by turns; without joinsEyes the left one's
                              ///< alone are delivered
@@ -49,7 +51,7 @@ struct VideoInput {
     int readPacket(AVPacket& packet);
 };
 
-/// Opens a container and reads what its streams are. Sets all up to `format`.
+/// Opens a container and reads what its streams are. Sets all up to `format`, and `encrypted`.
 /// @throws Error as VideoReader::VideoReader()
 void openContainer(VideoInput& input, const std::filesystem::path& path,
                    const VideoReaderOptions& options);

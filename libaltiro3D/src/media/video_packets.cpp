@@ -49,6 +49,7 @@ std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoRea
         other.tags = tagsOf(stream.metadata);
         other.disposition = stream.disposition;
         other.isCover = isCover(stream);
+        other.isEncrypted = input.encrypted.count(other.index) > 0;
     }
     return indices;
 }

@@ -575,6 +575,26 @@ TEST_F(VideoWriterTest, AdviceAboutSoundIsRightWhenFollowed) {
     EXPECT_TRUE(contains(error, ", expected no sound")); // nothing holds it
 }
 
+TEST_F(VideoWriterTest, WhatIsEncryptedIsSaid) {
+    const fs::path film = make("film.mp4", "-f lavfi -i testsrc2=size=96x64:rate=25:duration=0.4 "
+                                           "-f lavfi -i sine=duration=0.4 -c:v mpeg4 -c:a aac");
+    const fs::path closed =
+        make("closed.mp4", "-i " + arg(film) +
+                               " -c copy -encryption_scheme cenc-aes-ctr "
+                               "-encryption_key 76a6c65c5ea762046bd749a2e632ccbb "
+                               "-encryption_kid a7e61c373e219033c21091fa607bf3b8");
+    EXPECT_EQ(codeOf([&] { VideoReader{closed}; }), ErrorCode::Unsupported);
+    EXPECT_TRUE(
+        contains(errorOf([&] { VideoReader{closed}; }), closed.string() + ": is encrypted"));
+    EXPECT_TRUE(contains(errorOf([&] { AudioReader{closed}; }), "has sound that is encrypted"));
+    // only its sound
+    std::string bytes = slurp(film);
+    bytes.replace(bytes.find("mp4a", bytes.rfind("stsd")), 4, "enca");
+    spill(film, bytes);
+    EXPECT_EQ(only(copyFilm(film, directory / "copy.mp4")).text,
+              film.string() + ": sound aac is encrypted and left out");
+}
+
 TEST_F(VideoWriterTest, WhatAContainerCannotHoldIsNamedBeforeWork) {
     // FFmpeg 7 puts PCM into MP4
     const fs::path film = makeFilm("film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");

@@ -112,7 +112,7 @@ void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
     if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
         throw Error(ErrorCode::Unsupported, item.photo.string(),
                     "has " + sizeText(size) +
-                        " px, expected for --save-stereo at most 100 px of one "
+                        ", expected for --save-stereo at most 100 px of one "
                         "side to 1 px of the other");
     const Placement placed =
         placeScene(scene, static_cast<double>(size.width) / size.height, size, whole);

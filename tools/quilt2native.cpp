@@ -80,8 +80,10 @@ ReadQuilt readQuilt(const QuiltJob& job, const fs::path& quiltFile, bool isFromF
     }
     const QuiltLayout layout =
         chooseQuilt(job.layout, display, messages, quiltFile, picture.size(), found);
-    for (const Note& note : checkQuiltLayout(picture, layout))
-        messages.warn(quiltFile.string() + ": " + note.text);
+    for (const Note& note : checkQuiltLayout(picture, layout)) {
+        const bool isAsked = job.layout.grid && note.code == NoteCode::Doubtful; // -q says so
+        if (!isAsked) messages.warn(quiltFile.string() + ": " + note.text);
+    }
     const QuiltShape shape(quiltFile, layout, display, job.fit);
     messages.say("quilt: " + quiltText(layout, shape.shownAspect()) +
                  (found ? foundText(*found) : ""));

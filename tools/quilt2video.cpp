@@ -71,7 +71,10 @@ Views chooseViews(const SwayJob& job, const std::optional<ChosenDisplay>& displa
     if (!aspect && display) aspect = display->aspect();
     const ResolvedQuilt resolved = resolveLayout(request, usual, aspect.value_or(1));
     if (aspect) messages.warn(resolved.notes); // else it is not known which reading is right
-    messages.warn(checkQuiltLayout(picture, resolved.layout));
+    for (const Note& note : checkQuiltLayout(picture, resolved.layout)) {
+        const bool isAsked = request.grid && note.code == NoteCode::Doubtful; // -q says so
+        if (!isAsked) messages.warn(job.quilt.string() + ": " + note.text);
+    }
     const cv::Size tile = resolved.layout.tileSize;
     const Views views{resolved.layout,
                       aspect.value_or(static_cast<double>(tile.width) / tile.height)};

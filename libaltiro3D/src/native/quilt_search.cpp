@@ -369,7 +369,7 @@ Notes checkQuiltLayout(const cv::Mat& picture, const QuiltLayout& layout) try {
         names += (names.empty() ? "" : ", ") + std::to_string(view);
     if (!missing.empty())
         notes.push_back(
-            {NoteCode::Doubtful,
+            {NoteCode::AsItIs,
              "of its views 0 to " + std::to_string(layout.viewCount - 1) + " there is nothing in " +
                  names + ": they have one colour, which the display shows in their directions"});
     if (std::min(picture.cols, picture.rows) < kMinSide) return notes;

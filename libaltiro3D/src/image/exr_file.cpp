@@ -2,7 +2,6 @@
 
 #include "base/checks.hpp"
 #include "base/image_format.hpp"
-#include "image/opencv_codecs.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "altiro3D/image_io.hpp"
+#include "image/opencv_codecs.hpp"
 
 #include <opencv2/core/mat.hpp>
 #include <string>
@@ -8,13 +9,6 @@
 #include <vector>
 
 namespace altiro3D {
-
-/// A channel of an EXR file.
-struct ExrChannel {
-    int part = 0;     ///< Number of its part.
-    std::string name; ///< In its part: "R", "ViewLayer.Depth.Z".
-    std::string full; ///< The same after the name of its part, if the file has several.
-};
 
 /// Channels of an EXR file that belong together.
 struct ExrChoice {

@@ -1,10 +1,9 @@
 #include "image/opencv_codecs.hpp"
 
-#include "image/exr_file.hpp"
-
 #include <opencv2/imgcodecs.hpp>
 
 #ifdef ALTIRO3D_HAVE_OPENEXR
+#include "altiro3D/image_io.hpp"
 #include "image/image_header.hpp"
 
 #include <ImfChannelList.h>

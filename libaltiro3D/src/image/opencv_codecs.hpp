@@ -7,7 +7,12 @@
 
 namespace altiro3D {
 
-struct ExrChannel;
+/// A channel of an EXR file.
+struct ExrChannel {
+    int part = 0;     ///< Number of its part.
+    std::string name; ///< In its part: "R", "ViewLayer.Depth.Z".
+    std::string full; ///< The same after the name of its part, if the file has several.
+};
 
 /// cv::imdecode(), cv::imencode() and OpenEXR, behind pointers: OpenCV's image formats bring more
 /// than a hundred libraries, which would take two thirds of the start of every program. The shared

@@ -4,7 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/network/network_estimate.hpp"
-#include "depth/source/photo_depth.hpp"
+#include "depth/source/kind_notes.hpp"
 
 #include <functional>
 #include <future>

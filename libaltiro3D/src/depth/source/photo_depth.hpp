@@ -23,10 +23,6 @@ PhotoDepth matchedDepth(const StereoPair& pair, Notes& notes);
 std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture,
                                        const PhotoFile& file, Notes* notes);
 
-/// Adds remarks on given depth whose numbers may mean something else: distances of an EXR file that
-/// are read as near-white, and 65535 that is read as unknown.
-void addKindNotes(const PhotoFile& file, const cv::Mat& raw, DepthKind kind, Notes* notes);
-
 /// Adds a remark that a picture is not what its name says. @param why "says that it holds ..."
 void addReadAsPhoto(Notes* notes, const SceneName& name, const std::string& why);
 

@@ -4,7 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "base/state_bytes.hpp"
 #include "base/text.hpp"
-#include "depth/source/photo_depth.hpp"
+#include "depth/source/kind_notes.hpp"
 #include "image/exif.hpp"
 #include "image/image_read.hpp"
 #include "media/video_picture.hpp"

@@ -111,8 +111,11 @@ int makeNative(const SlideJob& job, Messages& messages) {
         });
     };
     showStatus("looking for the path of the camera");
-    CameraSlide slide(stoppable, slideOptionsFor(layout, display.aspect(), job.fit, job.slide),
-                      job.inputs.front().string());
+    SlideOptions options = slideOptionsFor(layout, display.aspect(), job.fit, job.slide);
+    if (files.size() > 1)
+        for (const fs::path& file : files)
+            options.names.push_back(file.filename().string());
+    CameraSlide slide(stoppable, options, job.inputs.front().string());
     clearStatus();
     times.end("find the path");
     for (const std::string& line : slide.report().lines())

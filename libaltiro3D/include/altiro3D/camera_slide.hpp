@@ -55,6 +55,7 @@ struct SlideOptions {
     double viewDegrees = 0;
     /// The camera stands, and what it sees turns in front of it by 35 degrees or less.
     bool turntable = false;
+    std::vector<std::string> names; ///< Of the pictures, for messages; without: their numbers.
 };
 
 /// Checks the options.

@@ -120,6 +120,9 @@ struct CameraSlide::Impl {
 
     // Reads and measures.
     void find();
+    // @return the steps of those that stay
+    std::vector<cv::Point2d> leaveOutStrangers(std::vector<SlidePicture>& pictures);
+    std::string nameOf(const SlidePicture& picture) const;
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
                      const SlidePath& path);
@@ -179,6 +182,47 @@ double CameraSlide::Impl::frontShare(const std::vector<SlidePicture>& pictures) 
     return count < kFewest ? 0.5 : static_cast<double>(all.front) / static_cast<double>(count);
 }
 
+std::string CameraSlide::Impl::nameOf(const SlidePicture& picture) const {
+    const auto number = static_cast<std::size_t>(picture.number);
+    return number < options.names.size() ? options.names[number]
+                                         : "picture " + std::to_string(number + 1);
+}
+
+std::vector<cv::Point2d> CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pictures) {
+    const PictureSteps found = stepsOf(pictures);
+    const std::size_t all = pictures.size();
+    const std::size_t most = std::max<std::size_t>(2, all / 10);
+    std::vector<SlidePicture> kept = pictures;
+    const std::vector<SlidePicture> strangers = removeStrangers(kept, found.counts);
+    // without any, following corners tells what is missing
+    if (strangers.empty() || kept.size() < 2) return found.steps;
+    if (strangers.size() > most) {
+        constexpr std::size_t kNamed = 8;
+        std::string names;
+        for (std::size_t i = 0; i < std::min(kNamed, strangers.size()); ++i)
+            names += (i > 0 ? ", " : "") + nameOf(strangers[i]);
+        refuse(std::to_string(strangers.size()) + " of " + std::to_string(all) +
+               " pictures do not show the scene of the others (" + names +
+               (strangers.size() > kNamed ? ", ..." : "") + "), expected " + std::to_string(most) +
+               " at most");
+    }
+    std::vector<double> sharp;
+    for (const SlidePicture& one : kept)
+        sharp.push_back(one.sharpness);
+    for (const SlidePicture& one : strangers) {
+        const double mean = cv::mean(one.grey)[0];
+        const bool isBlurred = one.sharpness < 0.1 * percentileOf(sharp, 0.5);
+        addNote(&notes, NoteCode::LeftOut,
+                nameOf(one) + " is left out: it " +
+                    (mean < 16    ? "is black"
+                     : mean > 240 ? "is white"
+                     : isBlurred  ? "is blurred"
+                                  : "does not show what its neighbours show"));
+    }
+    pictures = std::move(kept);
+    return stepsOf(pictures).steps;
+}
+
 void CameraSlide::Impl::find() {
     using Clock = std::chrono::steady_clock;
     auto begin = Clock::now();
@@ -203,9 +247,7 @@ void CameraSlide::Impl::find() {
                (report.pictures == 1 ? "" : "s") +
                ", expected a video or several photos of a camera that moves sideways");
     std::vector<SlidePicture>& pictures = reduced.kept();
-    const PictureSteps found = stepsOf(pictures);
-    requireCorners(found.corners, name);
-    std::vector<cv::Point2d> steps = found.steps;
+    std::vector<cv::Point2d> steps = leaveOutStrangers(pictures);
     aspect = static_cast<double>(size.height) / size.width;
     if (options.turntable) // most corners may be those of the room, which stands
         std::fill(steps.begin(), steps.end(), cv::Point2d(1, 0));
@@ -214,6 +256,10 @@ void CameraSlide::Impl::find() {
     for (const std::size_t i : chosen)
         followed.push_back(&pictures[i]);
     SlideTracks tracks = followCorners(followed, aspect);
+    if (tracks.fewest < kFewestCorners && !options.turntable) {
+        SlideTracks wide = followCorners(followed, aspect, true);
+        if (wide.fewest > tracks.fewest) tracks = std::move(wide);
+    }
     if (options.turntable) removeStill(tracks);
     lap(1);
     requireCorners(tracks.fewest, name);

@@ -36,9 +36,15 @@ class SlidePictures {
 /// How pictures differ from those before them.
 struct PictureSteps {
     std::vector<cv::Point2d> steps; ///< Of each picture, the median of its corners, px; first: 0.
-    int corners = 0;                ///< That were followed: the median of all pictures.
+    std::vector<int> counts;        ///< Of corners that were followed to it, of 120 at most.
 };
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
+
+/// Removes pictures that do not continue the others: black, blurred or of another scene.
+/// @param pictures keeps the longest row of pictures in which each shows what the one before shows
+/// @param counts of stepsOf() @return what was removed
+std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
+                                          const std::vector<int>& counts);
 
 /// Chooses pictures at equal steps of the way, of each step the sharpest one.
 /// @param most their number at most @return indices, ascending
@@ -56,7 +62,9 @@ struct SlideTracks {
 /// seen where the track begins, so errors do not add up, and without the brightness around it:
 /// else a change of the light moves the places. Where that fails, the track ends.
 /// @param aspect height : width of the pictures of the clip
-SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect);
+/// @param isWide steps are too wide for that: features (SIFT) are matched instead of corners
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect,
+                          bool isWide = false);
 
 /// Leaves out corners that stand still, and counts those that are left.
 void removeStill(SlideTracks& tracks);

@@ -341,6 +341,33 @@ TEST(CameraSlide, RefusesOnePicture) {
     EXPECT_TRUE(contains(refusal({}), "holds 0 pictures"));
 }
 
+TEST(CameraSlide, APictureOfSomethingElseIsLeftOutAndNamed) {
+    ALTIRO3D_TAKES(2);
+    std::vector<cv::Mat> pictures = clip().pictures;
+    pictures[0] = cv::Mat(kSize, CV_8UC3, cv::Scalar::all(255));
+    pictures[12] = cv::Mat(kSize, CV_8UC3, cv::Scalar::all(0));
+    SlideOptions options;
+    options.names.assign(13, "a.png");
+    options.names[12] = "b.png";
+    const CameraSlide slide(sourceOf(pictures), options);
+    EXPECT_EQ(slide.report().used, 22);
+    EXPECT_LT(positionError(slide.report(), clip().cameras), 0.005);
+    EXPECT_TRUE(contains(textOf(slide.notes()), "a.png is left out: it is white"));
+    EXPECT_TRUE(contains(textOf(slide.notes()), "b.png is left out: it is black"));
+    pictures = clip().pictures;
+    cv::GaussianBlur(clip().pictures[7], pictures[7] = cv::Mat(), {}, 15);
+    EXPECT_TRUE(contains(textOf(CameraSlide(sourceOf(pictures)).notes()),
+                         "picture 8 is left out: it is blurred"));
+}
+
+TEST(CameraSlide, ManyPicturesOfSomethingElseAreRefusedByName) {
+    std::vector<cv::Mat> pictures = clip().pictures;
+    for (std::size_t i = 4; i < 16; i += 4)
+        pictures[i] = cv::Mat(kSize, CV_8UC3, cv::Scalar::all(0));
+    EXPECT_EQ(refusal(pictures), "slide: 3 of 24 pictures do not show the scene of the others "
+                                 "(picture 5, picture 9, picture 13), expected 2 at most");
+}
+
 TEST(CameraSlide, RefusesACameraThatStands) {
     EXPECT_TRUE(contains(refusal(std::vector<cv::Mat>(10, clip().pictures[0])),
                          "the camera stands: what it sees moves by 0.00 % of the width"));

@@ -362,8 +362,18 @@ TEST_F(ViewerPaintWindow, ClosingAsksForDepthThatIsNotSaved) {
               "The depth that you have painted is not saved. Close anyway? " +
                   QString::fromStdString(file("photo.png").string()));
     EXPECT_TRUE(window_->isVisible());
-    closing(QMessageBox::Discard);
-    EXPECT_FALSE(window_->isVisible());
+    ASSERT_TRUE(waitFor([this] { return controller().exportObstacle().isEmpty(); }));
+    // saves it, then closes
+    QTimer typing;
+    QObject::connect(&typing, &QTimer::timeout, &typing, [] {
+        if (auto* files = qobject_cast<QFileDialog*>(QApplication::activeModalWidget()))
+            QMetaObject::invokeMethod(files, "accept", Qt::QueuedConnection);
+    });
+    typing.start(20);
+    closing(QMessageBox::Save);
+    EXPECT_TRUE(waitFor([this] { return !window_->isVisible(); }));
+    EXPECT_TRUE(controller().unsavedDepths().empty());
+    EXPECT_TRUE(fs::exists(file("photo_depth.png")));
 }
 
 } // namespace

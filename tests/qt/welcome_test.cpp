@@ -28,6 +28,7 @@ class ViewerWelcome : public ::testing::Test {
     void SetUp() override {
         QSettings().clear();
         writeImage(folder_ / "own.png", detailedPhoto({60, 80}));
+        writeImage(folder_ / "other.png", detailedPhoto({60, 80}));
         begin();
     }
     void begin() { window_ = shownWindow(); }
@@ -64,6 +65,14 @@ TEST_F(ViewerWelcome, ShowsTheSampleSwayingAndWhatCanBeDone) {
     EXPECT_EQ(controller().sources().front().file.filename(), "sample.jpg");
     EXPECT_EQ(controller().document()->kind, Kind::Scene);
     EXPECT_TRUE(controller().isSwinging());
+    // its depth is estimated, as that of the user's photos, and its picture is not covered
+    ASSERT_TRUE(waitFor([this] { return controller().frame().depthSource == "tiny"; }));
+    EXPECT_TRUE(words().contains("depth is estimated"));
+    const auto& picture = *window_->findChild<PictureView*>();
+    const auto placeOf = [this](const QWidget& widget) {
+        return QRect(widget.mapTo(window_.get(), QPoint()), widget.size());
+    };
+    EXPECT_FALSE(placeOf(*card()).intersects(placeOf(picture)));
     EXPECT_FALSE(QSettings().value("recent").toStringList().join("").contains("sample"));
     // all words are seen
     for (const QLabel* label : card()->findChildren<QLabel*>())
@@ -97,6 +106,11 @@ TEST_F(ViewerWelcome, ClosedItStaysAwayAndTheSampleStays) {
     ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
     card()->findChild<QPushButton*>("welcomeClose")->click();
     EXPECT_EQ(controller().sources().size(), 1u);
+    ASSERT_TRUE(waitFor([this] { return card() == nullptr; }));
+    dropOn(*window_, {folder_ / "own.png", folder_ / "other.png"}); // then it leaves as well
+    ASSERT_TRUE(waitFor([this] { return controller().sources().size() == 2 && hasPicture(); }));
+    EXPECT_EQ(controller().sources()[0].file, folder_ / "own.png");
+    EXPECT_EQ(controller().current(), 0);
     expectNoWelcome();
 }
 

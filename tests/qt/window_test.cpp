@@ -11,9 +11,11 @@
 
 #include <QCheckBox>
 #include <QComboBox>
+#include <QDoubleSpinBox>
 #include <QLabel>
 #include <QMenu>
 #include <QRegularExpression>
+#include <QScrollBar>
 #include <QSettings>
 #include <QSignalSpy>
 #include <QSlider>
@@ -142,7 +144,7 @@ TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
     window_->close();
     window_.reset();
     begin();
-    EXPECT_EQ(window_->controller().mode(), Mode::Stereo);
+    EXPECT_EQ(window_->controller().mode(), Mode::Sway); // every start begins with it
     EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
     EXPECT_TRUE(entry("Top and bottom")->isChecked());
     EXPECT_TRUE(eyes().swapped);
@@ -267,6 +269,104 @@ TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
     EXPECT_LT(lightness(QPalette::Window), 80);
     window_->findChild<QAction*>("dark")->trigger();
     EXPECT_EQ(QApplication::palette().window().color(), before.window().color());
+}
+
+TEST_F(ViewerWindow, TheWheelScrollsTheSettingsUnlessOneWasClicked) {
+    openPhoto();
+    QApplication::setActiveWindow(window_.get());
+    picture().setFocus();
+    const auto turn = [](QWidget& over) {
+        const QPoint at = over.rect().center();
+        QWheelEvent event(at, over.mapToGlobal(at), {}, {0, -120}, Qt::NoButton, Qt::NoModifier,
+                          Qt::NoScrollPhase, false);
+        QCoreApplication::sendEvent(&over, &event);
+        return event.isAccepted(); // else the panel gets it
+    };
+    const Knobs before = knobs();
+    int turned = 0;
+    for (const char* name :
+         {"fit", "depth", "method", "strength", "focus", "depthCurve", "columns"}) {
+        auto* const setting = panel().findChild<QWidget*>(name);
+        for (QWidget* part : QList<QWidget*>{setting} + setting->findChildren<QWidget*>()) {
+            if (qobject_cast<QLineEdit*>(part) != nullptr) continue;
+            EXPECT_FALSE(turn(*part)) << name;
+            ++turned;
+        }
+    }
+    EXPECT_GE(turned, 12);
+    EXPECT_EQ(knobs(), before);
+    QSlider& slider = panel().strength().slider();
+    slider.setFocus(Qt::MouseFocusReason);
+    turn(slider);
+    EXPECT_LT(knobs().views.strengthPercent, before.views.strengthPercent);
+}
+
+TEST_F(ViewerWindow, EnterAndEscapeLeaveANumber) {
+    QLocale::setDefault(QLocale(QLocale::German));
+    window_.reset();
+    begin(); // its numbers have a point
+    openPhoto();
+    QApplication::setActiveWindow(window_.get());
+    auto* const number = panel().strength().findChild<QDoubleSpinBox*>();
+    EXPECT_EQ(number->text(), "10.0 %");
+    const auto type = [&](const QString& text, Qt::Key end) {
+        number->setFocus(Qt::MouseFocusReason);
+        number->selectAll();
+        QTest::keyClicks(number, text);
+        EXPECT_TRUE(number->hasFocus());
+        QTest::keyClick(number, end);
+        EXPECT_TRUE(picture().hasFocus());
+    };
+    type("12,5", Qt::Key_Return);
+    EXPECT_EQ(knobs().views.strengthPercent, 12.5);
+    EXPECT_EQ(window_->controller().undoStack().count(), 1); // not one for each digit
+    type("7", Qt::Key_Escape);
+    EXPECT_EQ(knobs().views.strengthPercent, 12.5);
+    EXPECT_EQ(number->text(), "12.5 %");
+    QTest::keyClick(&picture(), Qt::Key_2);
+    EXPECT_EQ(window_->controller().mode(), Mode::Depth);
+    QTest::keyClick(&picture(), Qt::Key_Z, Qt::ControlModifier);
+    EXPECT_EQ(knobs().views.strengthPercent, 10);
+}
+
+TEST_F(ViewerWindow, SaysWhatIsCutOffAndWhatWillSmear) {
+    writeImage(folder_ / "photo.png", detailedPhoto({600, 400})); // on 3 : 4
+    writeImage(folder_ / "photo-depth.png", boxDepth({600, 400}));
+    openPhoto();
+    const auto isSaid = [this](const char* words) {
+        for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+            if (label->toolTip().contains(words)) return true;
+        return false;
+    };
+    EXPECT_TRUE(isSaid("50 % of the width is cut off")); // 1 - 0.75 / 1.5
+    auto* const fit = panel().findChild<QComboBox*>("fit");
+    fit->setCurrentIndex(2);
+    EXPECT_TRUE(waitFor([&] { return !isSaid("cut off"); }));
+    const auto warning = [this] { return panel().findChild<QLabel*>("parallax")->text(); };
+    EXPECT_FALSE(warning().contains("smeared"));
+    panel().strength().slider().setValue(400);
+    // half the rows fall by the whole depth: an outermost view hides 40 % / 2 of them, in all 1/2
+    EXPECT_TRUE(waitFor([&] { return warning().contains("10 % of the outer views"); }))
+        << warning().toStdString();
+}
+
+TEST_F(ViewerWindow, FitsASmallScreenAndShowsWhereFilesCanBeDropped) {
+    fs::copy(folder_ / "photo.png", folder_ / "second.png");
+    drop({"photo.png", "second.png"});
+    ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));
+    EXPECT_FALSE(files().horizontalScrollBar()->isVisible()); // two icons have room
+    EXPECT_LE(window_->minimumSizeHint().height(), 384 - 30); // 768 px at scale 2, with a title
+    EXPECT_LE(window_->minimumSizeHint().width(), 683);
+    const auto border = [this] { return picture().grab().toImage().pixelColor(1, 60); };
+    const QColor before = border();
+    QMimeData data;
+    data.setUrls({QUrl::fromLocalFile(toName(folder_ / "photo.png"))});
+    QDragEnterEvent enter({10, 10}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+    QCoreApplication::sendEvent(window_.get(), &enter);
+    EXPECT_EQ(border(), picture().palette().highlight().color());
+    QDragLeaveEvent leave;
+    QCoreApplication::sendEvent(window_.get(), &leave);
+    EXPECT_EQ(border(), before);
 }
 
 TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
@@ -445,17 +545,36 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     window_->close();
     window_.reset();
     begin();
-    EXPECT_EQ(window_->controller().mode(), Mode::Depth);
+    EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+    QTest::keyClick(window_.get(), Qt::Key_2);
     QMenu* recent = nullptr;
     for (QMenu* menu : window_->findChildren<QMenu*>())
         if (menu->title().contains("recent")) recent = menu;
     ASSERT_NE(recent, nullptr);
     emit recent->aboutToShow();
     ASSERT_EQ(recent->actions().size(), 1);
-    EXPECT_EQ(recent->actions()[0]->text(), "photo.png");
+    const fs::path canonical = fs::canonical(folder_.path());
+    EXPECT_EQ(recent->actions()[0]->text(), "photo.png    in " + toName(canonical));
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 10);
     recent->actions()[0]->trigger();
     EXPECT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
+    EXPECT_EQ(window_->controller().mode(), Mode::Sway); // of every photo that is opened
+    // a file has one entry and one icon, however it is reached; folders are there as well
+    fs::create_directory_symlink(canonical, folder_ / "link");
+    drop({"link/photo.png"});
+    EXPECT_EQ(files().model()->rowCount(), 1);
+    fs::create_directory(folder_ / "more");
+    fs::copy(folder_ / "photo.png", folder_ / "more");
+    drop({"more"});
+    ASSERT_TRUE(waitFor([this] { return files().model()->rowCount() == 2 && !busy(); }));
+    emit recent->aboutToShow();
+    QStringList names;
+    for (const QAction* action : recent->actions())
+        names << action->text();
+    const QString in = "    in " + toName(canonical);
+    EXPECT_EQ(names, (QStringList{"photo.png" + in + "/more", "more" + in, "photo.png" + in}));
+    files().setCurrentIndex(files().model()->index(0, 0));
+    ASSERT_TRUE(waitFor([this] { return !busy(); }));
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5); // of this photo
     EXPECT_TRUE(knobs().best);
     EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());

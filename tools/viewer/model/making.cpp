@@ -242,6 +242,18 @@ void chooseAutomatic(Setup& setup) {
     knobs.framing = chosen.framing;
 }
 
+double hiddenPercent(const Setup& setup) {
+    Scene scene = sceneOf(setup);
+    scene.edges = DepthEdges::Aligned; // as of estimated depth, to which the limit applies
+    AutoChoices limit;
+    limit.limit = true;
+    const double most = chooseFromScene(scene, setup.display->aspect(), quiltLayout(setup),
+                                        placementOptions(setup), limit)
+                            .options.views.strengthPercent;
+    const double strength = setup.knobs.views.strengthPercent;
+    return most < strength ? kMaxAutoHidden * strength / most : 0;
+}
+
 Setup forEyes(Setup setup) {
     setup.knobs.fit = FitMode::Stretch; // to its own shape
     setup.knobs.framing = {};

@@ -94,6 +94,10 @@ std::vector<std::string> lossesOf(Product product, const std::filesystem::path& 
 /// does. No effect on quilts and Natives, and the second time.
 void chooseAutomatic(Setup& setup);
 
+/// How much of an outermost view the photo does not show, by the rule that limits a strength that
+/// is chosen, %; 0 if that would not limit the strength.
+double hiddenPercent(const Setup& setup);
+
 /// Makes a product and writes it.
 /// @param target a file, which is replaced if it exists; for views a directory without views
 /// @return what was written, for people; empty if the work was cancelled

@@ -112,6 +112,7 @@ struct Studio::State {
     Kept<std::pair<NativeKey, cv::Point>, SwayView> views; // the point: their size
     Kept<NativeKey, cv::Mat> quilt;
     Kept<NativeKey, cv::Mat> native;
+    Kept<NativeKey, double> hidden;
 
     DepthMap makeDepth(const Document& document, const std::string& from) {
         DepthMap map;
@@ -124,8 +125,9 @@ struct Studio::State {
             map.hidden = document.hidden;
             scaleHiddenDepth(document.rawDepth, map.depth, map.hidden);
             map.flat = isFlat(map.depth);
-            map.source = document.source.depth.empty() ? "in the picture"
-                                                       : document.source.depth.filename().string();
+            map.source = !document.source.depth.empty() ? document.source.depth.filename().string()
+                         : document.depthOrigin.empty() ? "in the picture"
+                                                        : document.depthOrigin;
         } else {
             Scene scene;
             depthMaker->use(from, [&](DepthSource& source) {
@@ -310,6 +312,9 @@ Frame Studio::render(const Request& request) {
         frame.parallaxPixels =
             adjacentParallax(setup.knobs.views, layout, request.display->panelSize(), {low, high})
                 .viewPixels;
+        if (!request.document->video)
+            frame.hiddenPercent =
+                state_->hidden.get(state_->keyOf(setup), [&] { return hiddenPercent(setup); });
     }
     frame.target = request.mode == Mode::Native ? cv::Size() : inside(request.area, aspect);
     const cv::Size size =

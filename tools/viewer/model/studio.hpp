@@ -51,6 +51,7 @@ struct Frame {
     Setup setup;               ///< With the whole depth, for exports.
     std::string depthSource;   ///< Source of the depth, for people; empty without depth.
     double parallaxPixels = 0; ///< Of a photo: parallax between adjacent views, px of a view.
+    double hiddenPercent = 0;  ///< Of a photo: see viewer::hiddenPercent().
 };
 
 class DepthMaker;

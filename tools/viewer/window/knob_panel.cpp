@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/placement.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "viewer/window/window_words.hpp"
 
@@ -14,6 +15,7 @@
 #include <QGraphicsOpacityEffect>
 #include <QGroupBox>
 #include <QHBoxLayout>
+#include <QKeyEvent>
 #include <QLabel>
 #include <QPushButton>
 #include <QSignalBlocker>
@@ -269,8 +271,44 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     build();
     showNetworks(false);
     connectKnobs();
+    for (auto* widget : findChildren<QWidget*>()) {
+        auto* const number = qobject_cast<QAbstractSpinBox*>(widget);
+        if (number != nullptr) number->setKeyboardTracking(false); // what is typed is one step
+        if (number == nullptr && qobject_cast<QComboBox*>(widget) == nullptr &&
+            qobject_cast<QSlider*>(widget) == nullptr)
+            continue;
+        widget->setFocusPolicy(Qt::StrongFocus); // not by the wheel
+        widget->installEventFilter(this);
+    }
     show(standard);
     show(nullptr, {});
+}
+
+// The wheel scrolls the panel unless a setting was chosen before. Enter and Escape leave a number,
+// so that the keys of the window work again.
+bool KnobPanel::eventFilter(QObject* object, QEvent* event) {
+    if (event->type() == QEvent::Wheel && !static_cast<QWidget*>(object)->hasFocus()) {
+        event->ignore();
+        return true;
+    }
+    auto* const number = qobject_cast<QAbstractSpinBox*>(object);
+    const bool isShortcut = event->type() == QEvent::ShortcutOverride;
+    if (number == nullptr || (!isShortcut && event->type() != QEvent::KeyPress)) return false;
+    const auto* const key = static_cast<QKeyEvent*>(event);
+    const bool escapes = key->key() == Qt::Key_Escape;
+    if (isShortcut) {
+        event->setAccepted(escapes); // else the window takes it
+        return escapes;
+    }
+    if (key->text() == ",") { // of German keyboards
+        QKeyEvent point(QEvent::KeyPress, Qt::Key_Period, key->modifiers(), ".");
+        return QCoreApplication::sendEvent(object, &point);
+    }
+    if (!escapes && key->key() != Qt::Key_Return && key->key() != Qt::Key_Enter) return false;
+    if (escapes) number->setProperty("value", number->property("value")); // drops what was typed
+    number->interpretText();
+    emit numberLeft();
+    return true;
 }
 
 void KnobPanel::connectKnobs() {
@@ -507,9 +545,13 @@ void KnobPanel::showNetworks(bool isBetterKnown) {
     betterDepth_->setVisible(isBetterKnown);
 }
 
-void KnobPanel::showParallax(double viewPixels) {
+void KnobPanel::showParallax(double viewPixels, double hiddenPercent) {
     QString text = tr("%1 px from view to view").arg(viewPixels, 0, 'f', 2);
     if (viewPixels > kParallaxBudgetPixels) text += tr(": edges will show double");
+    if (hiddenPercent > 1.5 * kMaxAutoHidden)
+        text += tr("\n%1 % of the outer views is not in the photo and will look smeared: lower the "
+                   "strength")
+                    .arg(hiddenPercent, 0, 'f', 0);
     parallax_->setText(viewPixels > 0 ? text : tr("–"));
 }
 

@@ -60,7 +60,8 @@ class KnobPanel : public QWidget {
     void show(const Document* document, const QString& depthSource);
     /// Shows the display and the numbers of its quilt.
     void show(const Display& display, const QuiltLayout& layout);
-    void showParallax(double viewPixels);
+    /// @param hiddenPercent see Frame
+    void showParallax(double viewPixels, double hiddenPercent);
     /// Lists the installed depth networks, and whether there is a better one to download.
     void showNetworks(bool isBetterKnown);
 
@@ -77,7 +78,12 @@ class KnobPanel : public QWidget {
     void betterDepthWanted();
     void calibrationWanted();
     void resetWanted();
+    /// Enter or Escape has ended the typing of a number.
+    void numberLeft();
     void eyesStrengthTurned(double strength);
+
+  protected:
+    bool eventFilter(QObject* object, QEvent* event) override;
 
   private:
     void build(); // lays out the widgets

@@ -3,6 +3,7 @@
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/qt/image.hpp"
 #include "altiro3D/qt/native_widget.hpp"
+#include "cli/picture_options.hpp"
 #include "viewer/show/slide_presenter.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/paint_bar.hpp"
@@ -37,7 +38,10 @@ namespace altiro3D::viewer {
 namespace fs = std::filesystem;
 
 MainWindow::MainWindow(const Display& display, const std::vector<std::string>& warnings)
-    : controller_(display), picture_(new PictureView), knobs_(new KnobPanel) {
+    : controller_(display), picture_(new PictureView) {
+    QLocale::setDefault(QLocale::c()); // numbers as in the words beside them, also in dialogs
+    setLocale(QLocale());
+    knobs_ = new KnobPanel;
     setWindowTitle(tr("altiro3D"));
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
@@ -60,7 +64,8 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     buildActions();
     buildStatus();
     connectController();
-    resize(QSize(1280, 800).boundedTo(screen()->availableSize()));
+    const QSize frame(16, 48); // of the desktop around the window
+    resize(QSize(1280, 800).boundedTo(screen()->availableSize() - frame));
     showNetworks();
     readSettings();
     showSources();
@@ -134,7 +139,7 @@ void MainWindow::showStatus() {
     QString line = text; // the tip has a line for each sentence
     line.replace('\n', "; ");
     const int room = statusBar()->width() - 40 - (progress_->isVisible() ? 260 : 0);
-    status_->setText(status_->fontMetrics().elidedText(line, Qt::ElideRight, room));
+    status_->setText(status_->fontMetrics().elidedText(line, Qt::ElideMiddle, room));
     status_->setToolTip(tipOf(text));
 }
 
@@ -155,23 +160,30 @@ void MainWindow::connectController() {
         showLayout();
     });
     connect(&controller_, &Controller::displayChanged, this, &MainWindow::showLayout);
+    for (const auto signal : {&Controller::modeChanged, &Controller::knobsChanged,
+                              &Controller::playSettingsChanged, &Controller::sourcesChanged})
+        connect(&controller_, signal, this, &MainWindow::showAction);
+    connect(&controller_, &Controller::playingChanged, this, &MainWindow::showAction);
     connect(&controller_, &Controller::exportProgress, this,
             [this](double done) { progress_->setValue(qRound(done * 100)); });
     connect(&controller_, &Controller::exportEnded, this,
             [this](const QString& file, const QString& problem) {
                 showProgress(false);
+                const bool closes = std::exchange(closesWhenSaved_, false);
                 if (!problem.isEmpty())
                     warn(this, tr("Export"), problem);
                 else if (file.isEmpty())
                     say(tr("Cancelled"), 8000);
                 else
                     say(tr("Written: %1").arg(file), 15000);
+                if (closes && problem.isEmpty() && !file.isEmpty()) close();
             });
     connect(&controller_, &Controller::exportAllEnded, this, &MainWindow::endExportAll);
     connect(&controller_, &Controller::videoExportEnded, this, &MainWindow::endVideoExport);
 
     connect(knobs_, &KnobPanel::turned, &controller_, &Controller::turn);
     connect(knobs_, &KnobPanel::resetWanted, &controller_, &Controller::resetKnobs);
+    connect(knobs_, &KnobPanel::numberLeft, this, [this] { picture_->setFocus(); });
     connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
     connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
     connect(knobs_, &KnobPanel::betterDepthWanted, this, &MainWindow::betterDepthDialog);
@@ -205,6 +217,11 @@ void MainWindow::connectController() {
 
 void MainWindow::showSources() {
     if (controller_.sources().size() != 1) endWelcome();
+    if (controller_.sources().empty()) hasSample_ = false;
+    if (hasSample_ && controller_.sources().size() > 1) { // leaves when the user opens something
+        hasSample_ = false;
+        later(this, [this] { controller_.close(0); });
+    }
     strip_->setSources(controller_.sources());
     strip_->setCurrent(controller_.current());
     showStrip();
@@ -243,8 +260,8 @@ void MainWindow::showDocument() {
         notes_ = linesOf(lines);
         say(notes_, 10000);
     }
+    if (current && document != told_ && welcome_ == nullptr) remember(document->source.file);
     told_ = document;
-    if (current && welcome_ == nullptr) remember(document->source.file);
     knobs_->show(document.get(),
                  current ? QString::fromStdString(controller_.frame().depthSource) : QString());
     showLayout();
@@ -282,13 +299,20 @@ void MainWindow::showFrame() {
                         : mode == Mode::Native ? Qt::OpenHandCursor
                                                : Qt::ArrowCursor);
     const auto& document = frame.request.document;
-    knobs_->showParallax(frame.parallaxPixels);
+    knobs_->showParallax(frame.parallaxPixels, frame.hiddenPercent);
     if (frame.request.knobs == controller_.knobs() && frame.setup.isChosen)
         knobs_->showChosen(frame.setup.knobs);
     knobs_->show(document.get(), QString::fromStdString(frame.depthSource));
     QString text = QString::fromStdString(document->facts());
+    const cv::Size size = document->picture.size();
+    const std::string cut = tools::cutText(static_cast<double>(size.width) / size.height,
+                                           frame.request.display->aspect(), frame.setup.knobs.fit);
+    if (document->kind == Kind::Scene && !cut.empty() && mode != Mode::Stereo)
+        text += tr("; %1, \"Shape\" shows all of it").arg(QString::fromStdString(cut));
     if (document->video) {
-        const auto dropped = controller_.videoCounts().dropped;
+        const auto all = controller_.videoCounts().dropped;
+        droppedBefore_ = std::min(droppedBefore_, all); // of the video before
+        const auto dropped = all - droppedBefore_;
         if (dropped > 0) text += tr(", %1 pictures dropped").arg(dropped);
     }
     if (mode == Mode::Lens) {
@@ -313,6 +337,11 @@ void MainWindow::showFrame() {
     }
     facts_ = text;
     showStatus();
+}
+
+void MainWindow::showAction() {
+    droppedBefore_ = controller_.videoCounts().dropped;
+    showFrame();
 }
 
 void MainWindow::showLayout() {
@@ -349,7 +378,13 @@ void MainWindow::resizeEvent(QResizeEvent* event) {
 }
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
-    if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+    if (!event->mimeData()->hasUrls()) return;
+    event->acceptProposedAction();
+    picture_->setDropShown(true);
+}
+
+void MainWindow::dragLeaveEvent(QDragLeaveEvent* /*event*/) {
+    picture_->setDropShown(false);
 }
 
 void MainWindow::dropEvent(QDropEvent* event) {
@@ -357,7 +392,8 @@ void MainWindow::dropEvent(QDropEvent* event) {
     for (const QUrl& url : event->mimeData()->urls()) {
         if (url.isLocalFile()) files.push_back(toPath(url.toLocalFile()));
     }
-    if (!files.empty()) controller_.open(files);
+    picture_->setDropShown(false);
+    open(files);
     event->acceptProposedAction();
 }
 
@@ -440,11 +476,18 @@ bool MainWindow::mayLosePaintedDepth() {
         names.push_back(file.string());
     QMessageBox box(QMessageBox::Question, tr("Painted depth"),
                     tr("The depth that you have painted is not saved. Close anyway?"),
-                    QMessageBox::Discard | QMessageBox::Cancel, this);
+                    QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
     box.setTextFormat(Qt::PlainText);
     box.setInformativeText(linesOf(names));
     box.setDefaultButton(QMessageBox::Cancel);
-    return box.exec() == QMessageBox::Discard;
+    const int answer = box.exec();
+    if (answer == QMessageBox::Save && !controller_.isPainted()) {
+        open({files.front()}); // to be saved when it is seen
+    } else if (answer == QMessageBox::Save) {
+        exportDialog(Product::Depth);
+        closesWhenSaved_ = controller_.isExporting(); // else it was cancelled
+    }
+    return answer == QMessageBox::Discard;
 }
 
 } // namespace altiro3D::viewer

@@ -44,6 +44,7 @@ class MainWindow : public QMainWindow {
   protected:
     void closeEvent(QCloseEvent* event) override;
     void dragEnterEvent(QDragEnterEvent* event) override;
+    void dragLeaveEvent(QDragLeaveEvent* event) override;
     void dropEvent(QDropEvent* event) override;
     void resizeEvent(QResizeEvent* event) override;
 
@@ -68,6 +69,8 @@ class MainWindow : public QMainWindow {
     QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
                     const std::function<void()>& what, const QString& name = {});
 
+    /// Opens files in the usual mode; of files that are open already it shows the first one.
+    void open(const std::vector<std::filesystem::path>& files);
     void openDialog();
     void openDepthDialog();
     void openDirectoryDialog();
@@ -76,6 +79,7 @@ class MainWindow : public QMainWindow {
     void calibrationDialog();
     void useCalibration(const Calibration& calibration, const std::filesystem::path& file);
     void exportDialog(Product product);
+    bool chooseEyes(); ///< How their pictures are arranged. @return false: cancelled
     void exportVideo();
     void endVideoExport(const VideoExportResult& result, const QString& problem);
     void exportAllDialog();
@@ -84,6 +88,7 @@ class MainWindow : public QMainWindow {
     void select(int index);
     void showStrip();
     bool mayLosePaintedDepth();
+    void showAction(); // after one: what was said about the time before goes
     void showOnDisplay();
     void showForEyes();
     /// Full screen, until the user leaves it.
@@ -116,7 +121,7 @@ class MainWindow : public QMainWindow {
 
     Controller controller_;
     PictureView* picture_;
-    KnobPanel* knobs_;
+    KnobPanel* knobs_ = nullptr;
     PhotoStrip* strip_ = nullptr;
     QDockWidget* stripDock_ = nullptr;
     QAction* showsStrip_ = nullptr;
@@ -135,6 +140,9 @@ class MainWindow : public QMainWindow {
     QAction* closeFile_ = nullptr;
     PaintBar* paintBar_ = nullptr;
     WelcomeCard* welcome_ = nullptr; // only while it is shown
+    bool hasSample_ = false;         // the first file is the sample
+    bool closesWhenSaved_ = false;   // once the painted depth is written
+    std::int64_t droppedBefore_ = 0; // pictures of the video, before the user's last action
     QAction* exportAll_ = nullptr;
     QAction* exportVideo_ = nullptr;
     QPointer<VideoExportDialog> videoExport_; // while a video is exported

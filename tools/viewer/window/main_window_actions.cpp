@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/version.hpp"
+#include "cli/run_tool.hpp"
 #include "viewer/show/presentation.hpp"
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/main_window.hpp"
@@ -97,6 +98,12 @@ void useDarkLook(bool dark) {
     else
         QApplication::setStyle(kOwnStyle);
     QApplication::setPalette(palette);
+}
+
+// One name for each file, however it was reached.
+QString pathOf(const QString& name) {
+    const QString path = QFileInfo(name).canonicalFilePath();
+    return path.isEmpty() ? QFileInfo(name).absoluteFilePath() : path;
 }
 
 // An enumerator from the settings file, which may contain anything.
@@ -348,12 +355,26 @@ void MainWindow::buildToolBar(QAction* open, QAction* show) {
     bar->addAction(show);
 }
 
+void MainWindow::open(const std::vector<fs::path>& files) {
+    if (files.empty()) return;
+    controller_.setMode(Mode::Sway);
+    const QString first = pathOf(toName(files.front()));
+    const auto& sources = controller_.sources();
+    for (std::size_t i = 0; i < sources.size() && files.size() == 1; ++i)
+        if (pathOf(toName(sources[i].file)) == first) return controller_.select(int(i));
+    controller_.open(files);
+    for (const fs::path& file : files)
+        if (tools::isDirectory(file)) remember(file);
+}
+
 void MainWindow::remember(const fs::path& file) {
     QSettings settings;
     QStringList recent = settings.value(kRecent).toStringList();
-    const QString name = QFileInfo(toName(file)).absoluteFilePath();
+    const QString name = pathOf(toName(file));
     if (!recent.isEmpty() && recent.front() == name) return;
-    recent.removeAll(name);
+    recent.erase(std::remove_if(recent.begin(), recent.end(),
+                                [&](const QString& other) { return pathOf(other) == name; }),
+                 recent.end());
     recent.prepend(name);
     settings.setValue(kRecent, QStringList(recent.mid(0, kMaxRecent)));
     settings.setValue("folder", QFileInfo(name).absolutePath());
@@ -362,12 +383,12 @@ void MainWindow::remember(const fs::path& file) {
 void MainWindow::fillRecent() {
     recent_->clear();
     for (const QString& name : QSettings().value(kRecent).toStringList()) {
-        QString shown = QFileInfo(name).fileName();
+        const QFileInfo file(name);
+        QString shown = tr("%1    in %2").arg(file.fileName(), file.path());
         shown.replace("&", "&&");
         QAction* entry = recent_->addAction(shown);
         entry->setToolTip(tipOf(name));
-        connect(entry, &QAction::triggered, this,
-                [this, name] { controller_.open(std::vector<fs::path>{toPath(name)}); });
+        connect(entry, &QAction::triggered, this, [this, name] { open({toPath(name)}); });
     }
     if (recent_->isEmpty()) recent_->addAction(tr("Nothing yet"))->setEnabled(false);
 }
@@ -421,9 +442,6 @@ void MainWindow::readSettings() {
     }
     knobs_->show(controller_.knobs());
     showLayout();
-    controller_.setMode(
-        knownOr(Mode::Sway, settings.value("mode"),
-                {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo}));
     tools::EyesOptions eyes = controller_.eyes();
     for (const EyesPicture picture : kEyesPictures)
         if (settings.value("eyes") == QVariant(altiro3D::nameOf(picture).option))
@@ -458,7 +476,6 @@ void MainWindow::writeSettings() const {
     settings.setValue("depthCurve", knobs.depthCurve);
     settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
-    settings.setValue("mode", int(controller_.mode()));
     const tools::EyesOptions& eyes = controller_.eyes();
     settings.setValue("eyes", altiro3D::nameOf(eyes.picture).option);
     settings.setValue("swapEyes", eyes.swapped);

@@ -22,9 +22,12 @@
 #include "viewer/window/video_export_dialog.hpp"
 #include "viewer/window/window_words.hpp"
 
+#include <QActionGroup>
+#include <QBoxLayout>
 #include <QCoreApplication>
 #include <QFileDialog>
 #include <QGuiApplication>
+#include <QInputDialog>
 #include <QProgressBar>
 #include <QRegularExpression>
 #include <QSettings>
@@ -79,13 +82,13 @@ void MainWindow::openDialog() {
     std::vector<fs::path> files;
     for (const QString& name : names)
         files.push_back(toPath(name));
-    if (!files.empty()) controller_.open(files);
+    open(files);
 }
 
 void MainWindow::openDirectoryDialog() {
     const QString name = QFileDialog::getExistingDirectory(this, tr("Open a folder"),
                                                            QSettings().value("folder").toString());
-    if (!name.isEmpty()) controller_.open(std::vector<fs::path>{toPath(name)});
+    if (!name.isEmpty()) open({toPath(name)});
 }
 
 void MainWindow::openDepthDialog() {
@@ -160,11 +163,24 @@ void MainWindow::useCalibration(const Calibration& calibration, const fs::path& 
     controller_.setDisplay(std::move(display));
 }
 
+bool MainWindow::chooseEyes() {
+    QStringList names;
+    for (const QAction* entry : eyesPictures_->actions())
+        names << entry->text();
+    bool chosen = false;
+    const QString name = QInputDialog::getItem(
+        this, tr("Export %1").arg(nameOf(Product::Eyes)), tr("Layout of the two pictures"), names,
+        names.indexOf(eyesPictures_->checkedAction()->text()), false, &chosen);
+    if (chosen) eyesPictures_->actions()[names.indexOf(name)]->trigger();
+    return chosen;
+}
+
 void MainWindow::exportDialog(Product product) {
     if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
         say(why, 10000);
         return;
     }
+    if (product == Product::Eyes && !chooseEyes()) return;
     fs::path from = controller_.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
     const std::string ending = product == Product::Eyes ? tools::eyesEnding(controller_.eyes())
@@ -456,21 +472,28 @@ void MainWindow::welcome(const QString& display) {
     if (!sample || QSettings().value("welcomed").toBool()) return;
     welcome_ = new WelcomeCard;
     welcome_->greet(display);
-    picture_->setCard(welcome_);
+    static_cast<QBoxLayout*>(picture_->parentWidget()->layout())->insertWidget(0, welcome_);
     connect(welcome_, &WelcomeCard::openWanted, this, &MainWindow::openDialog);
     connect(welcome_, &WelcomeCard::closed, this, &MainWindow::endWelcome);
     controller_.open(std::vector<fs::path>{*sample});
-    controller_.setMode(Mode::Sway);
+    hasSample_ = true;
+    try { // the depth of its own is better than what photos get
+        Knobs knobs = controller_.knobs();
+        if (const auto network = standardNetwork()) knobs.depth = network->profile.name;
+        controller_.turn(knobs, tr("depth"));
+        controller_.undoStack().clear();
+    } catch (const Error&) {
+        // the list of networks tells it
+    }
     controller_.setSwinging(true);
 }
 
-// The sample leaves with its card when the user opens something.
 void MainWindow::endWelcome() {
     if (welcome_ == nullptr) return;
     QSettings().setValue("welcomed", true);
-    picture_->setCard(nullptr);
+    welcome_->hide();
+    welcome_->deleteLater(); // its button may have asked for it
     welcome_ = nullptr;
-    if (controller_.sources().size() > 1) controller_.close(0);
 }
 
 void MainWindow::tellDisplays() {

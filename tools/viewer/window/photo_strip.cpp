@@ -55,7 +55,6 @@ PhotoStrip::PhotoStrip(QWidget* parent)
     const QSize cell = cellSize();
     setGridSize(cell);
     setVerticalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-    setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOn);
     setFixedHeight(cell.height() + style()->pixelMetric(QStyle::PM_ScrollBarExtent) +
                    2 * frameWidth() + 2);
 }

@@ -29,6 +29,7 @@ bool isInside(const QPointF& at) {
 PictureView::PictureView(QWidget* parent) : QWidget(parent) {
     setAttribute(Qt::WA_OpaquePaintEvent);
     setMouseTracking(true);
+    setFocusPolicy(Qt::ClickFocus);
     setObjectName("picture");
 }
 
@@ -83,6 +84,16 @@ void PictureView::paintEvent(QPaintEvent* /*event*/) {
     } else {
         paintWords(painter);
     }
+    if (!showsDrop_) return;
+    constexpr int kWidth = 4;
+    painter.setPen(QPen(palette().highlight(), kWidth));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawRect(rect().adjusted(kWidth / 2, kWidth / 2, -kWidth / 2, -kWidth / 2));
+}
+
+void PictureView::setDropShown(bool shown) {
+    showsDrop_ = shown;
+    update();
 }
 
 // Black beside white is seen on every picture.
@@ -143,30 +154,7 @@ void PictureView::paintWords(QPainter& painter) const {
     painter.drawText(words, wrap, advice_);
 }
 
-void PictureView::setCard(QWidget* card) {
-    if (card_ != nullptr) {
-        card_->hide();
-        card_->deleteLater(); // its button may have asked for it
-    }
-    card_ = card;
-    if (card == nullptr) return;
-    card->setParent(this);
-    placeCard();
-    card->show();
-}
-
-void PictureView::placeCard() {
-    constexpr int kWidest = 520;
-    constexpr int kMargin = 12;
-    if (card_ == nullptr) return;
-    const int room = qMin(kWidest, width() - 2 * kMargin);
-    const int height =
-        card_->hasHeightForWidth() ? card_->heightForWidth(room) : card_->sizeHint().height();
-    card_->setGeometry((width() - room) / 2, kMargin, room, height);
-}
-
 void PictureView::resizeEvent(QResizeEvent* /*event*/) {
-    placeCard();
     emit resized();
 }
 
@@ -261,7 +249,8 @@ WelcomeCard::WelcomeCard(QWidget* parent)
 }
 
 void WelcomeCard::greet(const QString& display) {
-    const QString own = tr("This is a sample. Drop a photo, a video or a folder anywhere in the "
+    const QString own = tr("This is a sample; its depth is estimated, as of your photos. Drop a "
+                           "photo, a video or a folder anywhere in the "
                            "window, or press Ctrl+O. ");
     if (display.isEmpty()) {
         headline_->setText(tr("Welcome. No light-field display was found."));

@@ -31,8 +31,8 @@ class PictureView : public QWidget {
     Pointer pointer() const { return pointer_; }
     void setWords(const QString& headline, const QString& advice);
 
-    /// Shows a widget above the picture and owns it; null: none.
-    void setCard(QWidget* card);
+    /// Shows that files which are dragged over the window can be dropped.
+    void setDropShown(bool shown);
 
     /// Size of the picture in px of the screen.
     QSize target() const { return target_; }
@@ -42,7 +42,7 @@ class PictureView : public QWidget {
     QSize deviceSize() const;
 
     QSize sizeHint() const override { return {720, 720}; }
-    QSize minimumSizeHint() const override { return {240, 240}; }
+    QSize minimumSizeHint() const override { return {160, 80}; }
 
   signals:
     void resized();
@@ -79,10 +79,7 @@ class PictureView : public QWidget {
     void paintPointer(QPainter& painter) const;
     void endStroke();
 
-    void placeCard();
-
     QImage picture_;
-    QWidget* card_ = nullptr;
     QSize target_;
     QString headline_;
     QString advice_;
@@ -93,6 +90,7 @@ class PictureView : public QWidget {
     double radius_ = 0;
     bool stroking_ = false;
     bool hovering_ = false;
+    bool showsDrop_ = false;
     QPointF mouse_;
     QPolygonF line_; // of the lasso, px of the widget
     int dragGesture_ = 0;

@@ -12,6 +12,7 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDoubleSpinBox>
+#include <QInputDialog>
 #include <QLabel>
 #include <QMenu>
 #include <QRegularExpression>
@@ -580,6 +581,22 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());
     EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
     EXPECT_EQ(panel().findChild<KnobSlider*>("depthCurve")->value(), 1.5);
+}
+
+TEST_F(ViewerWindow, APictureForTwoEyesIsExportedInTheLayoutThatIsChosen) {
+    openPhoto();
+    QTimer choosing;
+    QObject::connect(&choosing, &QTimer::timeout, &choosing, [] {
+        if (auto* layout = qobject_cast<QInputDialog*>(QApplication::activeModalWidget())) {
+            layout->setTextValue("Top and bottom");
+            layout->accept();
+        }
+    });
+    choosing.start(20);
+    answering("eyes.png", QMessageBox::Ok, [this] { entry("Export Stereo picture")->trigger(); });
+    EXPECT_EQ(window_->controller().eyes().picture, EyesPicture::TopBottom);
+    endExport();
+    EXPECT_EQ(readImage(folder_ / "eyes.png").size(), cv::Size(300, 800));
 }
 
 TEST_F(ViewerWindow, AsksBeforeAQuiltIsReplacedByTheNameThatItGets) {

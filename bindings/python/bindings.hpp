@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <condition_variable>
 #include <filesystem>
 #include <functional>
@@ -66,11 +67,28 @@ void bindVideoConversion(py::module_& m);
 // them as soon as it is released. Immutable objects are used as they are. All other objects have a
 // Turn, which every call takes.
 
+/// Lets other threads of Python run. Python ends a thread that takes the GIL when the interpreter
+/// has ended, which would abort the program: the thread rests until the process has ended as well.
+struct Released {
+    Released() = default;
+    Released(const Released&) = delete;
+    Released& operator=(const Released&) = delete;
+    ~Released() {
+#if PY_VERSION_HEX >= 0x030d0000
+        while (Py_IsFinalizing() != 0)
+#else
+        while (_Py_IsFinalizing() != 0)
+#endif
+            std::this_thread::sleep_for(std::chrono::seconds(1));
+    }
+    py::gil_scoped_release gil; ///< Ends last.
+};
+
 /// Runs the library's part of a function, while other threads of Python run.
 /// @param work captures values that it reads by copy
 template <class Work>
 auto unlocked(const Work& work) {
-    const py::gil_scoped_release released;
+    const Released released;
     return work();
 }
 
@@ -105,7 +123,7 @@ struct OneByOne : T {
 /// Runs the library's part of a method when it is this thread's turn.
 template <class T, class Work>
 auto unlocked(const OneByOne<T>& object, const Work& work) {
-    const py::gil_scoped_release released;
+    const Released released;
     const std::lock_guard<Turn> held(object.turn);
     return work();
 }

@@ -65,7 +65,7 @@ void runStoppable(const VideoProgressFunction& goOn,
     const VideoProgressFunction checked = [&](const VideoProgress& progress) {
         return !isInterrupted && (!goOn || goOn(progress));
     };
-    const py::gil_scoped_release released;
+    const Released released;
     std::future<void> run = std::async(std::launch::async, [&] { work(checked); });
     while (run.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
         const py::gil_scoped_acquire locked;

@@ -108,6 +108,19 @@ class Threads(Clip):
         self.assertEqual(maker.options.views.focus, altiro3d.ViewOptions().focus)
         self.assertNotEqual(altiro3d.find_display_model(display.calibration).name, "other")
 
+    def test_a_program_may_end_while_its_threads_work(self):
+        program = """import sys, threading, time
+import altiro3d, support
+display, scene = support.small_display(768, 1024), support.random_scene(1024, 768)
+def work():
+    while True: altiro3d.NativeMaker(display).make_native(scene)
+threading.Thread(target=work, daemon=True).start()
+time.sleep(.2)
+"""
+        run = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=60,
+                             cwd=Path(__file__).parent, text=True)
+        self.assertEqual((run.returncode, run.stderr), (0, ""))
+
     def test_a_call_from_within_a_call_fails_and_does_not_wait(self):
         depth = altiro3d.VideoDepth(lambda photo: depth.next(photo)[0])
         text = self.fails(altiro3d.ErrorCode.InvalidArgument, "VideoDepth",

@@ -18,6 +18,7 @@
 #include <chrono>
 #include <cmath>
 #include <fcntl.h>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <memory>
@@ -190,6 +191,8 @@ std::string CameraSlide::Impl::nameOf(const SlidePicture& picture) const {
 
 std::vector<cv::Point2d> CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pictures) {
     const PictureSteps found = stepsOf(pictures);
+    const std::vector<double> counts(std::next(found.counts.begin()), found.counts.end());
+    requireCorners(static_cast<int>(percentileOf(counts, 0.5)), name);
     const std::size_t all = pictures.size();
     const std::size_t most = std::max<std::size_t>(2, all / 10);
     std::vector<SlidePicture> kept = pictures;
@@ -256,10 +259,6 @@ void CameraSlide::Impl::find() {
     for (const std::size_t i : chosen)
         followed.push_back(&pictures[i]);
     SlideTracks tracks = followCorners(followed, aspect);
-    if (tracks.fewest < kFewestCorners && !options.turntable) {
-        SlideTracks wide = followCorners(followed, aspect, true);
-        if (wide.fewest > tracks.fewest) tracks = std::move(wide);
-    }
     if (options.turntable) removeStill(tracks);
     lap(1);
     requireCorners(tracks.fewest, name);

@@ -71,11 +71,11 @@ double growthOf(const std::vector<SlideTrack>& tracks, int pictures) {
 } // namespace
 
 void requireCorners(int corners, const std::string& name) {
-    if (corners >= kFewestCorners) return;
+    constexpr int kFewest = 30;
+    if (corners >= kFewest) return;
     refuse("only " + std::to_string(corners) +
                " corners can be followed from one picture to the next, expected " +
-               std::to_string(kFewestCorners) +
-               " or more: a sharp scene with texture, in small steps",
+               std::to_string(kFewest) + " or more: a sharp scene with texture, in small steps",
            name);
 }
 

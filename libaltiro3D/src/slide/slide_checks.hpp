@@ -7,8 +7,6 @@
 
 namespace altiro3D {
 
-constexpr int kFewestCorners = 30; ///< That are followed between two pictures.
-
 // What a clip must have; each throws Error BadFormat with a reason and a number.
 
 /// @param corners that can be followed @param name of the clip

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -83,43 +82,6 @@ Followed followBothWays(const std::vector<cv::Mat>& from, const std::vector<cv::
     return there;
 }
 
-// What is found again across wide steps, best first.
-struct Features {
-    std::vector<cv::KeyPoint> points;
-    cv::Mat descriptors;
-};
-
-Features featuresOf(const cv::Mat& grey) {
-    constexpr int kFeatures = 2000;
-    constexpr double kContrast = 0.02;
-    Features found;
-    cv::SIFT::create(kFeatures, 3, kContrast)
-        ->detectAndCompute(grey, cv::noArray(), found.points, found.descriptors);
-    return found;
-}
-
-// Of each feature of one picture, the one of another picture that is clearly most like it, and
-// which is most like it as well; -1: none.
-std::vector<int> matchesOf(const Features& from, const Features& to) {
-    constexpr float kRatio = 0.8F;
-    const auto nearest = [](const cv::Mat& a, const cv::Mat& b) {
-        std::vector<int> best(static_cast<std::size_t>(a.rows), -1);
-        if (a.rows == 0 || b.rows < 2) return best;
-        std::vector<std::vector<cv::DMatch>> pairs;
-        cv::BFMatcher().knnMatch(a, b, pairs, 2);
-        for (const std::vector<cv::DMatch>& two : pairs)
-            if (two[0].distance < kRatio * two[1].distance)
-                best[static_cast<std::size_t>(two[0].queryIdx)] = two[0].trainIdx;
-        return best;
-    };
-    std::vector<int> there = nearest(from.descriptors, to.descriptors);
-    const std::vector<int> back = nearest(to.descriptors, from.descriptors);
-    for (std::size_t i = 0; i < there.size(); ++i)
-        if (there[i] >= 0 && back[static_cast<std::size_t>(there[i])] != static_cast<int>(i))
-            there[i] = -1;
-    return there;
-}
-
 double brightnessAt(const cv::Mat& grey, const cv::Point2f& p) {
     constexpr int kReach = 4;
     const cv::Rect part =
@@ -182,25 +144,15 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
 
 std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
                                           const std::vector<int>& counts) {
-    constexpr std::size_t kRuns = 3; // that a picture may continue
-    constexpr int kFewest = 10;      // of the corners of stepsOf()
-    constexpr std::ptrdiff_t kFewestMatches = 30;
+    constexpr std::size_t kRuns = 3;   // that a picture may continue
+    constexpr int kFewest = 10;        // of the corners of stepsOf()
     constexpr double kSharpness = 0.1; // of one picture against the other
-    std::vector<Features> features(pictures.size());
-    const auto featuresAt = [&](std::size_t i) -> const Features& {
-        if (features[i].points.empty()) features[i] = featuresOf(pictures[i].grey);
-        return features[i];
-    };
     const auto areNeighbours = [&](std::size_t a, std::size_t b) {
         if (std::min(pictures[a].sharpness, pictures[b].sharpness) <
             kSharpness * std::max(pictures[a].sharpness, pictures[b].sharpness))
             return false;
-        const int corners =
-            b == a + 1 ? counts[b] : stepsOf({pictures[a], pictures[b]}).counts.back();
-        if (corners >= kFewest) return true;
-        const std::vector<int> matches = matchesOf(featuresAt(a), featuresAt(b));
-        return std::count_if(matches.begin(), matches.end(), [](int to) { return to >= 0; }) >=
-               kFewestMatches;
+        return (b == a + 1 ? counts[b] : stepsOf({pictures[a], pictures[b]}).counts.back()) >=
+               kFewest;
     };
     // pictures that continue each other; those that were continued last come first
     std::vector<std::vector<std::size_t>> runs;
@@ -258,22 +210,19 @@ std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& picture
     return chosen;
 }
 
-SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect,
-                          bool isWide) {
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect) {
     constexpr int kCorners = 500;
     const cv::Size size = pictures.front()->grey.size();
     const auto widths = [&](const cv::Point2f& p) {
         return cv::Point2d((static_cast<double>(p.x) + 0.5 - size.width / 2.0) / size.width,
                            ((static_cast<double>(p.y) + 0.5) / size.height - 0.5) * aspect);
     };
-    const auto at = [](int index) { return static_cast<std::size_t>(index); };
     // a track that goes on
     struct Live {
         std::size_t track;
         std::size_t origin; // the picture in which it begins
         cv::Point2f begin;
         cv::Point2f at;
-        int feature; // of wide steps
     };
     SlideTracks result;
     result.gains.assign(pictures.size(), 1);
@@ -281,10 +230,6 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
     std::vector<Live> live;
     std::vector<cv::Mat> before;
     std::vector<std::vector<cv::Mat>> details;
-    Features features; // of this picture
-    Features coming;   // of the next one
-    std::vector<int> matches;
-    if (isWide) coming = featuresOf(pictures.front()->grey);
     const double apart = 0.7 * std::sqrt(static_cast<double>(size.area()) / kCorners);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         const cv::Mat& grey = pictures[i]->grey;
@@ -294,18 +239,7 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
             std::vector<cv::Point2f> points;
             for (const Live& one : live)
                 points.push_back(one.at);
-            Followed found;
-            if (!isWide) {
-                found = followBothWays(before, now, points, {});
-            } else {
-                for (Live& one : live) {
-                    const cv::Point2f off = one.at - features.points[at(one.feature)].pt;
-                    one.feature = matches[at(one.feature)];
-                    found.isFound.push_back(one.feature >= 0 ? 1 : 0);
-                    found.to.push_back(one.feature < 0 ? one.at
-                                                       : coming.points[at(one.feature)].pt + off);
-                }
-            }
+            const Followed found = followBothWays(before, now, points, {});
             std::vector<Live> next;
             std::vector<double> ratios;
             for (std::size_t origin = 0; origin < i; ++origin) {
@@ -344,25 +278,12 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
         for (const Live& one : live)
             cv::circle(free, one.at, cvRound(apart), cv::Scalar(0), cv::FILLED);
         const int missing = kCorners - static_cast<int>(live.size());
-        if (isWide) {
-            features = std::move(coming);
-            coming = featuresOf(pictures[i + 1]->grey);
-            matches = matchesOf(features, coming);
-            for (std::size_t k = 0; k < matches.size(); ++k) {
-                const cv::Point2f& p = features.points[k].pt;
-                if (matches[k] < 0 || !isInside(p, size) || free.at<uchar>(p) == 0) continue;
-                cv::circle(free, p, cvRound(apart), cv::Scalar(0), cv::FILLED);
-                live.push_back({result.tracks.size(), i, p, p, static_cast<int>(k)});
-                result.tracks.push_back({static_cast<int>(i), {widths(p)}});
-            }
-            continue;
-        }
         if (missing <= 0) continue;
         std::vector<cv::Point2f> corners;
         cv::goodFeaturesToTrack(grey, corners, missing, kQuality, apart, free, 5);
         for (const cv::Point2f& corner : corners) {
             if (!isInside(corner, size)) continue;
-            live.push_back({result.tracks.size(), i, corner, corner, -1});
+            live.push_back({result.tracks.size(), i, corner, corner});
             result.tracks.push_back({static_cast<int>(i), {widths(corner)}});
         }
     }

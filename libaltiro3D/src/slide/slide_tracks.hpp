@@ -62,9 +62,7 @@ struct SlideTracks {
 /// seen where the track begins, so errors do not add up, and without the brightness around it:
 /// else a change of the light moves the places. Where that fails, the track ends.
 /// @param aspect height : width of the pictures of the clip
-/// @param isWide steps are too wide for that: features (SIFT) are matched instead of corners
-SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect,
-                          bool isWide = false);
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect);
 
 /// Leaves out corners that stand still, and counts those that are left.
 void removeStill(SlideTracks& tracks);

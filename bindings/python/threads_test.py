@@ -167,7 +167,8 @@ class Names(Clip):
     def test_what_an_interpreter_lacks_is_told(self):
         def fails_to_import(package):
             run = subprocess.run([sys.executable, "-c", "import altiro3d"], text=True,
-                                 capture_output=True, env=dict(os.environ, PYTHONPATH=str(package)))
+                                 capture_output=True, cwd=self.folder,
+                                 env=dict(os.environ, PYTHONPATH=str(package)))
             self.assertEqual(run.returncode, 1)
             self.assertIn(sys.executable, run.stderr.splitlines()[-1])
             return run.stderr.splitlines()[-1]

@@ -143,13 +143,15 @@ TEST(ViewerDocument, StereoPairsGetTheirDepthByMatching) {
 
     cv::Mat both;
     cv::vconcat(eyes.left, eyes.right, both);
-    const Document stacked = documentOf({"x.png", {}, Reading::EyesTopBottom}, both, display);
+    const fs::path file = directory / "x.png"; // states nothing
+    writeImage(file, both);
+    const Document stacked = documentOf({file, {}, Reading::EyesTopBottom}, both, display);
     EXPECT_TRUE(samePicture(stacked.picture, eyes.left));
     EXPECT_GT(stacked.rawDepth.at<float>(150, 200), stacked.rawDepth.at<float>(150, 350));
 
     // pictures that do not match are a photo with a remark
     const Document other =
-        documentOf({"x.png", {}, Reading::EyesLeftRight}, randomPhoto({400, 150}, 3), display);
+        documentOf({file, {}, Reading::EyesLeftRight}, randomPhoto({400, 150}, 3), display);
     EXPECT_TRUE(other.rawDepth.empty());
     ASSERT_EQ(other.notes.size(), 1u);
     EXPECT_TRUE(holds(other.notes[0].text, "do not match"));

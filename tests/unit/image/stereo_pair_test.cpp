@@ -453,8 +453,9 @@ TEST_F(Panoramas, ASphereIsRefusedInAnyFormatWithACommandThatFlattensIt) {
                       png, pngChunk("iTXt", std::string("XML:com.adobe.xmp\0\0\0\0\0", 22) + xmp))},
         {"s.tif", encoded(".tif", sphere) + xmp}};
     for (const auto& [name, bytes] : files) {
-        spill(directory / name, bytes);
-        const std::string error = errorOf([&] { static_cast<void>(readPhoto(directory / name)); });
+        const auto file = directory / name;
+        spill(file, bytes);
+        const std::string error = errorOf([&] { static_cast<void>(readPhoto(file)); });
         EXPECT_TRUE(contains(error, "shows 360 x 180 degrees of a sphere")) << error;
         EXPECT_TRUE(contains(error, "-vf v360=e:flat:yaw=0:pitch=0:h_fov=90:v_fov=73.74:w=40:h=30"))
             << error;

@@ -7,7 +7,7 @@
 namespace altiro3D {
 
 /// Whether a value of an enumeration has a name, by what the compiler calls it: `Enum::Name`, else
-/// `(Enum)3`.
+/// `(Enum)3`. @return true if it has one
 template <auto kValue>
 constexpr bool isEnumerator() {
     constexpr std::string_view kStart = "kValue = ";
@@ -15,7 +15,7 @@ constexpr bool isEnumerator() {
     return kName[kName.find(kStart) + kStart.size()] != '(';
 }
 
-/// Number of the enumerators of an enumeration that counts from 0 without gaps.
+/// Counts the enumerators of an enumeration that counts from 0 without gaps. @return their number
 template <class Enum, std::size_t kFrom = 0>
 constexpr std::size_t enumCount() {
     if constexpr (isEnumerator<static_cast<Enum>(kFrom)>()) {
@@ -26,6 +26,9 @@ constexpr std::size_t enumCount() {
 }
 
 /// The entry of an enumerator. A table that lacks one does not compile.
+/// @param table an entry for each enumerator, in their order
+/// @param value the enumerator
+/// @return its entry
 template <class Enum, class Entry, std::size_t kEntries>
 constexpr const Entry& entryOf(const Entry (&table)[kEntries], Enum value) {
     static_assert(kEntries == enumCount<Enum>(), "expected an entry for each enumerator");

@@ -189,7 +189,7 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& byt
     }
     if (header.format == ImageFormat::Tiff) return decodeTiff(bytes);
     if (header.format == ImageFormat::Exr) {
-        const cv::Mat picture = decodeExr(bytes, colours == Colours::AsStored, notes);
+        cv::Mat picture = decodeExr(bytes, colours == Colours::AsStored, notes);
         if (!picture.empty()) return picture;
     }
     const std::string expected =

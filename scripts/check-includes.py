@@ -16,7 +16,7 @@ ROOMS = ["base", "display", "image", "media",
          "views", "views/fast", "views/real", "views/layered", "scene", "native",
          "video/motion", "video/conversion", "video/chunks"]
 # Public headers without a source of their name.
-HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "image_io": "image", "eyes_file": "image",
+HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "image_io": "image",
                 "video_io": "media",
                 "scene": "depth/map", "video_conversion": "video/conversion"}
 UMBRELLA = "altiro3D"

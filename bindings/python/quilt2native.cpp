@@ -37,6 +37,15 @@ void bindSearch(py::module_& m) {
         },
         py::arg("picture"), py::kw_only(), py::arg("order") = "rgb",
         "Finds the columns and rows of a quilt by comparing parts of the picture, uint8.");
+    m.def(
+        "check_quilt_layout",
+        [](const Array& picture, const QuiltLayout& layout, Order order) {
+            const cv::Mat quilt = pictureOf(picture, "picture", order);
+            return unlocked([=] { return checkQuiltLayout(quilt, layout); });
+        },
+        py::arg("picture"), py::arg("layout"), py::kw_only(), py::arg("order") = "rgb",
+        "Compares a quilt, uint8, with its layout. Returns remarks, usually none: views of one "
+        "colour, rows from the top, another layout.");
 }
 
 } // namespace

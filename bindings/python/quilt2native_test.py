@@ -18,6 +18,9 @@ class Quilts(Case):
         found = altiro3d.find_quilt_layout(quilt)
         self.assertEqual((found.verdict, found.layout.columns, found.layout.rows),
                          (altiro3d.QuiltVerdict.Quilt, 4, 5))
+        self.assertEqual(altiro3d.check_quilt_layout(quilt, layout), [])
+        note, = altiro3d.check_quilt_layout(quilt[::-1], layout)
+        self.assertEqual(note.code, altiro3d.NoteCode.Doubtful)
 
     def test_quilts_are_cropped_and_fitted_to_whole_pixels(self):
         layout = altiro3d.QuiltLayout(columns=3, rows=2, tile_size=(24, 32), view_count=6)

@@ -105,14 +105,18 @@ class Person {
             brightest = there;
             light_ = i / 24.0;
         }
-        const auto half = [&](double to) {
+        const auto half = [&](double step) {
             double head = light_;
             while (brightness(head) > brightest / 2 && std::abs(head - light_) < 0.5)
-                head += to;
+                head += step;
+            for (int i = 0; i < 3; ++i) {
+                step /= 2;
+                head += brightness(head - step) > brightest / 2 ? 0 : -step;
+            }
             return head;
         };
-        left_ = half(-0.01);
-        right_ = half(0.01);
+        left_ = half(-0.08);
+        right_ = half(0.08);
         light_ = (left_ + right_) / 2;
     }
 

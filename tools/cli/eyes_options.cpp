@@ -1,6 +1,6 @@
 #include "cli/eyes_options.hpp"
 
-#include "altiro3D/eyes_file.hpp"
+#include "altiro3D/image_io.hpp"
 #include "cli/outputs.hpp"
 
 #include <algorithm>

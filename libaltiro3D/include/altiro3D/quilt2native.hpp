@@ -222,6 +222,15 @@ struct FoundQuilt {
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
 
+/// Compares a quilt with its layout, which its name or an option states.
+/// @param picture [rows x cols, CV_8UC3, BGR]
+/// @param layout columns, rows and number of views
+/// @return remarks, usually none: views of one colour (AsItIs), rows that run from the top to the
+///         bottom or another layout that is in the picture (Doubtful)
+/// @throws Error InvalidArgument (empty or wrong type)
+[[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
+                                                     const QuiltLayout& layout);
+
 /// How much consecutive pictures resemble each other, as views of neighbouring cameras do. Shifts
 /// of up to a tenth of the width do not count. Measured: 0.9 and more for rendered and captured
 /// views, below 0.1 for unrelated photos.

@@ -1,4 +1,3 @@
-#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include "altiro3D/file_io.hpp"

@@ -1,4 +1,4 @@
-#include "altiro3D/eyes_file.hpp"
+#include "altiro3D/image_io.hpp"
 
 #include "base/checks.hpp"
 

@@ -1,7 +1,6 @@
 // Pictures that hold both eyes: what their files state, and how they are split.
 
 #include "altiro3D/enum_table.hpp"
-#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include "base/byte_reader.hpp"

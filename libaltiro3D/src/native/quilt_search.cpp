@@ -1,5 +1,3 @@
-#include "altiro3D/quilt_search.hpp"
-
 #include "altiro3D/quilt2native.hpp"
 
 #include "base/checks.hpp"

@@ -1,5 +1,4 @@
 #include "altiro3D/quilt2native.hpp"
-#include "altiro3D/quilt_search.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_source.hpp"

@@ -1,6 +1,5 @@
 #include "altiro3D/depth_source.hpp"
 
-#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/network/network_estimate.hpp"

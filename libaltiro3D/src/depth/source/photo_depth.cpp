@@ -1,7 +1,7 @@
 #include "depth/source/photo_depth.hpp"
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/eyes_file.hpp"
+#include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 
 namespace altiro3D {

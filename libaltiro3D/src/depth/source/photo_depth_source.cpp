@@ -4,7 +4,6 @@
 #include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/enum_table.hpp"
-#include "altiro3D/eyes_file.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "depth/source/photo_depth.hpp"

@@ -1039,6 +1039,41 @@ TEST_F(Photo2Native, DepthImagesMayHaveTheNamesOfPhotosInOtherLetters) {
                      u8"depth image beside the photo (in/Cafe\u0301-depth.png)"));
 }
 
+TEST_F(Photo2Native, PicturesOfTwoFoldersMayHaveTheSameNamesInOtherLetters) {
+    const cv::Mat depth = readBack(studio_ / "depth.png");
+    for (const char* folder : {"in/trip", "depths/TRIP"})
+        fs::create_directories(studio_ / folder);
+    for (const char* name : {u8"in/Caf\u00e9.jpg", "in/IMG_1.JPG", "in/Once.jpg", "in/Twice.jpg",
+                             "in/a.jpg", "in/A.JPG", "in/trip/B.jpg"})
+        writeImage(studio_ / name, scenery({60, 80}, 3));
+    for (const char* name :
+         {u8"depths/Cafe\u0301.png", "depths/img_1.png", "depths/Once.png", "depths/once.png",
+          "depths/TWICE.png", "depths/twice.png", "depths/A.png", "depths/TRIP/b-Depth.PNG"})
+        writeImage(studio_ / name, depth);
+    const Outcome outcome = convert("--recursive -d in depths out");
+    EXPECT_EQ(outcome.status, 1);
+    for (const char* line :
+         {u8": Native, 96 x 128 px; depth of Cafe\u0301.png", "; depth of img_1.png",
+          "; depth of Once.png", "; depth of TWICE.png", "; depth of b-Depth.PNG",
+          "\nA.JPG: out/A_native.png: Native, 96 x 128 px; depth of A.png"})
+        EXPECT_TRUE(holds(outcome.out, line)) << line;
+    for (const char* line :
+         {"depths/once.png: is not used, as Once.png is used",
+          "depths/twice.png: is not used, as TWICE.png is used", "depths/a.jpg: does not exist"})
+        EXPECT_TRUE(holds(outcome.err, line)) << line;
+
+    fs::remove(studio_ / "depths/A.png");
+    writeImage(studio_ / "depths/a-DEPTH.png", depth);
+    EXPECT_TRUE(holds(convert("-d in depths two").out, "depth of a-DEPTH.png"));
+    fs::rename(studio_ / "depths/a-DEPTH.png", studio_ / "depths/a-DEPTH.jpg");
+    fs::rename(studio_ / "in/a.jpg", studio_ / "in/Img_1.jpg");
+    const Outcome either = convert("-d in depths three");
+    EXPECT_TRUE(holds(either.err, "depths/img_1.png: is not used, as IMG_1.JPG and Img_1.jpg"));
+    fs::rename(studio_ / "depths/img_1.png", studio_ / "in/img_1-depth.png");
+    EXPECT_TRUE(holds(convert("in four").out, "in/img_1-depth.png: is a depth image by its name, "
+                                              "but IMG_1.JPG and Img_1.jpg could take it"));
+}
+
 TEST_F(Photo2Native, FoldersOfSystemsAreCountedAndNotSearched) {
     const std::vector<std::string> folders = {
         "@eaDir",   ".thumbnails", ".AppleDouble", "$RECYCLE.BIN", "System Volume Information",

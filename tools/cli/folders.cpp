@@ -179,7 +179,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
     const std::vector<fs::path> entries = entriesOf(folder, how.recursive);
     const CameraPhotos photos = cameraPhotos(entries);
     std::vector<FolderFile> files;
-    std::vector<fs::path> depths;
+    std::vector<NamedDepth> depths;
     std::vector<fs::path> folders;
     for (const fs::path& entry : entries) {
         FileKind kind = FileKind::Other;
@@ -195,7 +195,7 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
         if (how.wanted.count(kind) > 0) {
             files.push_back({entry, {}, relative});
         } else if (kind == FileKind::DepthImage) {
-            depths.push_back(entry);
+            depths.push_back({entry, photoOfDepthName(entry)});
         } else {
             found.leftOut.push_back(leftOutFile(entry, kind));
             if (kind == FileKind::LiveClip)
@@ -208,10 +208,8 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
     }
     for (const SpareDepth& depth : pairDepthImages(depths, files)) {
         found.leftOut.push_back(leftOutFile(depth.file, FileKind::DepthImage));
-        if (!depth.taken.empty()) {
-            found.leftOut.back().why =
-                "is a depth image by its name, but " + depth.taken.filename().string() + " is used";
-        }
+        if (!depth.why.empty())
+            found.leftOut.back().why = "is a depth image by its name, but " + depth.why;
     }
     found.files.insert(found.files.end(), files.begin(), files.end());
     for (const fs::path& subfolder : folders) {
@@ -274,7 +272,7 @@ FolderContents searchFolder(const fs::path& folder, const FolderSearch& how) {
     return found;
 }
 
-std::vector<SpareDepth> pairDepthImages(const std::vector<fs::path>& depths,
+std::vector<SpareDepth> pairDepthImages(const std::vector<NamedDepth>& depths,
                                         std::vector<FolderFile>& photos) {
     using Photos = std::vector<FolderFile*>;
     std::map<std::pair<fs::path, std::u32string>, Photos> byName; // in its folder
@@ -288,21 +286,29 @@ std::vector<SpareDepth> pairDepthImages(const std::vector<fs::path>& depths,
         named(nameOf(&photo)).push_back(&photo);
     std::vector<SpareDepth> spare;
     for (const bool isEqual : {true, false}) { // comparable names come after equal ones
-        for (const fs::path& depth : depths) {
-            const fs::path name = photoOfDepthName(depth);
-            Photos to = named(name);
-            const auto isOther = [&](const FolderFile* photo) { return nameOf(photo) != name; };
+        for (const NamedDepth& depth : depths) {
+            Photos to = named(depth.photo);
+            const auto isOther = [&](const FolderFile* photo) {
+                return nameOf(photo) != depth.photo;
+            };
             const auto equal = std::stable_partition(to.begin(), to.end(), isOther);
             if ((equal != to.end()) != isEqual) continue;
             if (isEqual) to.erase(to.begin(), equal);
-            const auto isSecond = [&](const FolderFile* photo) {
+            const auto second = std::find_if(to.begin(), to.end(), [&](const FolderFile* photo) {
                 return nameOf(photo) != nameOf(to.front());
-            };
-            if (std::any_of(to.begin(), to.end(), isSecond)) to.clear(); // it may be of either
-            const fs::path taken = to.empty() ? fs::path() : to.front()->depth;
-            if (to.empty() || !taken.empty()) spare.push_back({depth, taken});
-            for (FolderFile* photo : to)
-                if (taken.empty()) photo->depth = depth;
+            });
+            const auto textOf = [](const fs::path& file) { return file.filename().string(); };
+            if (to.empty()) {
+                spare.push_back({depth.file, {}});
+            } else if (second != to.end()) {
+                spare.push_back({depth.file, textOf(to.front()->file) + " and " +
+                                                 textOf((*second)->file) + " could take it"});
+            } else if (const fs::path& taken = to.front()->depth; !taken.empty()) {
+                spare.push_back({depth.file, textOf(taken) + " is used"});
+            } else {
+                for (FolderFile* photo : to)
+                    photo->depth = depth.file;
+            }
         }
     }
     return spare;

@@ -71,16 +71,22 @@ bool isVideoFileName(const std::filesystem::path& file);
 /// @throws Error as listImages()
 FolderContents searchFolder(const std::filesystem::path& folder, const FolderSearch& search);
 
+/// A depth image, or the picture of a right eye, and what it belongs to by its name.
+struct NamedDepth {
+    std::filesystem::path file;
+    std::filesystem::path photo; ///< Without extension.
+};
+
 /// A depth image that no photo takes.
 struct SpareDepth {
     std::filesystem::path file;
-    std::filesystem::path taken; ///< The depth image that its photo has; empty: there is no photo.
+    std::string why; ///< "a-depth.png is used"; empty: there is no photo of its name.
 };
 
-/// Gives each photo the first depth image of its name, see photoOfDepthName(): that of a.jpg is
-/// a-depth.png in the same folder, else one of a comparableName() that fits one photo only.
+/// Gives each photo the first depth image of its name, else one of a comparableName() that fits one
+/// photo only.
 /// @return the other depth images
-std::vector<SpareDepth> pairDepthImages(const std::vector<std::filesystem::path>& depths,
+std::vector<SpareDepth> pairDepthImages(const std::vector<NamedDepth>& depths,
                                         std::vector<FolderFile>& photos);
 
 /// A name for the outputs of each file, without extension, in its subfolder: that of the file, with

@@ -1,6 +1,7 @@
 #include "photo/photo_plan.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/folders.hpp"
@@ -8,7 +9,6 @@
 #include "cli/json_text.hpp"
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 namespace altiro3D::tools {
@@ -54,26 +54,53 @@ std::string pairName(const DepthOptions& depth) {
     return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
 }
 
-// Two folders: of photos, and of their depth images or right eyes' pictures.
+// A folder in another one: of this name, else of a comparable one.
+fs::path folderIn(fs::path folder, const fs::path& relative) {
+    for (const fs::path& name : relative) {
+        const std::u32string comparable = comparableName(name.string());
+        fs::path alike;
+        std::error_code error;
+        fs::directory_iterator entry(folder, error);
+        for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+            const fs::path& other = entry->path();
+            if (comparableName(other.filename().string()) == comparable && isDirectory(other) &&
+                (alike.empty() || other < alike))
+                alike = other;
+        }
+        folder = isDirectory(folder / name) || alike.empty() ? folder / name : alike;
+    }
+    return folder;
+}
+
+// Two folders: of photos, and of their depth images or right eyes' pictures, which have the names
+// of the photos, or else those of depth images beside them.
 std::vector<FolderFile> pairsOf(const fs::path& photos, const fs::path& others,
                                 const FolderSearch& search, std::vector<LeftOutFile>& leftOut,
                                 Messages& messages) {
-    std::map<fs::path, fs::path> depths; // by name without extension
-    std::set<fs::path> listed;
     std::vector<FolderFile> inputs = listFiles(photos, search, leftOut, messages);
-    for (FolderFile& input : inputs) {
-        const fs::path folder = input.folder.empty() ? others : others / input.folder;
-        if (listed.insert(folder).second && isDirectory(folder)) {
-            for (const fs::path& depth : listImages(folder))
-                depths[folder / depth.stem()] = depth;
+    std::vector<NamedDepth> depths;
+    std::vector<NamedDepth> longer; // a-depth.png
+    std::set<fs::path> listed;
+    for (const FolderFile& input : inputs) {
+        const fs::path folder = folderIn(others, input.folder);
+        if (!listed.insert(folder).second || !isDirectory(folder)) continue;
+        for (const fs::path& depth : listImages(folder)) {
+            depths.push_back({depth, input.file.parent_path() / depth.stem()});
+            if (const fs::path photo = photoOfDepthName(depth).filename(); !photo.empty())
+                longer.push_back({depth, input.file.parent_path() / photo});
         }
-        auto found = depths.find(folder / input.file.stem());
-        for (auto named = depths.begin(); found == depths.end() && named != depths.end();
-             ++named) // a-depth.png
-            if (photoOfDepthName(named->second) == folder / input.file.stem()) found = named;
-        input.depth =
-            found != depths.end() ? found->second : folder / input.file.filename(); // fails by name
     }
+    depths.insert(depths.end(), longer.begin(), longer.end());
+    for (const SpareDepth& spare : pairDepthImages(depths, inputs)) {
+        const bool isUsed = std::any_of(inputs.begin(), inputs.end(), [&](const FolderFile& input) {
+            return input.depth == spare.file;
+        });
+        if (!isUsed && !spare.why.empty())
+            messages.warn(spare.file.string() + ": is not used, as " + spare.why);
+    }
+    for (FolderFile& input : inputs)
+        if (input.depth.empty())
+            input.depth = others / input.folder / input.file.filename(); // fails by name
     return inputs;
 }
 

@@ -385,13 +385,13 @@ Document readDocument(const Source& source, const Display& display) {
 
 std::vector<Source> pairUp(const std::vector<fs::path>& files) {
     std::vector<tools::FolderFile> photos;
-    std::vector<fs::path> depths;
+    std::vector<tools::NamedDepth> depths;
     for (const fs::path& file : files) {
         if (isVideoName(file)) continue;
         if (photoOfDepthName(file).empty()) {
             photos.push_back({file, {}, {}});
         } else {
-            depths.push_back(file);
+            depths.push_back({file, photoOfDepthName(file)});
         }
     }
     tools::pairDepthImages(depths, photos);

@@ -43,7 +43,7 @@ TEST(ViewerDocument, NameAndSizeTellWhatAPictureIs) {
     EXPECT_EQ(rgbd.kind, Kind::Scene);
     EXPECT_EQ(rgbd.picture.size(), cv::Size(45, 60));
     EXPECT_FALSE(rgbd.rawDepth.empty());
-    EXPECT_EQ(rgbd.facts(), "Photo, 45 x 60 px, with depth");
+    EXPECT_EQ(rgbd.facts(), "Video, 45 x 60 px, with depth");
 }
 
 TEST(ViewerDocument, NamesOfHalvesCountIfTheHalvesAgree) {

@@ -204,7 +204,7 @@ TEST_F(VideoChunksTest, OtherCodecsAndProductsAreDividedAlike) {
 
 TEST_F(VideoChunksTest, GivenDepthIsDividedAlike) {
     ALTIRO3D_TAKES(20);
-    Clip clip{{60, 190}}; // its flaws are measured on every 100th frame
+    Clip clip{{60, 190}}; // its flaws are measured in each scene
     clip.hasStills = true;
     writeClip(directory / "clip.mkv", clip);
     writeClip(directory / "depth.mkv", {{90, 160}});

@@ -247,7 +247,6 @@ void Controller::play() {
         if (pictureWaits_.exchange(true)) return false; // the one before is still being made
         const auto since = std::chrono::steady_clock::now();
         auto document = std::make_shared<Document>(documentOf(source, picture, *display, eyes));
-        document->video = true;
         if (eyes) document->depthOrigin = origin;
         if (document->kind == Kind::Scene) {
             std::string wish;

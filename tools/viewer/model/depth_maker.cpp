@@ -1,7 +1,6 @@
 #include "viewer/model/depth_maker.hpp"
 
 #include "altiro3D/error.hpp"
-#include "cli/depth_options.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/run_tool.hpp"
 
@@ -78,11 +77,10 @@ std::string DepthMaker::choose(const std::string& wish, bool given) const {
 
 void DepthMaker::use(const std::string& chosen, const std::function<void(DepthSource&)>& use) {
     const std::optional<InstalledNetwork> network = find(chosen);
-    if (!network) {
+    if (!network)
         throw Error(ErrorCode::NotFound, "depth",
                     "no network is installed that could estimate it, expected one from Edit > "
                     "Better depth, or a depth image");
-    }
     const std::lock_guard<std::mutex> lock(mutex_);
     if (loaded_ != chosen) {
         network_.reset();
@@ -145,24 +143,24 @@ void PlayedDepth::next(Document& document, const std::string& wish) {
     const std::string chosen = maker_->choose(wish, document.hasDepth());
     right_ = document.right;
     const bool isMatched = chosen == kGivenDepth && !right_.empty();
-    if (chosen == kGivenDepth && !isMatched) {
-        constexpr int kPicturesPerMeasurement = 100;
-        document.scene = pictures_++ / kPicturesPerMeasurement;
-        return;
-    }
+    const bool isGiven = chosen == kGivenDepth && !isMatched;
     if (chosen != chosen_) {
         DepthKind kind = DepthKind::NearWhite;
-        if (!isMatched) maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
-        const auto estimate = [this, maker = maker_, chosen, isMatched](const cv::Mat& picture,
-                                                                        cv::Mat& raw) {
+        if (!isMatched && !isGiven)
+            maker_->use(chosen, [&](DepthSource& source) { kind = source.kind(); });
+        const auto estimate = [this, maker = maker_, chosen, isMatched,
+                               isGiven](const cv::Mat& picture, cv::Mat& raw) {
             if (isMatched) return matchEyes(picture, raw);
+            if (isGiven) return cv::Mat(1, 1, CV_8UC1, cv::Scalar(0)).copyTo(raw); // scenes alone
             cv::Mat photo;
             maker->use(chosen, [&](DepthSource& source) { source.readFrame(picture, photo, raw); });
         };
         depth_.emplace(estimate, kind);
         chosen_ = chosen;
     }
-    if (depth_->next(document.picture, document.depth).cut) ++scene_;
+    cv::Mat depth;
+    if (depth_->next(document.picture, depth).cut) ++scene_;
+    if (!isGiven) document.depth = depth;
     document.scene = scene_;
 }
 

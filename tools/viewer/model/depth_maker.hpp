@@ -62,8 +62,7 @@ class PlayedDepth {
     PlayedDepth(const PlayedDepth&) = delete;
     PlayedDepth& operator=(const PlayedDepth&) = delete;
 
-    /// Sets the depth of the next picture, if it is to be estimated, and its scene. As in
-    /// video2native, given depth has no scenes; its flaws are measured now and then. That of both
+    /// Sets the depth of the next picture, if it is to be estimated, and its scene. That of both
     /// eyes is matched; where they do not match it is estimated, or flat without a network.
     /// @param wish Knobs::depth
     void next(Document& document, const std::string& wish);
@@ -75,7 +74,6 @@ class PlayedDepth {
     std::string chosen_;
     cv::Mat right_; // the right eye's picture
     int scene_ = 0;
-    int pictures_ = 0; // with given depth
     std::optional<VideoDepth> depth_;
 };
 

@@ -1,7 +1,6 @@
 #include "viewer/model/document.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/depth_options.hpp"
 #include "cli/folders.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/quilt_options.hpp"
@@ -211,6 +210,12 @@ bool areViews(const std::vector<Source>& files) {
 
 } // namespace
 
+void Document::readDepth(cv::Mat& map) const {
+    if (!video || eyes) return normalizeDepth(rawDepth, map);
+    rawDepth.convertTo(map, CV_8U); // one range for all frames, as in video2native
+    map.convertTo(map, CV_32F, 1 / 255.0);
+}
+
 std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
@@ -261,10 +266,9 @@ FolderFiles filesOfFolder(const fs::path& folder) {
     FolderFiles result;
     for (const tools::FolderFile& file : found.files)
         result.files.push_back({file.file, file.depth, Reading::Automatic});
-    if (result.files.empty()) {
+    if (result.files.empty())
         throw Error(ErrorCode::NotFound, folder.string(),
                     "holds no pictures and no videos, expected some");
-    }
     if (areViews(result.files)) {
         result.files = {{folder, {}, Reading::Automatic}};
     } else if (!found.leftOut.empty()) {
@@ -278,6 +282,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
                     const std::optional<StereoVideo>& eyes) {
     Document document;
     document.source = source;
+    document.video = isVideoName(source.file);
     if (eyes) {
         const StereoPair pair = splitStereoPair(eightBit(picture), eyes->layout, eyes->halves);
         document.picture = pair.left;
@@ -355,12 +360,10 @@ Document readDocument(const Source& source, const Display& display) {
         if (document.kind == Kind::Scene)
             document.notes.insert(document.notes.end(), found.notes.begin(), found.notes.end());
         if (found.eyes) addFirstDepth(document, found.evidence);
-        document.video = true;
-        if (!source.depth.empty()) {
+        if (!source.depth.empty())
             document.notes.push_back(
                 {NoteCode::LeftOut,
                  source.depth.string() + ": is not used, as depth images are for photos"});
-        }
         return document;
     }
     Notes notes;

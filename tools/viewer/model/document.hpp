@@ -52,7 +52,7 @@ struct Document {
     HiddenLayer hidden; ///< What only the right eye of a pair sees, with disparities as depth.
     DepthOrigin origin = DepthOrigin::Given; ///< How rawDepth came to be.
     std::string depthOrigin;         ///< Where the depth that came with the photo was; else empty.
-    cv::Mat depth;                   ///< Depth map of a video's picture; else empty.
+    cv::Mat depth;                   ///< Estimated depth map of a video's picture; else empty.
     QuiltLayout layout;              ///< Layout of a quilt.
     std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
     bool video = false;              ///< The picture belongs to a video.
@@ -65,6 +65,9 @@ struct Document {
 
     /// Whether depth came with the picture, or can be found by matching both eyes.
     bool hasDepth() const { return !rawDepth.empty() || !right.empty(); }
+
+    /// The depth map of rawDepth.
+    void readDepth(cv::Mat& map) const;
 
     /// "Photo, 900 x 1200 px; depth in the photo's file (GDepth, 768 x 1024 px)"
     std::string facts() const;

@@ -121,10 +121,9 @@ struct Studio::State {
             map.source =
                 (from == kGivenDepth ? "both eyes" : from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
-            normalizeDepth(document.rawDepth, map.depth);
+            document.readDepth(map.depth);
             map.hidden = document.hidden;
             scaleHiddenDepth(document.rawDepth, map.depth, map.hidden);
-            map.flat = isFlat(map.depth);
             map.source = !document.source.depth.empty() ? document.source.depth.filename().string()
                          : document.depthOrigin.empty() ? "in the picture"
                                                         : document.depthOrigin;
@@ -134,9 +133,9 @@ struct Studio::State {
                 source.readScene(document.picture, DepthNormalization().flatDepth, scene);
             });
             map.depth = scene.depth;
-            map.flat = isFlat(map.depth);
             map.source = from;
         }
+        map.flat = !document.video && isFlat(map.depth);
         return map;
     }
 

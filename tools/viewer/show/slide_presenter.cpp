@@ -43,7 +43,7 @@ std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, con
         [=, eyes = first.eyes, aspect = display.aspect(), scene = 0](const cv::Mat& frame) mutable {
             Document document = documentOf(source, frame, display, eyes);
             depth->next(document, knobs.depth);
-            if (document.depth.empty()) normalizeDepth(document.rawDepth, document.depth);
+            if (document.depth.empty()) document.readDepth(document.depth);
             if (document.scene != scene) options.refine.flaws.reset();
             scene = document.scene;
             const Placement placed = placeScene({document.picture, document.depth, {}, {}, edges},

@@ -39,8 +39,7 @@ constexpr double kDepthShare = 0.3;
 
 // What a chunk's first frame depends on.
 struct ChunkDependence {
-    bool onScene = false; // Depth or choices, which begin anew at a cut.
-    bool onFlaws = false; // Flaws of given depth, measured every kFramesPerMeasurement frames.
+    bool onScene = false;           // Depth, its flaws and choices, which begin anew at a cut.
     std::optional<RgbdLayout> rgbd; // Of RGB-D frames.
     std::optional<StereoVideo> stereo;
 };
@@ -56,29 +55,17 @@ struct VideoSurvey {
     std::vector<VideoSegment> segments;
     std::vector<FramePlace> firsts; // Of the segments.
     std::vector<FramePlace> cuts;
-    std::vector<FramePlace> measured; // At these, flaws of given depth are measured.
     std::int64_t frames = 0;
     bool cancelled = false;
 };
 
-// The last place at or before a frame.
-FramePlace lastBefore(const std::vector<FramePlace>& places, std::int64_t frame) {
-    const auto after = std::upper_bound(
-        places.begin(), places.end(), frame,
-        [](std::int64_t value, const FramePlace& place) { return value < place.frame; });
-    return after == places.begin() ? FramePlace() : *(after - 1);
-}
-
 // The frame from which depth must be made so that the one at `first` is right.
 FramePlace beginOf(const VideoSurvey& survey, const ChunkDependence& on, const FramePlace& first) {
-    FramePlace begin = first;
-    for (const auto& [isNeeded, places] :
-         {std::pair(on.onScene, &survey.cuts), std::pair(on.onFlaws, &survey.measured)}) {
-        if (!isNeeded) continue;
-        const FramePlace place = lastBefore(*places, first.frame);
-        if (place.frame < begin.frame) begin = place;
-    }
-    return begin;
+    if (!on.onScene) return first;
+    const auto after = std::upper_bound(
+        survey.cuts.begin(), survey.cuts.end(), first.frame,
+        [](std::int64_t value, const FramePlace& place) { return value < place.frame; });
+    return after == survey.cuts.begin() ? FramePlace() : *(after - 1);
 }
 
 // The segments that begin chunks. Frames whose depth is repeated count as much as frames by which a
@@ -112,14 +99,7 @@ ChunkDependence dependenceOf(const VideoConversion& conversion) {
     if (conversion.fromQuilt || conversion.eyes.filmed) return on;
     on.onScene = true;
     on.stereo = conversion.stereo;
-    if (!conversion.given) return on;
-    const GivenVideoDepth& given = *conversion.given;
-    std::error_code error;
-    on.rgbd = given.rgbd;
-    on.onFlaws = true;
-    // Pictures of a directory may be distances or floats, which get a range that follows them.
-    on.onScene = conversion.choices.any() || given.kind == DepthKind::Metric ||
-                 (!given.rgbd && fs::is_directory(given.source, error));
+    if (conversion.given) on.rgbd = conversion.given->rgbd;
     return on;
 }
 
@@ -152,7 +132,6 @@ VideoSurvey surveyVideo(VideoReader& reader, int segmentFrames, const ChunkDepen
              ++segment.frames;
              segment.end = source.pts + std::max<std::int64_t>(source.duration, 1);
              segment.times = mixTime(segment.times, source);
-             if (survey.frames % kFramesPerMeasurement == 0) survey.measured.push_back(place);
              if (on.onScene) {
                  cv::Mat photo = source.picture;
                  cv::Mat depth;

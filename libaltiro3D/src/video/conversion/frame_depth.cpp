@@ -398,7 +398,6 @@ FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
         kind_ = given.kind;
         range_ = given.range.value_or(DepthRange());
         options_.every = 1;
-        if (conversion.choices.any()) cuts_.emplace();
         if (!rgbd_) given_ = std::make_unique<GivenDepth>(given, conversion.part, facts);
     } else {
         source_ = std::move(conversion.depth);
@@ -450,14 +449,14 @@ SavedState FrameDepth::state() const {
     std::string bytes;
     append(bytes, lastPhoto_);
     append(bytes, lastRaw_);
-    if (cuts_) cuts_->save(bytes);
+    if (!source_) cuts_.save(bytes);
     if (eyes_) eyes_->save(bytes);
     return {bytes + depth_->state().bytes};
 }
 
 void FrameDepth::setState(const SavedState& state) {
     std::string_view rest(state.bytes);
-    if (!take(rest, lastPhoto_) || !take(rest, lastRaw_) || (cuts_ && !cuts_->load(rest)) ||
+    if (!take(rest, lastPhoto_) || !take(rest, lastRaw_) || (!source_ && !cuts_.load(rest)) ||
         (eyes_ && !eyes_->load(rest)))
         throw damagedState();
     depth_->setState({std::string(rest)});
@@ -505,11 +504,10 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
     const bool sameDepth = raw == lastRaw_;
     lastPhoto_ = photo;
     lastRaw_ = raw;
-    const bool isCut = cuts_ && cuts_->next(frame.source.picture).cut;
     const bool grey = raw_.depth() == CV_8U || raw_.depth() == CV_16U;
     if (grey && kind_ != DepthKind::Metric) {
         frame.step.repeated = samePhoto && sameDepth;
-        frame.step.cut = isCut;
+        frame.step.cut = cuts_.next(frame.source.picture).cut;
         const DepthRange range = raw_.depth() == CV_8U ? DepthRange{0, 255} : range_;
         if (range.high <= range.low) {
             frame.depth.create(raw_.size(), CV_32FC1);

@@ -74,8 +74,8 @@ class FrameDepth {
     double unit_; // s
     std::unique_ptr<GivenDepth> given_;
     std::optional<VideoDepth> depth_;
-    std::optional<PictureTracker> cuts_; // finds the scenes of given depth, for choices by scene
-    cv::Mat raw_;                        // given depth, unchanged
+    PictureTracker cuts_;         // finds the scenes of given depth
+    cv::Mat raw_;                 // given depth, unchanged
     std::uint64_t lastPhoto_ = 0; // identify the last photo and its given depth, or its right eye
     std::uint64_t lastRaw_ = 0;
     Notes notes_; // about RGB-D frames

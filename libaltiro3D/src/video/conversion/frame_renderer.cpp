@@ -57,8 +57,7 @@ class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
         : options_(conversion.native), target_(target), edges_(edges),
-          isGiven_(conversion.given.has_value()), isMeasuring_(!options_.refine.flaws),
-          wanted_(conversion.choices) {
+          isMeasuring_(!options_.refine.flaws), wanted_(conversion.choices) {
         wanted_.isVideo = true;
         if (conversion.product == VideoProduct::Stereo) {
             eyes_ = conversion.eyes;
@@ -192,16 +191,14 @@ class ViewsRenderer : public FrameRenderer {
     }
 
     // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
-    // so edges do not waver from frame to frame; as given depth has no scenes, now and then.
+    // so edges do not waver from frame to frame.
     bool isMeasured(const PipelineFrame& frame) const {
-        const bool isDue = isGiven_ && frame.number % kFramesPerMeasurement == 0;
-        return isMeasuring_ && (!options_.refine.flaws || frame.step.cut || isDue);
+        return isMeasuring_ && (!options_.refine.flaws || frame.step.cut);
     }
 
     NativeOptions options_; // with the choices for the scene, and its flaws
     VideoTarget target_;
     DepthEdges edges_;
-    bool isGiven_;
     bool isMeasuring_; // the flaws of the depth were not given
     AutoChoices wanted_;
     bool isChosen_ = false; // options_ hold the choices for the scene

@@ -11,9 +11,6 @@
 
 namespace altiro3D {
 
-/// The flaws of given depth are measured on every frame whose number is a multiple of this.
-constexpr int kFramesPerMeasurement = 100;
-
 /// The target of the pictures of a conversion.
 struct VideoTarget {
     QuiltLayout layout; ///< of the quilts

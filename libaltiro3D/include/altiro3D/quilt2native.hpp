@@ -226,7 +226,7 @@ struct FoundQuilt {
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @param layout columns, rows and number of views
 /// @return remarks, usually none: views of one colour (AsItIs), rows that run from the top to the
-///         bottom or another layout that is in the picture (Doubtful)
+///         bottom, another layout that is in the picture, or no likeness of the views (Doubtful)
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
                                                      const QuiltLayout& layout);

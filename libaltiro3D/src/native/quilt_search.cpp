@@ -157,9 +157,8 @@ Candidate examine(const cv::Mat_<uchar>& grey, const Count& columns, const Count
         };
         if (!isMissing(a) && !isMissing(b)) pairs.emplace_back(a, b);
     };
-    for (int view = 0; view + 1 < candidate.tiles(); ++view) {
+    for (int view = 0; view + 1 < candidate.tiles(); ++view)
         add((view + 1) % columns.count == 0 ? betweenRows : inRows, view, view + 1);
-    }
     for (int first = 0; first + columns.count < candidate.tiles(); first += columns.count)
         add(betweenTurned, first + 2 * columns.count - 1, first);
     candidate.turned = tiles.likeness(betweenTurned, kMaxRowShift);
@@ -332,9 +331,10 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) try {
 
 Notes checkQuiltLayout(const cv::Mat& picture, const QuiltLayout& layout) try {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
-    constexpr int kMinSideOfView = 16; // px
-    constexpr double kClear = 0.002;   // as of rowOrder()
-    constexpr double kBlack = 8;       // grey levels
+    constexpr int kMinSideOfView = 16;   // px
+    constexpr double kClear = 0.002;     // as of rowOrder()
+    constexpr double kBlack = 8;         // grey levels
+    constexpr double kMaxOfPhoto = 0.25; // likeness of parts of a photo
     Notes notes;
     const cv::Mat_<uchar> grey = brightnessOf(downscale(picture, kWorkSide));
     const cv::Size size(grey.cols / layout.columns, grey.rows / layout.rows);
@@ -389,6 +389,9 @@ Notes checkQuiltLayout(const cv::Mat& picture, const QuiltLayout& layout) try {
                          "first view at the bottom left: the depth jumps from row to row"});
     } else if (stated.likeness < kMinLikeness && missing.empty()) {
         const FoundQuilt found = findQuiltLayout(picture);
+        if (found.verdict == QuiltVerdict::NoQuilt && stated.likeness < kMaxOfPhoto)
+            notes.push_back({NoteCode::Doubtful,
+                             "its parts do not look like views of one scene: it may be a photo"});
         if (found.verdict == QuiltVerdict::Quilt)
             notes.push_back({NoteCode::Doubtful,
                              "its parts do not look like views in " + std::to_string(layout.rows) +

@@ -8,6 +8,7 @@
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -247,14 +248,63 @@ TEST(CheckQuiltLayout, SaysMissingViewsRowsFromTheTopAndAnotherLayout) {
                              "of its views 0 to 47 there is nothing in 45, 46, 47:"));
     }
     const cv::Mat quilt = quiltOf(layout, 41, 15);
-    cv::Mat fromTop(quilt.size(), quilt.type());
-    for (int row = 0; row < layout.rows; ++row)
-        quilt.rowRange(row * 80, row * 80 + 80)
-            .copyTo(fromTop.rowRange((5 - row) * 80, (5 - row) * 80 + 80));
-    EXPECT_TRUE(contains(remarksOf(fromTop, layout), "from the top to the bottom"));
+    EXPECT_TRUE(contains(remarksOf(fromTop(quilt, layout), layout), "from the top to the bottom"));
     EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(5, 9, {96, 53})), "in 6 rows of 8 (-q 6x8)"));
     EXPECT_EQ(remarksOf(cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)), layout), "");
     EXPECT_EQ(remarksOf(quilt, {1, 1, quilt.size(), 1}), "");
+}
+
+// The views of a scene, whose order is known; the same with its rows turned over.
+TEST(CheckQuiltLayout, TellsTheOrderOfRows) {
+    ALTIRO3D_TAKES(3);
+    int seed = 60;
+    for (const QuiltLayout& layout :
+         {layoutOf(5, 9, {120, 68}), layoutOf(8, 6, {105, 140}), layoutOf(4, 8, {160, 90}),
+          layoutOf(11, 6, {90, 120}), layoutOf(7, 2, {90, 120})}) {
+        for (const double strength : {10.0, 20.0}) {
+            const cv::Mat quilt = quiltOf(layout, ++seed, strength);
+            EXPECT_EQ(remarksOf(quilt, layout), "") << layout.columns << ' ' << strength;
+            const std::string told = remarksOf(fromTop(quilt, layout), layout);
+            EXPECT_TRUE(contains(told, "from the top to the bottom"))
+                << layout.columns << ' ' << strength << told;
+        }
+    }
+}
+
+TEST(CheckQuiltLayout, TellsPhotosFromQuilts) {
+    for (int seed = 70; seed < 76; ++seed) {
+        const cv::Mat photo = seenScene({900, 1200}, seed).photo;
+        EXPECT_TRUE(
+            contains(remarksOf(photo, layoutOf(8, 6, {112, 200})), "do not look like views"))
+            << seed;
+    }
+}
+
+TEST(CheckQuiltLayout, TellsRealQuiltsFromThoseWithRowsFromTheTopAndFromPhotos) {
+    ALTIRO3D_TAKES(4);
+    ALTIRO3D_REQUIRE_DATA("quilts");
+    const std::pair<const char*, QuiltLayout> quilts[] = {
+        {"kirurobo/example01.png", layoutOf(4, 8, {512, 256})},
+        {"kirurobo/example02.png", layoutOf(4, 8, {512, 256})},
+        {"lkg_sdk/example-quilt.jpg", layoutOf(5, 9, {819, 455})},
+        {"modprods/unity_quilt.png", layoutOf(4, 8, {512, 256})}};
+    for (const auto& [file, layout] : quilts) {
+        const cv::Mat quilt = readPhoto(dataPath(std::string("quilts/") + file));
+        EXPECT_EQ(remarksOf(quilt, layout), "") << file;
+        EXPECT_TRUE(contains(remarksOf(fromTop(quilt, layout), layout), "to the bottom")) << file;
+        EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(6, 7, {100, 100})), " (-q ")) << file;
+    }
+    const cv::Mat ofTwoViewsLess =
+        readPhoto(dataPath("quilts/greenbuddha/GreenBuddha_qs7x5a0.5625.jpg"));
+    const QuiltLayout seven = layoutOf(7, 5, {372, 662});
+    const std::string missing = remarksOf(ofTwoViewsLess, seven);
+    EXPECT_EQ(missing.find("of its views 0 to 34 there is nothing in 33, 34: "), 0U) << missing;
+    EXPECT_EQ(std::count(missing.begin(), missing.end(), ';'), 1) << missing;
+    EXPECT_TRUE(contains(remarksOf(fromTop(ofTwoViewsLess, seven), seven), "to the bottom"));
+    for (const auto& file : listImages(dataPath("photos/kodak")))
+        EXPECT_TRUE(
+            contains(remarksOf(readPhoto(file), layoutOf(8, 6, {96, 85})), "may be a photo"))
+            << file;
 }
 
 TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {

@@ -328,6 +328,11 @@ TEST_F(ViewerWindow, EnterAndEscapeLeaveANumber) {
     EXPECT_EQ(window_->controller().mode(), Mode::Depth);
     QTest::keyClick(&picture(), Qt::Key_Z, Qt::ControlModifier);
     EXPECT_EQ(knobs().views.strengthPercent, 10);
+    type("80", Qt::Key_Return); // more than the slider has
+    EXPECT_EQ(knobs().views.strengthPercent, 80);
+    panel().findChild<QComboBox*>("fit")->setCurrentIndex(2); // other settings leave it
+    EXPECT_EQ(knobs().views.strengthPercent, 80);
+    EXPECT_EQ(number->text(), "80.0 %");
 }
 
 TEST_F(ViewerWindow, SaysWhatIsCutOffAndWhatWillSmear) {

@@ -79,8 +79,7 @@ MountedCalibration usbCalibration(const UsbDisplay& display) {
 }
 
 // Instead of options, for people who look at a window.
-constexpr const char* kChooseInMenu =
-    "choose its file, visual.json, with Display > Choose calibration";
+constexpr const char* kChooseInMenu = "choose its visual.json with Display > Choose calibration";
 
 fs::path sampleCalibration() {
     for (const fs::path& directory : dataDirectories()) {

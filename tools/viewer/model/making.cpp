@@ -5,6 +5,7 @@
 #include "cli/picture_options.hpp"
 #include "viewer/model/knobs.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -247,9 +248,12 @@ double hiddenPercent(const Setup& setup) {
     scene.edges = DepthEdges::Aligned; // as of estimated depth, to which the limit applies
     AutoChoices limit;
     limit.limit = true;
-    const double most = chooseFromScene(scene, setup.display->aspect(), quiltLayout(setup),
+    // The other picture of a pair shows a part.
+    const double known = setup.hidden.photo.empty() ? 0 : ViewOptions().strengthPercent;
+    const double most =
+        std::max(known, chooseFromScene(scene, setup.display->aspect(), quiltLayout(setup),
                                         placementOptions(setup), limit)
-                            .options.views.strengthPercent;
+                            .options.views.strengthPercent);
     const double strength = setup.knobs.views.strengthPercent;
     return most < strength ? kMaxAutoHidden * strength / most : 0;
 }

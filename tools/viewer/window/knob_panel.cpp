@@ -27,8 +27,9 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr double kMaxStrength = 40; // of the slider; files and tools allow more
-constexpr int kAutoFit = -1;        // cover, with the part that is chosen
+constexpr double kMaxStrength = 40;     // of the slider
+constexpr double kMostStrength = 10000; // of numbers, as validate() allows
+constexpr int kAutoFit = -1;            // cover, with the part that is chosen
 
 struct Tip {
     const char* object;
@@ -165,7 +166,7 @@ QFormLayout* formOf(QWidget* widget) {
 } // namespace
 
 KnobSlider::KnobSlider(const char* object, const QString& words, double low, double high,
-                       int decimals, double standard, const QString& suffix)
+                       int decimals, double standard, const QString& suffix, double most)
     : steps_(std::pow(10, decimals)), standard_(standard), slider_(new QSlider(Qt::Horizontal)),
       number_(new QDoubleSpinBox) {
     slider_->setRange(static_cast<int>(std::lround(low * steps_)),
@@ -173,7 +174,7 @@ KnobSlider::KnobSlider(const char* object, const QString& words, double low, dou
     slider_->setPageStep(std::max(1, (slider_->maximum() - slider_->minimum()) / 10));
     slider_->setMinimumWidth(90);
     slider_->installEventFilter(this);
-    number_->setRange(low, high);
+    number_->setRange(low, std::max(high, most));
     number_->setDecimals(decimals);
     number_->setSingleStep(decimals == 2 ? 0.05 : 0.5);
     number_->setSuffix(suffix);
@@ -253,7 +254,7 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                        {tr("Real"), int(ViewMethod::Real)}});
     best_ = named(new QCheckBox(tr("Best (slower)")), "best", tr("Best Native, slower"));
     strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
-                               standard.views.strengthPercent, tr(" %"));
+                               standard.views.strengthPercent, tr(" %"), kMostStrength);
     eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
                                    kMaxEyesStrength, 2, kEyesStrength, tr(" %"));
     autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));

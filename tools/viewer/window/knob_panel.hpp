@@ -21,8 +21,9 @@ class KnobSlider : public QWidget {
   public:
     /// @param object, words its names, see named()
     /// @param decimals digits after the decimal point, for slider and number field
+    /// @param most the largest number, beyond the slider's `high`
     KnobSlider(const char* object, const QString& words, double low, double high, int decimals,
-               double standard, const QString& suffix);
+               double standard, const QString& suffix, double most = 0);
 
     double value() const;
     /// Sets the value without emitting a signal.

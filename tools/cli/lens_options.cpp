@@ -2,21 +2,15 @@
 
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string_view>
-#include <utility>
 
 namespace altiro3D::tools {
 
 namespace {
-
-using Units = std::vector<std::pair<std::string, double>>; // and how many mm each has
-
-const Units& lengths() {
-    static const Units units = {{"mm", 1}, {"cm", 10}, {"in", 25.4}, {"\"", 25.4}};
-    return units;
-}
 
 // A number and perhaps a unit behind it. @return the unit; nothing if there is no number
 std::optional<std::string> readNumber(std::string_view text, double& value) {
@@ -56,17 +50,30 @@ LensNumbers lensOption(const CommandLine& commandLine) {
     const auto fail = [](const std::string& part, const std::string& expected) {
         throw UsageError("--lens: " + part + " is not one of its numbers, expected " + expected);
     };
-    bool hasLpi = false;
-    bool hasDpi = false;
-    bool hasSize = false;
-    std::vector<std::string> keys;
+    struct NumberKey {
+        std::string_view key;
+        double* first;
+        double* second; // null: it has one number
+        bool isLength;
+        const char* expected;
+    };
+    double views = 0;
+    const NumberKey numberKeys[] = {
+        {"lpi", &numbers.lpi, nullptr, false, "60"},
+        {"dpi", &numbers.dpi, &numbers.dpiDown, false, "720 or 720x360"},
+        {"size", &numbers.width, &numbers.height, true, "100x150mm or 4x6in"},
+        {"angle", &numbers.angle, nullptr, false, "DEGREES"},
+        {"views", &views, nullptr, false, "auto or a number"},
+        {"thickness", &numbers.thickness, nullptr, true, "MM"},
+        {"index", &numbers.index, nullptr, false, "1.56"},
+        {"distance", &numbers.distance, nullptr, true, "MM"}};
+    std::set<std::string> keys;
     for (std::string part; std::getline(parts, part, ',');) {
         part.erase(std::remove(part.begin(), part.end(), ' '), part.end());
         const std::size_t equals = std::min(part.find('='), part.size());
         const std::string key = part.substr(0, equals);
-        if (std::find(keys.begin(), keys.end(), key) != keys.end())
+        if (!keys.insert(key).second)
             throw UsageError("--lens: " + key + " is given twice, expected once");
-        keys.push_back(key);
         const std::string value = part.substr(std::min(equals + 1, part.size()));
         const auto word = [&](const std::vector<std::string>& words) {
             const auto found = std::find(words.begin(), words.end(), value);
@@ -74,65 +81,48 @@ LensNumbers lensOption(const CommandLine& commandLine) {
             return found - words.begin();
         };
         // "720" or, if there is a second number, "720x360"; a unit behind the last counts for both
-        const auto pair = [&](double& first, double* second, const Units& units,
-                              const std::string& expected) {
-            const std::size_t cross = second != nullptr ? value.find('x') : std::string::npos;
-            const auto unit = readNumber(std::string_view(value).substr(0, cross), first);
-            const auto other = cross == std::string::npos
-                                   ? unit
-                                   : readNumber(std::string_view(value).substr(cross + 1), *second);
-            if (!unit || !other) fail(part, key + "=" + expected);
+        const auto read = [&](const NumberKey& of) {
+            const std::size_t cross = of.second != nullptr ? value.find('x') : std::string::npos;
+            const bool hasTwo = cross != std::string::npos;
+            const std::string_view text(value);
+            const auto unit = readNumber(text.substr(0, cross), *of.first);
+            const auto other = hasTwo ? readNumber(text.substr(cross + 1), *of.second) : unit;
+            if (!unit || !other) fail(part, key + "=" + of.expected);
             const auto scale = [&](const std::string& name, double& number) {
-                const auto found = std::find_if(units.begin(), units.end(),
-                                                [&](auto& each) { return each.first == name; });
-                if (found != units.end()) number *= found->second;
-                if (found != units.end() || name.empty()) return;
-                throw UsageError("--lens: " + part + " has the unit " + name + ", expected " +
-                                 (units.empty() ? "a number without unit" : "mm, cm or in"));
+                static const std::map<std::string, double> kLengths = {
+                    {"mm", 1}, {"cm", 10}, {"in", 25.4}, {"\"", 25.4}};
+                if (name.empty()) return;
+                const auto found = kLengths.find(name);
+                if (!of.isLength || found == kLengths.end())
+                    throw UsageError("--lens: " + part + " has the unit " + name + ", expected " +
+                                     (of.isLength ? "mm, cm or in" : "a number without unit"));
+                number *= found->second;
             };
-            scale(unit->empty() ? *other : *unit, first);
-            if (cross != std::string::npos) scale(*other, *second);
+            scale(unit->empty() ? *other : *unit, *of.first);
+            if (hasTwo) scale(*other, *of.second);
         };
-        double views = 0;
-        if (key == "lpi") {
-            pair(numbers.lpi, nullptr, {}, "60");
-            hasLpi = true;
-        } else if (key == "dpi") {
-            pair(numbers.dpi, &numbers.dpiDown, {}, "720 or 720x360");
-            hasDpi = true;
-        } else if (key == "size") {
-            pair(numbers.width, &numbers.height, lengths(), "100x150mm or 4x6in");
-            hasSize = true;
-        } else if (key == "angle") {
-            pair(numbers.angle, nullptr, {}, "DEGREES");
-        } else if (key == "horizontal") {
+        const auto* const known = std::find_if(std::begin(numberKeys), std::end(numberKeys),
+                                               [&](const NumberKey& of) { return of.key == key; });
+        if (key == "horizontal") {
             numbers.isHorizontal = word({"no", "yes"}) == 1;
-        } else if (key == "views" && value != "auto") {
-            pair(views, nullptr, {}, "auto or a number");
-            if (views != static_cast<int>(std::clamp(views, 2.0, 1.0 * kMaxSheetViews)))
-                fail(part, "views=auto or 2.." + std::to_string(kMaxSheetViews));
-            numbers.views = static_cast<int>(views);
         } else if (key == "subpixels") {
             numbers.subpixels = static_cast<SubpixelOrder>(word({"none", "rgb", "bgr", "vrgb"}));
-        } else if (key == "thickness") {
-            pair(numbers.thickness, nullptr, lengths(), "MM");
-        } else if (key == "index") {
-            pair(numbers.index, nullptr, {}, "1.56");
-        } else if (key == "distance") {
-            pair(numbers.distance, nullptr, lengths(), "MM");
-        } else if (key != "views") {
+        } else if (known == std::end(numberKeys)) {
             fail(part, "lpi, dpi, size, angle, horizontal, views, subpixels, thickness, index or "
                        "distance, such as lpi=60,dpi=720,size=100x150mm");
+        } else if (key != "views" || value != "auto") {
+            read(*known);
+            if (key != "views") continue;
+            numbers.views = static_cast<int>(std::clamp(views, 2.0, 1.0 * kMaxSheetViews));
+            if (views != numbers.views)
+                fail(part, "views=auto or 2.." + std::to_string(kMaxSheetViews));
         }
     }
-    if (!hasLpi || !hasDpi || !hasSize) {
-        throw UsageError(std::string("--lens: ") +
-                         (!hasLpi   ? "lpi"
-                          : !hasDpi ? "dpi"
-                                    : "size") +
-                         " is missing, expected lpi, dpi and size, such as "
-                         "lpi=60,dpi=720,size=100x150mm");
-    }
+    for (const char* needed : {"lpi", "dpi", "size"})
+        if (keys.count(needed) == 0)
+            throw UsageError(std::string("--lens: ") + needed +
+                             " is missing, expected lpi, dpi and size, such as "
+                             "lpi=60,dpi=720,size=100x150mm");
     return numbers;
 }
 
@@ -154,11 +144,10 @@ void tellSheet(const Calibration& calibration, const Messages& messages) {
                  "; more of them blend");
     if (sheet.thickness == 0) return;
     messages.say("viewing cone  " + fixed(facts.viewCone, 1) + " degrees");
-    if (facts.visualLpi > 0) {
+    if (facts.visualLpi > 0)
         messages.say("visual pitch  " + fixed(facts.visualLpi, 3) + " LPI at " +
                      number(sheet.distance) + " mm, if " + number(facts.lpi) +
                      " LPI are the sheet's own; a pitch sheet measures it");
-    }
     messages.say("sharp depth   " + fixed(facts.sharpDepth, 1) +
                  " mm from the nearest plane to the farthest, at most --strength " +
                  fixed(facts.sharpStrength, 1));

@@ -203,9 +203,8 @@ std::vector<StereoScene> readStereoScenes(const fs::path& file) {
             continue;
         }
         std::map<std::string, std::string> row;
-        for (std::size_t i = 0; i < std::min(columns.size(), cells.size()); ++i) {
+        for (std::size_t i = 0; i < std::min(columns.size(), cells.size()); ++i)
             row[columns[i]] = cells[i];
-        }
         for (const char* needed : {"scene", "left", "right", "disp_left", "disp_scale"}) {
             if (!row[needed].empty()) continue;
             throw Error(ErrorCode::BadFormat, file.string(),
@@ -217,9 +216,8 @@ std::vector<StereoScene> readStereoScenes(const fs::path& file) {
             row["scene"], folder / row["left"], folder / row["disp_left"],
             numberOf(row["disp_scale"], file.string(), "disp_scale"), folder / row["right"]));
     }
-    if (scenes.empty()) {
+    if (scenes.empty())
         throw Error(ErrorCode::BadFormat, file.string(), "lists no scenes, expected one per line");
-    }
     return scenes;
 }
 
@@ -396,12 +394,11 @@ std::string quoted(std::string text) {
 std::string csvOf(const std::vector<Row>& rows) {
     std::string text = "scene,setting,ms_per_view,preparation_ms,psnr_whole,ssim_whole,psnr_inside,"
                        "ssim_inside,peak_mb\n";
-    for (const Row& row : rows) {
+    for (const Row& row : rows)
         text += quoted(row.scene) + "," + quoted(row.name) + "," + fixed(row.milliseconds, 4) +
                 "," + fixed(row.preparation, 3) + "," + fixed(row.accuracy.psnrWhole, 4) + "," +
                 fixed(row.accuracy.ssimWhole, 5) + "," + fixed(row.accuracy.psnrInside, 4) + "," +
                 fixed(row.accuracy.ssimInside, 5) + "," + fixed(row.peakMegabytes, 1) + "\n";
-    }
     return text;
 }
 
@@ -422,9 +419,8 @@ void checkOptions(const CommandLine& commandLine, bool truth) {
         "plot",  "y",         "save-views",      "j",     "v",      "exact-depth"};
     for (const auto& [option, value] : commandLine.given()) {
         const std::string name = (option.size() > 1 ? "--" : "-") + option;
-        if (truth && forTruth.count(option) == 0) {
+        if (truth && forTruth.count(option) == 0)
             throw UsageError(name + " does not apply to scenes with a true view; leave it out");
-        }
     }
     if (!commandLine.has("photo"))
         commandLine.refuse({"disparity-scale"},
@@ -441,10 +437,9 @@ TradeJob tradeJob(const CommandLine& commandLine) {
     for (const auto& [option, file] : files)
         *file = commandLine.value(option).value_or("");
     checkOptions(commandLine, job.hasTruth());
-    if (job.photo.empty() != job.disparity.empty() || job.photo.empty() != job.truth.empty()) {
+    if (job.photo.empty() != job.disparity.empty() || job.photo.empty() != job.truth.empty())
         throw UsageError("--photo, --disparity and --truth belong together; see "
                          "altiro3Dtradeoff --help");
-    }
     job.disparityScale =
         commandLine.number("disparity-scale", 1e-6, 1e6).value_or(job.disparityScale);
     const SceneOptions scene = sceneOptions(commandLine, AutoUse::None);
@@ -455,15 +450,13 @@ TradeJob tradeJob(const CommandLine& commandLine) {
     job.depth = depthOptions(commandLine);
     job.names = commandLine.files();
     const std::size_t wanted = job.hasTruth() ? 0 : job.depth.fromFiles ? 2 : 1;
-    if (job.names.size() != wanted) {
+    if (job.names.size() != wanted)
         commandLine.failNames(wanted == 0   ? "no names beside --photo or --scenes"
                               : wanted == 2 ? "PHOTO and DEPTH"
                                             : "PHOTO (with -d PHOTO and DEPTH)",
                               wanted);
-    }
-    if (!job.saveViews.empty() && job.photo.empty()) {
+    if (!job.saveViews.empty() && job.photo.empty())
         throw UsageError("--save-views shows one scene, expected --photo, --disparity and --truth");
-    }
     job.replace = commandLine.has("y");
     return job;
 }

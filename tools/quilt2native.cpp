@@ -73,11 +73,10 @@ ReadQuilt readQuilt(const QuiltJob& job, const fs::path& quiltFile, bool isFromF
     const cv::Mat picture = readPhotoFile(file, messages);
     std::optional<FoundQuilt> found;
     if (!isLayoutStated(job.layout, quiltFile)) found = findQuiltLayout(picture);
-    if (isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt) {
+    if (isFromFolder && found && found->verdict == QuiltVerdict::NoQuilt)
         throw NotTaken{{quiltFile, FileKind::Photo,
                         "is a photo or another picture of one view; photo2native makes Natives of "
                         "photos"}};
-    }
     const QuiltLayout layout =
         chooseQuilt(job.layout, display, messages, quiltFile, picture.size(), found);
     for (const Note& note : checkQuiltLayout(picture, layout)) {
@@ -148,9 +147,8 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
     search.outputs = {outputFolder};
     std::vector<LeftOutFile> leftOut;
     const std::vector<FolderFile> quilts = listFiles(folder, search, leftOut, messages);
-    if (quilts.empty()) {
+    if (quilts.empty())
         throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
-    }
     requireDirectoryName(outputFolder, "quilts");
     VideoRun videos(job.video, messages);
     const ChosenDisplay& display = videos.display;
@@ -357,14 +355,12 @@ int run(const CommandLine& commandLine, Messages& messages) {
         commandLine.refuse({"skip-existing", "recursive"},
                            " applies to folders, expected a directory of quilts");
     const bool makesVideo = !isFolder && canWriteVideo(job.native);
-    if (makesVideo && !job.swayFile.empty()) {
+    if (makesVideo && !job.swayFile.empty())
         throw UsageError(job.native.string() +
                          ": is a video's name, expected a picture's with --lg, such as .png");
-    }
-    if (!isFolder && !makesVideo && isVideo(job.quilt)) {
+    if (!isFolder && !makesVideo && isVideo(job.quilt))
         throw UsageError(job.native.string() + ": is not the name of a video, but " +
                          job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
-    }
     if (!makesVideo)
         commandLine.refuse({"codec", "crf", "preset", "max-rate", "compat", "no-audio",
                             "no-subtitles", "resume", "progress", "report"},

@@ -9,7 +9,6 @@
 #include "cli/views_folder.hpp"
 #include "photo/sway_options.hpp"
 
-#include <algorithm>
 #include <opencv2/core.hpp>
 
 using namespace altiro3D;

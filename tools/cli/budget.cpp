@@ -23,9 +23,8 @@ constexpr int kCacheFormat = 5;
 // JSON has no infinity: a setting that cannot be used is null in the text.
 Json costsJson(const std::vector<SettingCost>& costs) {
     Json list = Json::array();
-    for (const SettingCost& cost : costs) {
+    for (const SettingCost& cost : costs)
         list.push_back({{"setting", cost.name}, {"milliseconds", cost.milliseconds}});
-    }
     return list;
 }
 
@@ -122,10 +121,7 @@ void Budget::measure(const std::string& work, const std::vector<NamedViewOptions
             fromCache_ = false;
         }
     }
-    if (fromCache_) {
-        messages.detail("costs: from the cache, " + file.string());
-        return;
-    }
+    if (fromCache_) return messages.detail("costs: from the cache, " + file.string());
     costs_.clear();
     depthCosts_.clear();
     bool isLasting = true; // what was left out would be left out again
@@ -185,10 +181,9 @@ BudgetSetting Budget::choose(const ViewOptions& base, const std::string& work,
     messages.say("budget: " + chosen_.name +
                  (depths.empty() ? ", Native in " : ", depth and Native in ") + taken + " of " +
                  budget);
-    if (!fits_) {
+    if (!fits_)
         messages.warn("no method meets the budget of " + budget + ": " + chosen_.name +
                       ", the quickest, takes " + taken + "; " + advice_);
-    }
     return choices[choice.index];
 }
 

@@ -1,13 +1,11 @@
 #include "cli/depth_options.hpp"
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "cli/chosen_depth.hpp"
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
@@ -28,9 +26,8 @@ DepthKind kindOption(const CommandLine& commandLine) {
         double scale = 0;
         const char* end = text->data() + text->size();
         const auto parsed = std::from_chars(text->data() + prefix.size(), end, scale);
-        if (parsed.ec == std::errc() && parsed.ptr == end && scale > 0 && scale < 1e12) {
+        if (parsed.ec == std::errc() && parsed.ptr == end && scale > 0 && scale < 1e12)
             return DepthKind::Metric;
-        }
     }
     commandLine.failValue("depth-kind",
                           "near-white, far-white, metric or metric:SCALE (units of a metre)");

@@ -241,10 +241,9 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
 }
 
 bool isFailureOfMachine(const std::exception& error) {
-    if (const auto* ours = dynamic_cast<const Error*>(&error)) {
+    if (const auto* ours = dynamic_cast<const Error*>(&error))
         return ours->code() == ErrorCode::WriteFailed || ours->code() == ErrorCode::OutOfMemory ||
                ours->code() == ErrorCode::NetworkFailed;
-    }
     if (const auto* fromOpenCv = dynamic_cast<const cv::Exception*>(&error))
         return fromOpenCv->code == cv::Error::StsNoMem;
     return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||

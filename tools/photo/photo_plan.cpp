@@ -138,12 +138,11 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
             }
         }
     }
-    if (inputs.empty()) {
+    if (inputs.empty())
         throw Error(
             ErrorCode::NotFound, names.front().string(),
             "holds no pictures to convert, expected photos" +
                 (leftOut.empty() ? std::string() : " (left out: " + kindsText(leftOut) + ")"));
-    }
     return inputs;
 }
 
@@ -166,18 +165,16 @@ void takeNames(const CommandLine& commandLine, PhotoJob& job) {
     const bool isAlone = hasOthers && names.size() + 1 == least &&
                          (isStandardStream(names.front()) || isThere(names.front()));
     const std::size_t outputs = isAlone ? 0 : 1;
-    if (names.size() + 1 < least + outputs) {
+    if (names.size() + 1 < least + outputs)
         commandLine.failNames(pairs ? pairName(job.depth) + " OUT" : "PHOTO and OUT", least);
-    }
     job.inputs.assign(names.begin(), names.end() - static_cast<std::ptrdiff_t>(outputs));
     if (outputs > 0) job.outputs.native = names.back();
     for (const fs::path& name : job.inputs)
         requirePhotoName(name);
-    if (pairs && job.inputs.size() % 2 != 0) {
+    if (pairs && job.inputs.size() % 2 != 0)
         throw UsageError((job.depth.fromFiles ? "-d" : "--stereo files") +
                          (" takes pairs " + pairName(job.depth)) + " and one output, got " +
                          counted(names.size(), "name") + "; see photo2native --help");
-    }
 }
 
 } // namespace
@@ -227,10 +224,9 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     if (!job.outputs.stereo.empty() && areEyesAlone)
         commandLine.refuse({"center", "zoom", "fit"},
                            " chooses a part for a panel, but eyes see whole photos; leave it out");
-    if (isStandardStream(job.outputs.native)) {
+    if (isStandardStream(job.outputs.native))
         commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
                                          "for the Native");
-    }
     if (job.print && displayUse(job) != DisplayUse::Show)
         throw UsageError("--print makes a print, expected OUT, the name of its file");
     job.savedDepthSide =
@@ -280,16 +276,14 @@ PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
                    (!isStandardStream(output) && isDirectory(output)) ||
                    (!isStandardStream(job.inputs.front()) && isDirectory(job.inputs.front()));
     const auto streams = std::count(job.inputs.begin(), job.inputs.end(), "-");
-    if ((inputs.batch && (streams > 0 || isStandardStream(output))) || streams > 1) {
+    if ((inputs.batch && (streams > 0 || isStandardStream(output))) || streams > 1)
         throw UsageError("- stands for one picture, expected names of files and of a directory "
                          "for several photos");
-    }
     inputs.files = inputsOf(job, inputs.leftOut, messages);
-    if (inputs.batch && !output.empty()) {
+    if (inputs.batch && !output.empty())
         requireDirectoryName(output, "photos",
                              job.inputs.size() == 2 && !pairs ? ", or -d with a photo and its depth"
                                                               : "");
-    }
     return inputs;
 }
 
@@ -300,11 +294,10 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
         const fs::path& name = job.outputs.*kind.file;
         const bool namesFile = &name != &job.outputs.views && !name.empty() &&
                                (canWriteImage(name) || canWriteVideo(name));
-        if (plan.batch && namesFile) {
+        if (plan.batch && namesFile)
             throw UsageError("--" + std::string(kind.option) + " " + name.string() +
                              ": names one file, expected a directory for the outputs of several "
                              "photos");
-        }
     }
     const std::vector<std::string> stems = outputStems(inputs.files);
     for (std::size_t i = 0; i < inputs.files.size(); ++i) {
@@ -358,10 +351,9 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
                 requirePictureName(file, file != item.savedDepth);
             }
         }
-        if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth)) {
+        if (!item.photoWithDepth.empty() && !isJpegName(item.photoWithDepth))
             throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +
                              ": is not the name of a JPEG, expected FILE.jpg");
-        }
         if (!item.video.empty()) requireVideoName(item.video);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         const std::vector<fs::path> files = outputsOf(item, views);

@@ -55,14 +55,13 @@ auto withProgress(bool json, const Work& work) {
 // Says why there is only one chunk, and when many machines do not pay.
 void tellGain(const VideoChunkPlan& made, const VideoChunkOptions& options, Messages& messages) {
     const std::string plainly = "; a run without --plan makes the same file";
-    if (made.chunks.size() == 1) {
-        messages.say(std::string("it does not pay: there is one chunk, because ") +
-                     (options.seconds < made.end ? "a chunk consists of whole segments of the "
-                                                   "output, of about 6 s each"
-                                                 : "the video is not longer than a chunk") +
-                     plainly);
-        return;
-    }
+    if (made.chunks.size() == 1)
+        return messages.say(std::string("it does not pay: there is one chunk, because ") +
+                            (options.seconds < made.end
+                                 ? "a chunk consists of whole segments of the "
+                                   "output, of about 6 s each"
+                                 : "the video is not longer than a chunk") +
+                            plainly);
     // The longest time with a machine for each chunk; those of depth alone go first.
     constexpr double kDepth = 0.5; // of the time of a frame, by the default network
     double depthAlone = 0;
@@ -202,10 +201,9 @@ std::optional<int> runVideoChunks(const CommandLine& commandLine,
     if (call.task == ChunkCall::Task::Plan) {
         commandLine.exclude("plan", {"show", "resume", "report", "recursive"});
         const VideoJob job = videoJob(commandLine);
-        if (job.isFolder) {
+        if (job.isFolder)
             throw UsageError(
                 "--plan applies to one video, expected a single video instead of a folder");
-        }
         VideoChunkOptions options;
         options.seconds = commandLine.number(kLength, 1, 86400).value_or(options.seconds);
         return plan(job, options, arguments, call.folder, messages);

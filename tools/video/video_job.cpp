@@ -100,11 +100,9 @@ void refuseRgbd(const VideoPlan& plan, Messages& messages) {
         return !areHalves;
     });
     const std::string what = "holds photo and depth by its name (" + name->tag + ")";
-    if (!areHalves) {
-        messages.warn(plan.inputName() + ": " + what +
-                      ", but its frames do not: they are taken as ordinary ones");
-        return;
-    }
+    if (!areHalves)
+        return messages.warn(plan.inputName() + ": " + what +
+                             ", but its frames do not: they are taken as ordinary ones");
     if (plan.isFromFolder)
         throw NotTaken{{plan.input, FileKind::HalvesVideo,
                         what + "; video2native --rgbd right makes a Native of it"}};
@@ -233,11 +231,10 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     std::optional<FoundQuilt> found;
     if (!plan.fromQuilt) conversion.stereo = eyesOf(run, messages);
     if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) {
-        if (!isFile(plan.input) && !run.display.map) {
+        if (!isFile(plan.input) && !run.display.map)
             throw UsageError(plan.inputName() +
                              ": its quilts cannot be searched for their layout, as it is read only "
                              "once; expected -q ROWSxCOLUMNS");
-        }
         found = searchFrames(plan, 64);
     }
     if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd && !conversion.stereo)
@@ -274,19 +271,17 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
                 messages.say("depth: by matching both eyes, and estimated where they do not match");
             openDepth(run, messages);
         }
-        if (job.depth.rgbd) {
+        if (job.depth.rgbd)
             rgbd = rgbdOf(plan.input, *job.depth.rgbd,
                           facts.sampleAspect.value() * aspectOf(facts.size), messages);
-        }
         cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
         if (conversion.stereo) photo = photoSize(*conversion.stereo, facts.size);
         choosePath(run, facts.sampleAspect.value() * aspectOf(photo), messages);
     }
-    if (plan.product == VideoProduct::Native && run.encoding.compatible) {
+    if (plan.product == VideoProduct::Native && run.encoding.compatible)
         messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
                       "sub-pixels belong to different views, so views are mixed and depth blurs; "
                       "use it only for players that refuse the usual file");
-    }
     const EyesPicture picture = job.eyes.picture;
     const bool isMixed = picture == EyesPicture::Rows || isAnaglyph(picture);
     if (plan.product == VideoProduct::Stereo && isMixed && run.encoding.compatible)

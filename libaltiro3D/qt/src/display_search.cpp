@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <iterator>
 #include <sstream>
 
 namespace altiro3D::qt {
@@ -127,11 +126,10 @@ ScreenFacts factsOf(const QScreen& screen) {
 
 std::vector<std::string> problemsOf(const ScreenFacts& screen, cv::Size panel) {
     std::vector<std::string> problems;
-    if (isScaled(screen)) {
+    if (isScaled(screen))
         problems.push_back("the desktop scales this screen to " +
                            std::to_string(std::lround(screen.scale * 100)) +
                            " %: set its scale to 100 %");
-    }
     if (hasSize(screen, panel)) return problems;
     if (hasSize(screen, {panel.height, panel.width})) {
         problems.push_back("the desktop turns this screen on its side: set its rotation to none");

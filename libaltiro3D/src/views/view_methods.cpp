@@ -63,20 +63,14 @@ double shiftOf(const ViewOptions& options, int width, double position) {
 
 void renderShown(const ViewRenderer& renderer, cv::Size photo, cv::Range shown, double shiftPixels,
                  cv::Mat& view) {
-    if (shown.size() == photo.width) {
-        renderWhole(renderer, shiftPixels, view);
-        return;
-    }
+    if (shown.size() == photo.width) return renderWhole(renderer, shiftPixels, view);
     cv::Mat whole(photo, CV_8UC3);
     renderWhole(renderer, shiftPixels, whole);
     whole.colRange(shown).copyTo(view);
 }
 
 void renderWhole(const ViewRenderer& renderer, double shiftPixels, cv::Mat& view) {
-    if (!renderer.makesRows()) {
-        renderer.render(shiftPixels, view);
-        return;
-    }
+    if (!renderer.makesRows()) return renderer.render(shiftPixels, view);
     forRows(view.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<RowRenderer> rowRenderer = renderer.rowRenderer();
         const std::vector<double> shifts = {shiftPixels};

@@ -89,10 +89,7 @@ void Controller::close(int index) {
     if (current_ >= count) current_ = count - 1;
     emit sourcesChanged();
     if (!wasCurrent) return;
-    if (current_ >= 0) {
-        readCurrent();
-        return;
-    }
+    if (current_ >= 0) return readCurrent();
     ++readings_;
     changeKnobs();
     endPlayer([] {});

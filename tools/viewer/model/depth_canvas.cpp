@@ -40,10 +40,7 @@ void DepthCanvas::begin(const Paint& paint, cv::Point2d place) {
     changed_ = {};
     outline_.clear();
     stroke_.reset();
-    if (paint.tool == PaintTool::Lasso) {
-        outline_.push_back(inPixels(place));
-        return;
-    }
+    if (paint.tool == PaintTool::Lasso) return outline_.push_back(inPixels(place));
     DepthBrushOptions options;
     options.brush = entryOf(kBrushes, paint.tool);
     options.radius = std::max(0.5, paint.radius * std::max(photo_.cols, photo_.rows));

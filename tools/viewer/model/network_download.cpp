@@ -8,7 +8,6 @@
 #include <QFile>
 #include <QNetworkProxyFactory>
 #include <QNetworkReply>
-#include <algorithm>
 #include <utility>
 
 namespace altiro3D::viewer {

@@ -195,9 +195,8 @@ void SoundPlayer::fill(float* samples, int count) {
         lastCall_ = Clock::now();
         if (!paused_ && waiting_ > 0) {
             done = std::min(waiting_, static_cast<std::size_t>(count));
-            for (std::size_t i = 0; i < 2 * done; ++i) {
+            for (std::size_t i = 0; i < 2 * done; ++i)
                 samples[i] = static_cast<float>(volume_) * ring_[(2 * first_ + i) % ring_.size()];
-            }
             blockBegin_ = taken_;
             blockLength_ = static_cast<std::int64_t>(done);
             blockTime_ = lastCall_;
@@ -212,10 +211,8 @@ void SoundPlayer::fill(float* samples, int count) {
 
 // Opens the file where the reader at hand does not fit, else seeks in it.
 void SoundPlayer::prepare(const Wish& wish) {
-    if (reader_ && wish.stream == reading_.stream && wish.speed == reading_.speed) {
-        reader_->seek(wish.from);
-        return;
-    }
+    if (reader_ && wish.stream == reading_.stream && wish.speed == reading_.speed)
+        return reader_->seek(wish.from);
     reader_.reset();
     AudioReaderOptions options;
     options.stream = wish.stream;
@@ -251,10 +248,9 @@ void SoundPlayer::feed() {
         std::fill(chunk.begin() + static_cast<std::ptrdiff_t>(2 * count), chunk.end(), 0.F);
         const std::lock_guard<std::mutex> lock(mutex_);
         if (wish_) continue;
-        if (count < kChunk && !end_) {
+        if (count < kChunk && !end_)
             end_ = playing_.from + static_cast<double>(made + static_cast<std::int64_t>(count)) /
                                        kRate * playing_.speed;
-        }
         made += kChunk;
         const std::size_t at = 2 * ((first_ + waiting_) % kRing);
         for (std::size_t i = 0; i < chunk.size(); ++i)

@@ -251,13 +251,12 @@ Slide SlideMaker::make(const Source& source) {
     try {
         if (!display_) {
             slide.native = firstPicture(source.file);
-            if (!qt::hasSize(screen_, slide.native.size())) {
+            if (!qt::hasSize(screen_, slide.native.size()))
                 throw Error(ErrorCode::Mismatch, source.file.string(),
                             "has " + tools::sizeText(slide.native.size()) +
                                 ", but the screen shows " + tools::sizeText(screen_.size) +
                                 "; expected a Native made for it, or -c with the display's "
                                 "calibration");
-            }
             if (isVideo) slide.nativeOfFrame = [](const cv::Mat& frame) { return frame; };
             return slide;
         }

@@ -69,10 +69,7 @@ void SlideShow::setFiles(const std::vector<Source>& files) {
 void SlideShow::put(const Slide& slide) {
     if (!isSame(making_, slide.source)) return; // nobody waits for it any more
     making_.reset();
-    if (slide.problem.empty()) {
-        kept_.push_back(slide);
-        return;
-    }
+    if (slide.problem.empty()) return kept_.push_back(slide);
     work_.report(slide.problem);
     failed_.push_back(slide.source);
     if (isSame(wanted_, slide.source)) wanted_.reset();

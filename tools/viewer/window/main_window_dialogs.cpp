@@ -176,10 +176,7 @@ bool MainWindow::chooseEyes() {
 }
 
 void MainWindow::exportDialog(Product product) {
-    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
-        say(why, 10000);
-        return;
-    }
+    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) return say(why, 10000);
     if (product == Product::Eyes && !chooseEyes()) return;
     fs::path from = controller_.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
@@ -194,22 +191,17 @@ void MainWindow::exportDialog(Product product) {
     const QString title = tr("Export %1").arg(nameOf(product));
     const fs::path typed = fileToSave(this, title, proposed, entryOf(kProducts, product).formats);
     if (typed.empty()) return;
-    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) {
-        say(why, 10000); // a video may have changed meanwhile
-        return;
-    }
-    if (product != Product::Views && product != Product::SwayVideo && !canWriteImage(typed)) {
-        warn(this, title,
-             tr("%1: no picture format is known by this extension, expected .png")
-                 .arg(toName(typed)));
-        return;
-    }
+    if (const QString why = controller_.exportObstacle(); !why.isEmpty())
+        return say(why, 10000); // a video may have changed meanwhile
+    if (product != Product::Views && product != Product::SwayVideo && !canWriteImage(typed))
+        return warn(this, title,
+                    tr("%1: no picture format is known by this extension, expected .png")
+                        .arg(toName(typed)));
     fs::path file;
     try {
         file = productFile(controller_.exportSetup(), product, typed);
     } catch (const Error& error) {
-        warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
-        return;
+        return warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
     }
     // the dialog has asked about the name that was typed only
     if (file != typed && tools::isThere(file) &&
@@ -261,11 +253,10 @@ void MainWindow::endVideoExport(const VideoExportResult& result, const QString& 
     delete videoExport_.data();
     showDocument();
     if (!problem.isEmpty()) return warn(this, tr("Export video"), problem);
-    if (result.file.empty()) {
+    if (result.file.empty())
         return say(result.keepsParts ? tr("Cancelled; export to the same name to go on from there")
                                      : tr("Cancelled"),
                    15000);
-    }
     std::vector<std::string> sentences = result.notes;
     sentences.insert(sentences.begin(),
                      tr("Written: %1 (%2, %3)")
@@ -404,10 +395,7 @@ void MainWindow::endSlides() {
 }
 
 void MainWindow::showOnDisplay() {
-    if (!controller_.document()) {
-        say(tr("Open a file first"), 8000);
-        return;
-    }
+    if (!controller_.document()) return say(tr("Open a file first"), 8000);
     if (qt::NativeWidget* const widget = onDisplay()) {
         connect(&controller_, &Controller::nativeReady, widget, &qt::NativeWidget::setNative);
         controller_.setPresenting(true);
@@ -507,12 +495,11 @@ void MainWindow::tellDisplays() {
             text += "<br>" + QString::fromStdString(problem).toHtmlEscaped();
         text += "</p>";
     }
-    if (displays.empty()) {
+    if (displays.empty())
         text =
             tr("<p><b>No light-field display was found.</b></p><p>Connect its video and USB "
                "cables, extend the desktop to it, and mount its volume, or choose its screen with "
                "Display &gt; Screen. Without one, look with Sway, Quilt and Lens.</p>");
-    }
     QMessageBox::information(this, tr("Displays"), text);
 }
 

@@ -1,6 +1,5 @@
 #include "viewer/window/photo_strip.hpp"
 
-#include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/qt/image.hpp"
 #include "altiro3D/video_io.hpp"

@@ -148,10 +148,7 @@ void VideoBar::showVideo() {
     const auto& document = controller_.document();
     const bool plays = document && document->video;
     setVisible(plays);
-    if (!plays) {
-        ticks_.stop();
-        return;
-    }
+    if (!plays) return ticks_.stop();
     if (!ticks_.isActive()) ticks_.start(kTick);
     showState();
 }

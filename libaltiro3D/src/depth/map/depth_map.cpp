@@ -15,7 +15,6 @@
 #include <mutex>
 #include <numeric>
 #include <opencv2/core.hpp>
-#include <string>
 #include <type_traits>
 #include <vector>
 

@@ -12,7 +12,6 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -397,10 +396,9 @@ void enlarge(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
             HWY_DYNAMIC_DISPATCH(fitDepthRowOn)
             (samples.from(rows.tap[row]), fitColumns, rowWeight, colorWeights.data(), fitGuide,
              width, fitted.ptr<float>(y));
-            if (steps) {
+            if (steps)
                 steps->harden(static_cast<std::size_t>(rows.tap[row]) * samples.columns,
                               columns.tap, guide.cols, fitted.ptr<float>(y));
-            }
         }
     });
 }
@@ -517,10 +515,7 @@ void interpolateDepth(const cv::Mat& depth, const cv::Rect2d& part, cv::Size siz
                       cv::Mat& fitted) {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     checkPart(depth, part);
-    if (isShrunk(part, size)) {
-        pickNearest(depth, part, size, fitted);
-        return;
-    }
+    if (isShrunk(part, size)) return pickNearest(depth, part, size, fitted);
     cv::Mat result(size, CV_32FC1); // not `fitted`: it may be the depth itself
     mix(depth, part, result);
     fitted = result;

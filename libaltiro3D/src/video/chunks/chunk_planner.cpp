@@ -205,17 +205,15 @@ void makePlanFolders(const fs::path& directory) {
     for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
          entry.increment(error)) {
         const std::string name = entry->path().filename().string();
-        if (kOurs.count(name) == 0 && name.rfind(".altiro3D-", 0) != 0) {
+        if (kOurs.count(name) == 0 && name.rfind(".altiro3D-", 0) != 0)
             throw Error(ErrorCode::WriteFailed, directory.string(),
                         "holds other files (" + name + "), expected a new folder");
-        }
     }
     for (const char* name : {"", kChunks, kStates, "logs"}) {
         fs::create_directories(directory / name, error);
-        if (error) {
+        if (error)
             throw Error(ErrorCode::WriteFailed, (directory / name).string(),
                         "cannot be made: " + error.message() + ", expected a folder to write to");
-        }
     }
 }
 
@@ -224,10 +222,9 @@ void removePlan(const fs::path& directory) {
     std::error_code error;
     for (const char* name : {kChunkPlanFile, kChunks, kStates, "logs", "joined"}) {
         fs::remove_all(directory / name, error);
-        if (error) {
+        if (error)
             throw Error(ErrorCode::WriteFailed, (directory / name).string(),
                         "cannot be removed: " + error.message());
-        }
     }
 }
 
@@ -256,10 +253,9 @@ VideoChunkPlan planVideoChunks(VideoConversion conversion, const fs::path& direc
     if (fs::exists(directory / kChunkPlanFile, error)) {
         const ChunkPlan there = readChunkPlan(directory);
         const std::string other = differenceOf(there.settings, plan.settings);
-        if (!other.empty()) {
+        if (!other.empty())
             throw Error(ErrorCode::Mismatch, directory.string(),
                         "holds a plan with other settings (" + other + "), expected a new folder");
-        }
         makePlanFolders(directory);
         return there.shown;
     }
@@ -273,10 +269,9 @@ VideoChunkPlan planVideoChunks(VideoConversion conversion, const fs::path& direc
         plan.shown.cancelled = true;
         return plan.shown;
     }
-    if (survey.frames == 0) {
+    if (survey.frames == 0)
         throw Error(ErrorCode::BadFormat, run.conversion.input.string(),
                     "holds no frames in this part, expected at least one");
-    }
     const Notes notes = run.reader->notes();
     plan.shown.notes.insert(plan.shown.notes.end(), notes.begin(), notes.end());
     const Fraction timeBase = run.reader->facts().timeBase;

@@ -46,10 +46,9 @@ void checkFields(const VideoConversion& conversion) {
         conversion.product == VideoProduct::Native || conversion.product == VideoProduct::Quilt;
     check(!needsDisplay || conversion.display || conversion.map, "display",
           "is not set, expected one for Natives and quilts");
-    if (conversion.given) {
+    if (conversion.given)
         check(conversion.given->source.empty() == conversion.given->rgbd.has_value(), "given",
               "depth has a source and an RGB-D layout, or neither, expected one of them");
-    }
     check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
                               conversion.native.sampling.inTile == TileSampling::Nearest),
           "sampling", "is linear, but a look-up table holds single px, expected nearest");
@@ -97,10 +96,9 @@ void requireFileInput(const VideoConversion& conversion) {
     check(!conversion.show, "show", "is set, expected an output");
     check(conversion.output != "-", "output", "is standard output, expected a file");
     std::error_code error;
-    if (std::filesystem::exists(conversion.input, error) && !canReadAgain(conversion.input)) {
+    if (std::filesystem::exists(conversion.input, error) && !canReadAgain(conversion.input))
         throw Error(ErrorCode::InvalidArgument, conversion.input.string(),
                     "can be read only once, expected a file");
-    }
 }
 
 // Empty if no picture is made for a display.
@@ -147,11 +145,10 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
     }
     encoding.size = size;
     constexpr int kLeast = 16; // of VideoWriterOptions
-    if (std::min(size.width, size.height) < kLeast) {
+    if (std::min(size.width, size.height) < kLeast)
         throw Error(ErrorCode::Unsupported, nameOf(conversion.input),
                     "makes a video of " + sizeText(size) + " px, expected at least " +
                         std::to_string(kLeast) + " px a side");
-    }
     encoding.timeBase = facts.timeBase;
     encoding.frameRate = facts.averageRate;
     encoding.constantRate = facts.constantRate;
@@ -356,10 +353,7 @@ void ConversionRun::finishRange(const VideoConversionResult& result) {
 
 // @param complete false: the user has stopped and may continue later
 void ConversionRun::finishFile(bool complete) {
-    if (plain_) {
-        plain_->finish();
-        return;
-    }
+    if (plain_) return plain_->finish();
     VideoReader again(conversion.input, conversion.part);
     segments_->finish(&again, complete);
 }
@@ -391,11 +385,10 @@ void ConversionRun::finish(VideoConversionResult& result) {
                                   conversion.given->source == conversion.input;
         if (!isOfOwnDepth) result.notes.push_back(note);
     }
-    if (!reader->facts().eyes.empty() && !conversion.stereo) {
+    if (!reader->facts().eyes.empty() && !conversion.stereo)
         addNote(&result.notes, NoteCode::Doubtful,
                 nameOf(conversion.input) + ": holds the pictures of both eyes (" +
                     reader->facts().eyes + "), which become one flat scene");
-    }
     const Notes more[] = {renderer->notes(), depth_ ? depth_->notes() : Notes()};
     for (const Notes& notes : more)
         result.notes.insert(result.notes.end(), notes.begin(), notes.end());

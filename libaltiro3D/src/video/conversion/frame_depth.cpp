@@ -135,10 +135,9 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
     std::error_code error;
     if (fs::is_directory(given_.source, error)) {
         pictures_ = listImages(given_.source);
-        if (pictures_.empty()) {
+        if (pictures_.empty())
             throw Error(ErrorCode::NotFound, name,
                         "holds no pictures, expected one depth image per frame");
-        }
         const cv::Mat first = given_.read(pictures_.front(), nullptr);
         refuseUnusedRange(first);
         fitShape(first.size(), 1, video);
@@ -151,10 +150,9 @@ GivenDepth::GivenDepth(const GivenVideoDepth& given, const VideoReaderOptions& p
     options.isDepth = true;
     video_.emplace(given_.source, options);
     unit_ = video_->facts().timeBase.value();
-    if (!video_->read(frame_)) {
+    if (!video_->read(frame_))
         throw Error(ErrorCode::BadFormat, name,
                     "has no depth for this part, expected one picture per frame");
-    }
     requireRange(frame_.picture);
     refuseUnusedRange(frame_.picture);
     fitShape(frame_.picture.size(), video_->facts().sampleAspect.value(), video);
@@ -186,21 +184,19 @@ void GivenDepth::fitShape(cv::Size depth, double sampleAspect, const VideoFacts&
     const bool follows = lacksRotation && (isUndecided ? video_.has_value() : fitsTurned);
     const std::string name = given_.source.string();
     const std::string sizes = sizeText(depth) + " and " + sizeText(video.size);
-    if (fitsTurned && !(follows && isAcross)) {
+    if (fitsTurned && !(follows && isAcross))
         throw Error(ErrorCode::Mismatch, name,
                     "fits the video only if it is turned (" + sizes +
                         "), expected depth of the video's orientation");
-    }
     if (follows) {
         orientation_ = orientationOf(video);
         notes_.push_back(
             {NoteCode::Converted, name + ": states no rotation and is turned as the video is"});
     }
     constexpr double kTolerance = 0.02; // as for photos
-    if ((follows && isAcross ? turned : upright) > kTolerance) {
+    if ((follows && isAcross ? turned : upright) > kTolerance)
         notes_.push_back({NoteCode::Doubtful, name + ": its shape differs from the video's (" +
                                                   sizes + "); it is stretched to fit"});
-    }
 }
 
 void GivenDepth::begin(VideoReader& video) {
@@ -263,13 +259,12 @@ void GivenDepth::readFrame(double time, cv::Mat& raw) {
         addNew(name, notes, notes_);
         return;
     }
-    if (isFirst_ && hasColours(frame_.picture)) {
+    if (isFirst_ && hasColours(frame_.picture))
         addNew(name,
                {{NoteCode::Doubtful,
                  "has colours, and depth has none: their grey value is taken (the video comes "
                  "first, then its depth)"}},
                notes_);
-    }
     isFirst_ = false;
     cv::cvtColor(frame_.picture, raw, cv::COLOR_BGR2GRAY);
 }
@@ -484,10 +479,9 @@ void FrameDepth::work(PipelineFrame& frame) {
         cv::Mat photo;
         Notes notes;
         splitRgbd(frame.source.picture, *rgbd_, photo, raw_, &notes);
-        if (photo.size() != photoSize(frame.source.picture.size())) {
+        if (photo.size() != photoSize(frame.source.picture.size()))
             throw Error(ErrorCode::Unsupported, "RGB-D frame",
                         "has a white gap between photo and depth, expected halves without a gap");
-        }
         addNew("RGB-D frames", notes, notes_);
         raw_.convertTo(raw_, CV_8U); // a grey value of a frame
         frame.source.picture = photo;

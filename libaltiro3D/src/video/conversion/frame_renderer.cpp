@@ -116,10 +116,9 @@ class ViewsRenderer : public FrameRenderer {
                    DepthFlaws::fields(flaws));
         const ViewOptions& views = options_.views;
         const cv::Point2d centre = options_.framing.centre;
-        if (isChosen_) {
+        if (isChosen_)
             numbers.insert(numbers.end(),
                            {1, centre.x, centre.y, views.focus, views.strengthPercent});
-        }
         numbers.resize(kLeast.size());
         std::string bytes;
         append(bytes, cv::Mat(numbers));

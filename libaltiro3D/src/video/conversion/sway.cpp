@@ -111,9 +111,8 @@ PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode)
     const double resultAspect = static_cast<double>(result.width) / std::max(1, result.height);
     const bool square = std::abs(picture.width - picture.height * aspect) < 1e-6 * picture.width;
     const cv::Size odd = picture - result;
-    if (square && odd.width >= 0 && odd.width <= 1 && odd.height >= 0 && odd.height <= 1) {
+    if (square && odd.width >= 0 && odd.width <= 1 && odd.height >= 0 && odd.height <= 1)
         return {{cv::Point(0, 0), result}, {cv::Point(0, 0), result}, result};
-    }
     if (square) return fitPhoto(picture, resultAspect, result, mode); // whole px throughout
     const cv::Size shown(static_cast<int>(std::lround(kShownHeight * aspect)),
                          static_cast<int>(kShownHeight));
@@ -162,19 +161,16 @@ SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const Photo
                     ViewFilter between) {
     validate(layout);
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
-    if (quilt.size() != layout.size()) {
+    if (quilt.size() != layout.size())
         throw Error(ErrorCode::Mismatch, "quilt",
                     "has " + sizeText(quilt.size()) + " px, expected " + sizeText(layout.size()));
-    }
     const auto tile = [quilt, layout, fit](int view, cv::Mat& picture) {
         applyFit(quilt(layout.tile(view)), fit, picture);
     };
     return [tile, layout, between](double position, cv::Mat& picture) {
         const double place = (checkedPosition(position) + 1) / 2 * (layout.viewCount - 1);
-        if (between == ViewFilter::Nearest) {
-            tile(static_cast<int>(std::lround(place)), picture);
-            return;
-        }
+        if (between == ViewFilter::Nearest)
+            return tile(static_cast<int>(std::lround(place)), picture);
         const int first = static_cast<int>(std::floor(place));
         const double part = place - first;
         tile(first, picture);

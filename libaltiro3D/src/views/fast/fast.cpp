@@ -288,10 +288,7 @@ class FastSampler : public SubpixelSampler {
                  planes_[2].data());
         for (std::vector<std::uint8_t>& plane : planes_)
             std::fill_n(plane.begin() + photo_.cols, 4, plane[width - 1]);
-        if (whole_) {
-            pixels_.open(wholeOffsets_);
-            return;
-        }
+        if (whole_) return pixels_.open(wholeOffsets_);
         pickColumns(columns_.data(), columns_.size(), offsets_.data(), ownOffsets_.data());
     }
 

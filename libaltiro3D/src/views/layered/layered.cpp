@@ -401,10 +401,7 @@ class LayeredSampler : public SubpixelSampler {
 
     void sample(int channel, const float* shifts, std::uint8_t* values) override {
         const auto read = [&](std::size_t begin) { reader_.read(channel, values + begin); };
-        if (steps_ == 0) {
-            reader_.findAnywhere(shifts, read);
-            return;
-        }
+        if (steps_ == 0) return reader_.findAnywhere(shifts, read);
         for (std::size_t i = 0; i < reader_.count(); ++i)
             wholeShifts_[i] = wholeShift(static_cast<double>(shifts[i]), steps_);
         reader_.find(wholeShifts_.data(), read);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/photo.hpp>
 #include <vector>
@@ -52,9 +51,8 @@ void fillCracks(cv::Mat& view, cv::Mat& holes) {
         const uchar* hole = holes.ptr(y);
         for (int x = 0; x < view.cols; ++x) {
             if (hole[x] == 0) continue;
-            if (narrow(hole + x, 1, x, view.cols) || narrow(hole + x, step, y, view.rows)) {
+            if (narrow(hole + x, 1, x, view.cols) || narrow(hole + x, step, y, view.rows))
                 cracks.emplace_back(x, y);
-            }
         }
     }
     for (const cv::Point& p : cracks) {
@@ -107,13 +105,11 @@ void forEachDisocclusion(const Line<uchar>& holes, const Line<float>& nearness, 
 // Calls use(holes, nearness, length, result) for all rows and columns.
 template <typename Use>
 void forEachLine(cv::Mat& holes, cv::Mat& nearness, cv::Mat& result, const Use& use) {
-    for (int y = 0; y < holes.rows; ++y) {
+    for (int y = 0; y < holes.rows; ++y)
         use(rowOf<uchar>(holes, y), rowOf<float>(nearness, y), holes.cols, rowOf<uchar>(result, y));
-    }
-    for (int x = 0; x < holes.cols; ++x) {
+    for (int x = 0; x < holes.cols; ++x)
         use(columnOf<uchar>(holes, x), columnOf<float>(nearness, x), holes.rows,
             columnOf<uchar>(result, x));
-    }
 }
 
 // Adds the first background pixel beside a disocclusion to the hole. In the photo it was beside the

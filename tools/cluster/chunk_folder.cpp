@@ -4,8 +4,6 @@
 #include "altiro3D/file_io.hpp"
 
 #include <QDateTime>
-#include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <system_error>
@@ -178,18 +176,6 @@ std::string rangesText(const std::vector<int>& numbers) {
         i = end;
     }
     return text;
-}
-
-std::string shellWord(const std::string& text) {
-    const bool isPlain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-        return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-               std::string("-_./,=:%@+").find(c) != std::string::npos;
-    });
-    if (isPlain) return text;
-    std::string word = "'";
-    for (const char c : text)
-        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return word + "'";
 }
 
 } // namespace altiro3D::tools

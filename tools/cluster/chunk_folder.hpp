@@ -81,7 +81,4 @@ std::vector<std::string> readWords(const std::filesystem::path& file);
 /// Runs of neighbouring numbers: "1-3,7". @param numbers in order
 std::string rangesText(const std::vector<int>& numbers);
 
-/// A word for a shell, quoted if it needs it.
-std::string shellWord(const std::string& text);
-
 } // namespace altiro3D::tools

@@ -53,6 +53,12 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::str
 /// @return code points; equal for names that are comparable
 [[nodiscard]] ALTIRO3D_EXPORT std::u32string comparableName(const std::string& name);
 
+/// A word for a POSIX shell, as of a file name in a command that a message advises.
+///
+/// @param text any text
+/// @return the text, in single quotes if it needs them
+[[nodiscard]] ALTIRO3D_EXPORT std::string shellWord(const std::string& text);
+
 /// As writeFile(), piece by piece: the name holds its old contents until finish(). One thread at a
 /// time.
 class ALTIRO3D_EXPORT FileWriter {

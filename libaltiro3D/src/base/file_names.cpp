@@ -1,9 +1,10 @@
 // Names of files that people take for the same: other case, and other code points of the same
-// letters.
+// letters. Names as words of a shell.
 
 #include "altiro3D/file_io.hpp"
 #include "base/text.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <string_view>
 
@@ -89,6 +90,20 @@ std::u32string comparableName(const std::string& name) {
         if (letter < 0x80)
             letter = static_cast<unsigned char>(lowerCase(static_cast<char>(letter)));
     return letters;
+}
+
+std::string shellWord(const std::string& text) {
+    const bool isPlain = !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+        const char lower = lowerCase(c);
+        return static_cast<unsigned char>(c) >= 0x80 || isDigit(c) ||
+               (lower >= 'a' && lower <= 'z') ||
+               std::string_view("-_./,=:%@+").find(c) != std::string_view::npos;
+    });
+    if (isPlain) return text;
+    std::string word = "'";
+    for (const char c : text)
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return word + "'";
 }
 
 } // namespace altiro3D

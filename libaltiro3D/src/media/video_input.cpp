@@ -2,6 +2,7 @@
 
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/text.hpp"
 #include "media/video_marks.hpp"

@@ -1,6 +1,7 @@
 #include "media/video_marks.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
 
@@ -231,19 +232,6 @@ EyesInPacket eyesInPacket(const AVCodecParameters& stream, std::string_view byte
             found.isMvc = true;
     });
     return found;
-}
-
-std::string shellWord(const std::string& text) {
-    const bool isPlain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-        return c >= 0x80 || isDigit(static_cast<char>(c)) ||
-               (lowerCase(static_cast<char>(c)) >= 'a' && lowerCase(static_cast<char>(c)) <= 'z') ||
-               std::string_view("-_./,=:%@+").find(static_cast<char>(c)) != kNone;
-    });
-    if (isPlain) return text;
-    std::string word = "'";
-    for (const char c : text)
-        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return word + "'";
 }
 
 } // namespace altiro3D

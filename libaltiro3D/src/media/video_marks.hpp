@@ -35,7 +35,4 @@ struct EyesInPacket {
 /// @param stream of the packet @param bytes of the packet; any bytes give a result
 EyesInPacket eyesInPacket(const AVCodecParameters& stream, std::string_view bytes);
 
-/// A word for a shell, quoted if it needs it.
-std::string shellWord(const std::string& text);
-
 } // namespace altiro3D

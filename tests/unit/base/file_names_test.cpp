@@ -64,3 +64,11 @@ TEST(ComparableName, DiffersForOtherLettersAndBytes) {
         names.insert(comparableName(other));
     EXPECT_EQ(names.size(), std::size(others));
 }
+
+TEST(ShellWord, IsQuotedIfItNeedsIt) {
+    EXPECT_EQ(shellWord("film_2.mp4"), "film_2.mp4");
+    EXPECT_EQ(shellWord(u8"Caf\u00e9.mp4"), u8"Caf\u00e9.mp4");
+    EXPECT_EQ(shellWord("a b"), "'a b'");
+    EXPECT_EQ(shellWord("it's"), "'it'\\''s'");
+    EXPECT_EQ(shellWord(""), "''");
+}

@@ -2,12 +2,12 @@
 
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "image/picture_halves.hpp"
-#include "media/video_marks.hpp"
 #include "video/conversion/frame_depth.hpp"
 
 #include <algorithm>

@@ -125,6 +125,28 @@ void setEyes(const AVStereo3D* stereo, VideoFacts& facts);
 
 bool isMatroska(const AVOutputFormat& format);
 
+/// Whether a stream is a picture of the file, not a video.
+inline bool isCover(const AVStream& stream) {
+    constexpr int kCovers = AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS;
+    return (stream.disposition & kCovers) != 0;
+}
+
+/// Data that describes a stream; null if there are none.
+template <class Data>
+const Data* sideData(const AVStream& stream, AVPacketSideDataType type,
+                     std::size_t least = sizeof(Data)) {
+#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
+    const AVPacketSideData* const data = av_packet_side_data_get(
+        stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, type);
+    return data != nullptr && data->size >= least ? reinterpret_cast<const Data*>(data->data)
+                                                  : nullptr;
+#else
+    std::size_t size = 0;
+    const std::uint8_t* const data = av_stream_get_side_data(&stream, type, &size);
+    return data != nullptr && size >= least ? reinterpret_cast<const Data*>(data) : nullptr;
+#endif
+}
+
 /// Entries of a dictionary.
 VideoTags tagsOf(const AVDictionary* dictionary);
 /// Value of an entry, or empty.

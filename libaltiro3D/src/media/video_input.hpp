@@ -3,7 +3,6 @@
 #include "altiro3D/video_io.hpp"
 #include "base/posix_file.hpp"
 #include "media/ffmpeg.hpp"
-#include "media/video_picture.hpp"
 
 #include <cstdint>
 #include <deque>
@@ -14,12 +13,6 @@
 
 namespace altiro3D {
 
-/// Whether a stream is a picture of the file, not a video.
-inline bool isCover(const AVStream& stream) {
-    constexpr int kCovers = AV_DISPOSITION_ATTACHED_PIC | AV_DISPOSITION_TIMED_THUMBNAILS;
-    return (stream.disposition & kCovers) != 0;
-}
-
 /// An open video from which nothing has been read: its container, the stream to deliver and its
 /// decoder.
 struct VideoInput {
@@ -28,7 +21,7 @@ struct VideoInput {
     std::string subject; ///< name of the file, for errors
     Kind kind = Kind::File;
     FileHandle file;  ///< of a pipe, which is opened once, or its copy; else none
-    std::string head; ///< as of streamHead(); empty: another format
+    std::string head; ///< of an MP4 file its box "moov", of Matroska its beginning; else empty
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     CodecPtr decoder;
@@ -51,11 +44,6 @@ struct VideoInput {
     int readPacket(AVPacket& packet);
 };
 
-/// Opens a container and reads what its streams are. Sets all up to `format`, and `encrypted`.
-/// @throws Error as VideoReader::VideoReader()
-void openContainer(VideoInput& input, const std::filesystem::path& path,
-                   const VideoReaderOptions& options);
-
 /// Opens a video and reads its properties. @param options with `threads` > 0
 /// @throws Error as VideoReader::VideoReader()
 VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOptions& options);
@@ -66,5 +54,10 @@ VideoInput openVideoInput(const std::filesystem::path& path, const VideoReaderOp
 /// @throws Error as openVideoInput()
 std::optional<std::int64_t> countPackets(const std::filesystem::path& path,
                                          VideoReaderOptions options, double from);
+
+/// Opens a container and reads what its streams are. Sets all up to `format`, and `encrypted`.
+/// @throws Error as VideoReader::VideoReader()
+void openContainer(VideoInput& input, const std::filesystem::path& path,
+                   const VideoReaderOptions& options);
 
 } // namespace altiro3D

@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "base/text.hpp"
+#include "media/video_picture.hpp"
 
 #include <algorithm>
 #include <chrono>

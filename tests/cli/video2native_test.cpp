@@ -1352,6 +1352,43 @@ TEST_F(Video2NativeTool, EyesAreTheViewsOfAQuiltOfTwo) {
     EXPECT_EQ(VideoReader(studio / "n.mkv").facts().size, cv::Size(96, 128));
 }
 
+TEST_F(Video2NativeTool, StatedHalvesAreNotStretchedTwice) {
+    const SmallStudio studio;
+    // @param shape of the frame by the size that the file states, or null: it is an eye's
+    const auto eyeOf = [&](const char* size, const std::string& mode, const char* shape,
+                           const char* stereo) {
+        ffmpeg("-y -f lavfi -i testsrc2=rate=5:duration=0.4:size=" + std::string(size) +
+               " -c:v libx264 " + mode + arg(studio / "film.mkv"));
+        fs::path film = "film.mkv";
+        if (shape != nullptr) {
+            film = "stated.mkv";
+            ffmpeg("-y -i " + arg(studio / "film.mkv") + " -c copy -aspect " + shape + " " +
+                   arg(studio / film));
+        }
+        const Outcome outcome =
+            studio.run(kTool, Arguments("-y --codec ffv1 --stereo-out e_RLF.mkv --stereo-layout "
+                                        "cross --stereo") +
+                                  Arguments(stereo) + Arguments(film.c_str()));
+        EXPECT_TRUE(isDone(outcome));
+        const VideoFacts facts = VideoReader(studio / "e_RLF.mkv").facts();
+        return facts.sampleAspect.value() * facts.size.width / 2 / facts.size.height;
+    };
+    const std::string beside = "-metadata:s:v stereo_mode=left_right ";
+    const std::string above = "-metadata:s:v stereo_mode=top_bottom ";
+    constexpr double kWide = 16.0 / 9;
+    EXPECT_NEAR(eyeOf("256x144", beside, "32:9", "left-right:squeezed"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("256x144", above, "8:9", "top-bottom:squeezed"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("180x120", beside, "32:9", "left-right:squeezed"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("512x144", beside, "64:9", "left-right:full"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("256x288", above, "4:9", "top-bottom:full"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("256x144", beside, nullptr, "left-right:squeezed"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("256x144", above, nullptr, "top-bottom:squeezed"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("512x144", beside, nullptr, "left-right:full"), kWide, 0.02);
+    EXPECT_NEAR(eyeOf("256x288", above, nullptr, "top-bottom:full"), kWide, 0.02);
+    // half of the px of a 16:9 frame, whose halves are squeezed once more
+    EXPECT_NEAR(eyeOf("128x144", "", "16:9", "left-right:squeezed"), kWide, 0.02);
+}
+
 TEST_F(Video2NativeTool, EyesAreMadeInChunksAsInOneRun) {
     const SmallStudio studio;
     studio.makeClip();

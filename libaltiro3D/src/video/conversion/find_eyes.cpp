@@ -113,11 +113,14 @@ struct HalvesShape {
     bool isSure = true;
 };
 
+bool isWide(double eye) {
+    return eye > 1.23 && eye < 2.45;
+}
+
 // By the shape that a scene has: wide, square or a portrait. Squeezed ones are wide.
 // @param aspect width : height of a frame as displayed
 HalvesShape guessHalves(bool isBeside, double aspect) {
-    const auto isWide = [](double eye) { return eye > 1.23 && eye < 2.45; };
-    const auto isPhoto = [&](double eye) {
+    const auto isPhoto = [](double eye) {
         return isWide(eye) || (eye > 0.95 && eye < 1.05) || (eye > 0.5 && eye < 0.82);
     };
     const bool canBeFull = isPhoto(isBeside ? aspect / 2 : aspect * 2);
@@ -140,15 +143,13 @@ std::optional<StereoHalves> taggedHalves(bool isBeside, const VideoFacts& facts)
 }
 
 // Shape of the halves. Of videos, LR and TB mean squeezed halves, unless the shape says otherwise.
-// Frames whose px are stretched already as much as halves are squeezed count as full.
 HalvesShape shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& name,
                           const VideoFacts& facts) {
     const double pixel = facts.sampleAspect.value();
     const double aspect = pixel * facts.size.width / facts.size.height;
     const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
-    const bool isStretched = std::abs(pixel / (isBeside ? 2 : 0.5) - 1) < 0.01;
     const auto stated = [&](StereoHalves halves) {
-        return HalvesShape{isStretched ? StereoHalves::Full : halves, true};
+        return HalvesShape{halvesAsShown({layout, halves}, facts), true};
     };
     if (const auto tagged = taggedHalves(isBeside, facts)) return stated(*tagged);
     if (name && name->contents == SceneName::Contents::Eyes) {
@@ -180,6 +181,15 @@ bool isUsual(StereoLayout layout, double aspect) {
 
 cv::Size photoSize(const StereoVideo& video, cv::Size frame) {
     return halvesOf(video).photoSize(frame);
+}
+
+StereoHalves halvesAsShown(const StereoVideo& video, const VideoFacts& facts) {
+    const bool isBeside =
+        video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
+    const double pixel = facts.sampleAspect.value();
+    const double eye = pixel * facts.size.width / facts.size.height; // stretched again
+    const bool isStretched = isBeside ? pixel > 1.6 : pixel < 0.8;   // px of DVDs are not square
+    return isStretched && (facts.eyesLayout || !isWide(eye)) ? StereoHalves::Full : video.halves;
 }
 
 FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,

@@ -1389,6 +1389,29 @@ TEST_F(Video2NativeTool, StatedHalvesAreNotStretchedTwice) {
     EXPECT_NEAR(eyeOf("128x144", "", "16:9", "left-right:squeezed"), kWide, 0.02);
 }
 
+TEST_F(Video2NativeTool, TheVideosOfBothEyesAreAPair) {
+    const SmallStudio studio;
+    ffmpeg("-f lavfi -i testsrc2=rate=5:duration=0.4:size=96x64 -f lavfi -i "
+           "testsrc=rate=5:duration=0.4:size=96x64 -map 0 -map 1 -c:v ffv1 -pix_fmt yuv444p " +
+           arg(studio / "two.mkv"));
+    const auto made = [&](const Arguments& more) {
+        return studio.run(kTool, Arguments("-y --codec ffv1 --stereo-out e_TBF.mkv "
+                                           "--stereo-layout tb two.mkv") +
+                                     more);
+    };
+    const Outcome pair = made("--stereo videos");
+    EXPECT_TRUE(isDone(pair));
+    EXPECT_TRUE(holds(pair.out, "both eyes: beside each other, as --stereo says it"));
+    const cv::Mat frame = allFrames(studio / "e_TBF.mkv")[0].picture;
+    ASSERT_EQ(frame.size(), cv::Size(96, 128));
+    EXPECT_LE(cv::norm(frame.rowRange(0, 64), ffmpegFrames(studio / "two.mkv", {96, 64})[0],
+                       cv::NORM_INF),
+              3);
+    const Outcome one = made({});
+    EXPECT_EQ(one.status, 0);
+    EXPECT_TRUE(holds(one.err, "--stereo videos reads both"));
+}
+
 TEST_F(Video2NativeTool, EyesAreMadeInChunksAsInOneRun) {
     const SmallStudio studio;
     studio.makeClip();

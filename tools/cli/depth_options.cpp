@@ -66,12 +66,13 @@ std::optional<RgbdLayout> rgbdOption(const CommandLine& commandLine) {
     return RgbdLayout(kSides[choice->place], choice->halves);
 }
 
-// left-right | right-left | top-bottom | bottom-top | files
+// left-right | right-left | top-bottom | bottom-top | files | videos
 void readStereoOption(const CommandLine& commandLine, DepthOptions& options) {
     constexpr StereoLayout kLayouts[] = {StereoLayout::LeftRight, StereoLayout::RightLeft,
                                          StereoLayout::TopBottom, StereoLayout::BottomTop};
     options.isPair = commandLine.value("stereo") == "files";
-    if (options.isPair) {
+    options.areVideos = commandLine.value("stereo") == "videos";
+    if (options.isPair || options.areVideos) {
         options.stereo = {StereoLayout::LeftRight, StereoHalves::Full, {}};
         return;
     }
@@ -131,8 +132,9 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
             "Frames hold the pictures of both eyes: left-right, right-left, top-bottom or "
             "bottom-top. Depth is found by matching them. Halves of 16:9 frames count as squeezed; "
             ":full or :squeezed after the order says so (left-right:full). Files that state it, "
-            "and names as film_LR.mp4 whose halves match, need no option; off: frames are flat.",
-            "ORDER|off");
+            "and names as film_LR.mp4 whose halves match, need no option. videos: the file has a "
+            "video for each eye, although nothing says so; off: frames are flat.",
+            "ORDER|videos|off");
     } else {
         commandLine.add(
             {"stereo"},
@@ -218,8 +220,10 @@ DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
     }
     readStereoOption(commandLine, options);
     if (isVideo && options.isPair)
-        commandLine.failValue("stereo", "an order of halves, or off; files are for photos");
+        commandLine.failValue("stereo", "an order of halves, videos, or off; files are for photos");
     if (isVideo) return options;
+    if (options.areVideos)
+        commandLine.failValue("stereo", "an order of halves, or files; videos are of a video");
     const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
     commandLine.exclude("stereo", {"d", "rgbd", "embedded-depth", "unblurred"});
     for (const char* other : {"d", "rgbd"})

@@ -46,6 +46,7 @@ struct DepthOptions {
     bool isDefault = false;                 ///< No option chooses the source.
     std::optional<StereoInput> stereo;      ///< `--stereo`
     bool isPair = false;                    ///< The eyes are in two files.
+    bool areVideos = false;                 ///< `--stereo videos`
     bool isFlat = false;                    ///< `--stereo off`: no eyes are looked for.
     PhotoDepthOptions stored{false, false}; ///< What is taken from photos.
     bool refusesVr = false;                 ///< No option says what the photo holds.

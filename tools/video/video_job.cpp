@@ -217,6 +217,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     plan.part.bothEyes = !plan.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
+    plan.part.joinsVideos = job.depth.areVideos;
     refusePicture(plan, nullptr); // FFmpeg's error would not say so
     conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
     const VideoFacts& facts = conversion.reader->facts();

@@ -83,17 +83,22 @@ struct VideoReaderOptions {
     /// The pictures are depth: numbers stay as they are stored, without regard to alpha and to the
     /// meaning of colours. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
     bool isDepth = false;
-    /// Of spatial video (MV-HEVC; needs FFmpeg 7.1) and of videos whose frames show the eyes by
-    /// turns, deliver both eyes' pictures beside each other, the left one first, as
+    /// Of spatial video (MV-HEVC; needs FFmpeg 7.1), of videos whose frames show the eyes by turns,
+    /// and of files with a video for each eye (AVI of stereo cameras; titles with "left" and
+    /// "right"), deliver both eyes' pictures beside each other, the left one first, as
     /// VideoFacts::eyes then says. Otherwise the left eye's alone are delivered, and notes() says
     /// so.
     bool bothEyes = false;
+    /// With `bothEyes`: the file holds a video for each eye, although nothing says so.
+    bool joinsVideos = false;
 };
 
 /// VideoFacts::eyes of spatial video that is read with VideoReaderOptions::bothEyes.
 constexpr const char* kSpatialVideo = "spatial video";
 /// VideoFacts::eyes of frames that show the eyes by turns and are read so; each two become one.
 constexpr const char* kAlternateFrames = "frame alternate";
+/// VideoFacts::eyes of a video for each eye, of which both are read.
+constexpr const char* kTwoVideos = "two videos";
 
 /// Checks the options except `format` and `formatOptions`; the VideoReader constructor checks
 /// these.
@@ -144,13 +149,19 @@ struct VideoFacts {
     std::optional<std::int64_t> frameCount; ///< Frames in the whole file, as stated in it or
                                             ///< estimated from its duration; nothing if unknown.
     /// How each frame shows both eyes, as the container states it, or else the first frame that is
-    /// read: FFmpeg's name ("side by side"), or kSpatialVideo. Empty: nothing is stated.
+    /// read: FFmpeg's name ("side by side"), or one of a joined pair. Empty: nothing is stated.
     std::string eyes;
     std::optional<StereoLayout> eyesLayout; ///< Of `eyes`; nothing for layouts that are not read.
     VideoColour colour;                     ///< How colours are stored.
     std::vector<VideoStreamFacts> streams;  ///< All streams, the delivered one included.
     std::vector<VideoChapter> chapters;     ///< In the file's order.
     VideoTags tags;                         ///< Tags of the file.
+
+    /// Whether the reader joins both eyes' pictures, which are then full halves.
+    /// @return true for kSpatialVideo, kAlternateFrames and kTwoVideos
+    [[nodiscard]] bool areJoined() const {
+        return eyes == kSpatialVideo || eyes == kAlternateFrames || eyes == kTwoVideos;
+    }
 };
 
 /// Counts of what was read so far.
@@ -296,8 +307,8 @@ class ALTIRO3D_EXPORT VideoReader {
     /// @param options the part to read, threads, format of a device
     /// @throws Error NotFound; ReadFailed (a directory, no permission); BadFormat (empty, no video
     ///         stream, cut off before its index); Unsupported (a codec without a decoder, an
-    ///         unknown `format`); TooLarge (more px than kMaxImagePixels); InvalidArgument
-    ///         (options); OutOfMemory
+    ///         unknown `format`, no second video for `joinsVideos`); TooLarge (more px than
+    ///         kMaxImagePixels); InvalidArgument (options); OutOfMemory
     explicit VideoReader(const std::filesystem::path& path, const VideoReaderOptions& options = {});
     ~VideoReader();
     VideoReader(VideoReader&&) noexcept;            ///< Moves.

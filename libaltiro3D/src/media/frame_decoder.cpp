@@ -225,35 +225,48 @@ bool Deinterlacer::take(DecodedFrame& decoded) {
     return true;
 }
 
-bool EyesJoiner::join(AVFrame& frame) {
+bool EyesJoiner::join(AVFrame& frame, bool isOfTwin) {
     if (std::exchange(skips_, false)) return false;
     const bool isEven = frame.width % 2 == 0; // as in all files that phones write
     const auto place = turns_.alternate ? isSecond(frame) : std::nullopt;
-    if (waiting_ && turns_.alternate) {
-        if (!areAlike(*waiting_, frame) || !place.value_or(true)) waiting_.reset();
-    } else if (waiting_ && (waiting_->pts != frame.pts || !areAlike(*waiting_, frame) ||
-                            isOfRightEye(*waiting_) == isOfRightEye(frame) || !isEven)) {
+    const bool isRight = turns_.alternate ? !turns_.rightFirst : isOfTwin || isOfRightEye(frame);
+    const auto leaveOut = [this] {
+        waiting_.pop_front();
         ++lost_;
-        waiting_.reset();
+    };
+    if (turns_.alternate) {
+        if (!waiting_.empty() && (!areAlike(*waiting_.front(), frame) || !place.value_or(true)))
+            waiting_.clear();
+    } else if (isRight != isRightWaiting_) {
+        while (!waiting_.empty() && (waiting_.front()->pts + turns_.mostDistance < frame.pts ||
+                                     !areAlike(*waiting_.front(), frame) || !isEven))
+            leaveOut();
+        if (!waiting_.empty() && waiting_.front()->pts > frame.pts + turns_.mostDistance) {
+            ++lost_;
+            return false;
+        }
+    } else if (waiting_.size() >= turns_.mostWaiting) {
+        leaveOut();
     }
-    if (!waiting_) {
+    if (waiting_.empty() || (!turns_.alternate && isRight == isRightWaiting_)) {
         if (place.value_or(false)) return false; // the first one is missing
-        waiting_ = newFrame();
-        av_frame_move_ref(waiting_.get(), &frame);
+        waiting_.push_back(newFrame());
+        av_frame_move_ref(waiting_.back().get(), &frame);
+        isRightWaiting_ = isRight;
         return false;
     }
-    const bool isRight = turns_.alternate ? !turns_.rightFirst : isOfRightEye(frame);
+    const AVFrame& first = *waiting_.front();
     FramePtr made;
     if (turns_.leftAlone) {
         made = newFrame();
-        copyReference(isRight ? *waiting_ : frame, *made);
-        made->pts = waiting_->pts;
-        made->best_effort_timestamp = waiting_->best_effort_timestamp;
+        copyReference(isRight ? first : frame, *made);
+        made->pts = first.pts;
+        made->best_effort_timestamp = first.best_effort_timestamp;
     } else {
         made = newFrame(frame.format, 2 * frame.width, frame.height);
-        copyHalf(*waiting_, !isRight, *made);
+        copyHalf(first, !isRight, *made);
         copyHalf(frame, isRight, *made);
-        checkRoom(av_frame_copy_props(made.get(), waiting_.get()));
+        checkRoom(av_frame_copy_props(made.get(), &first));
     }
     if (turns_.alternate) { // up to the next pair
 #if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(57, 30, 100)
@@ -262,15 +275,15 @@ bool EyesJoiner::join(AVFrame& frame) {
         made->pkt_duration = 0;
 #endif
     }
-    waiting_.reset();
+    waiting_.pop_front();
     av_frame_unref(&frame);
     av_frame_move_ref(&frame, made.get());
     return true;
 }
 
 void EyesJoiner::skip() {
-    skips_ = turns_.alternate && !waiting_;
-    if (turns_.alternate) waiting_.reset();
+    skips_ = turns_.alternate && waiting_.empty();
+    if (turns_.alternate) waiting_.clear();
 }
 
 FrameTimes::FrameTimes(const VideoFacts& facts, AVRational unit, std::int64_t start,
@@ -319,16 +332,19 @@ std::int64_t FrameTimes::risingTime(const AVFrame& frame) {
 
 FrameDecoder::FrameDecoder(VideoInput& input, const VideoReaderOptions& options,
                            VideoPackets& packets, VideoReadCounts& counts)
-    : decoder_(std::move(input.decoder)), packets_(packets),
-      times_(input.facts, input.stream->time_base, input.startPts, counts), counts_(counts) {
-    if (input.joinsEyes || input.alternates)
-        joiner_.emplace(EyesJoiner::Turns{input.alternates, input.rightFirst, !input.joinsEyes});
-    if (options.deinterlace)
-        deinterlacer_.emplace(input.stream->time_base, options.threads, input.subject);
+    : decoder_(std::move(input.decoder)), twinDecoder_(std::move(input.twinDecoder)),
+      twin_(input.twin), unit_(input.stream->time_base), packets_(packets),
+      times_(input.facts, unit_, input.startPts, counts), counts_(counts) {
+    EyesJoiner::Turns turns{input.alternates, input.rightFirst, !input.joinsEyes};
+    if (twin_ != nullptr) turns.mostWaiting = 50;
+    if (twin_ != nullptr) turns.mostDistance = times_.frameDuration() / 2;
+    if (input.joinsEyes || input.alternates) joiner_.emplace(turns);
+    if (options.deinterlace) deinterlacer_.emplace(unit_, options.threads, input.subject);
 }
 
 void FrameDecoder::restart() {
     avcodec_flush_buffers(decoder_.get());
+    if (twinDecoder_) avcodec_flush_buffers(twinDecoder_.get());
     corruptPts_.clear();
     sentEnd_ = false;
     times_.restart();
@@ -356,8 +372,13 @@ bool FrameDecoder::decode(DecodedFrame& decoded) {
 bool FrameDecoder::decodeNext(DecodedFrame& decoded) {
     AVFrame& frame = *decoded.frame;
     for (;;) {
-        const int result = avcodec_receive_frame(decoder_.get(), &frame);
-        if (result == AVERROR_EOF) return false;
+        int result = avcodec_receive_frame(decoder_.get(), &frame);
+        const bool isOfTwin = twinDecoder_ && (result == AVERROR_EOF || result == AVERROR(EAGAIN));
+        if (isOfTwin) result = avcodec_receive_frame(twinDecoder_.get(), &frame);
+        if (result == AVERROR_EOF) {
+            if (twin_ != nullptr) counts_.corrupt += static_cast<int>(joiner_->restart());
+            return false;
+        }
         if (result == AVERROR(EAGAIN)) {
             if (!feed()) return false;
             continue;
@@ -369,7 +390,13 @@ bool FrameDecoder::decodeNext(DecodedFrame& decoded) {
             continue;
         }
         if (joiner_) {
-            const bool isWhole = joiner_->join(frame);
+            if (twin_ != nullptr) {
+                const std::int64_t time = frame.best_effort_timestamp;
+                const AVRational unit = isOfTwin ? twin_->time_base : unit_;
+                frame.pts = isNear(time) ? av_rescale_q(time, unit, unit_) : 0;
+                frame.best_effort_timestamp = frame.pts;
+            }
+            const bool isWhole = joiner_->join(frame, isOfTwin);
             counts_.corrupt += joiner_->takeLost();
             if (!isWhole) continue;
         }
@@ -385,17 +412,20 @@ bool FrameDecoder::feed() {
     if (!packets_.read()) {
         sentEnd_ = true;
         avcodec_send_packet(decoder_.get(), nullptr);
+        if (twinDecoder_) avcodec_send_packet(twinDecoder_.get(), nullptr);
         return true;
     }
     const AVPacket& packet = packets_.packet();
     if (packet.data == nullptr && packet.size == 0) return true;
-    if (!packets_.isOfPictures()) {
+    const bool isOfTwin = twin_ != nullptr && packet.stream_index == twin_->index;
+    if (!packets_.isOfPictures() && !isOfTwin) {
         packets_.keep();
         return true;
     }
     const bool isCorrupt = (packet.flags & AV_PKT_FLAG_CORRUPT) != 0;
     if (isCorrupt && packet.pts != AV_NOPTS_VALUE) corruptPts_.insert(packet.pts);
-    const int sent = avcodec_send_packet(decoder_.get(), &packet);
+    AVCodecContext* const decoder = (isOfTwin ? twinDecoder_ : decoder_).get();
+    const int sent = avcodec_send_packet(decoder, &packet);
     if (sent == AVERROR(ENOMEM)) checkMemory(nullptr);
     if (sent < 0 && sent != AVERROR(EAGAIN)) ++counts_.corrupt;
     return true;

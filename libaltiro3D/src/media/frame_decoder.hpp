@@ -63,7 +63,7 @@ class Deinterlacer {
 };
 
 /// Joins both eyes' pictures: of spatial video, which a decoder delivers one after the other with
-/// the same time, or of frames that show the eyes by turns.
+/// the same time, of two videos, or of frames that show the eyes by turns.
 class EyesJoiner {
   public:
     /// Which pictures come, and whether the left ones alone are wanted.
@@ -71,28 +71,32 @@ class EyesJoiner {
         bool alternate = false; ///< Of two frames with different times, a pair has the first one's.
         bool rightFirst = false; ///< The right eye's is the first.
         bool leftAlone = false;
+        std::size_t mostWaiting = 1;   ///< Pictures of an eye that may wait for the other's.
+        std::int64_t mostDistance = 0; ///< Of the times of a pair.
     };
     EyesJoiner() = default;
     explicit EyesJoiner(const Turns& turns) : turns_(turns) {}
 
     /// Takes a picture; gives both beside each other, the left one first.
-    /// @param frame receives the result @return false if the other eye's picture is missing
+    /// @param frame receives the result @param isOfTwin it is of the right eye's video
+    /// @return false if the other eye's picture is missing
     /// @throws Error OutOfMemory
-    bool join(AVFrame& frame);
+    bool join(AVFrame& frame, bool isOfTwin = false);
     /// Pictures whose other eye is missing, since the last call.
     int takeLost() { return std::exchange(lost_, 0); }
     /// Leaves a damaged picture out, and the other one of its pair if they come by turns.
     void skip();
-    /// Forgets a picture that waits for the other one, for a seek.
-    void restart() {
-        waiting_.reset();
+    /// Forgets the pictures that wait, for a seek or at the end. @return how many there were
+    std::size_t restart() {
         skips_ = false;
+        return std::exchange(waiting_, {}).size();
     }
 
   private:
     Turns turns_;
-    bool skips_ = false; // the next picture
-    FramePtr waiting_;
+    bool skips_ = false;           // the next picture
+    std::deque<FramePtr> waiting_; // of one eye
+    bool isRightWaiting_ = false;
     int lost_ = 0;
 };
 
@@ -161,6 +165,9 @@ class FrameDecoder {
     bool isDamaged(const AVFrame& frame);
 
     CodecPtr decoder_;
+    CodecPtr twinDecoder_;
+    const AVStream* twin_; // the right eye's; null: no second video is read
+    AVRational unit_;
     VideoPackets& packets_;
     FrameTimes times_;
     std::optional<Deinterlacer> deinterlacer_;

@@ -156,7 +156,8 @@ CodecPtr openDecoder(VideoInput& input, const AVStream& stream, int threads) {
     if (isLive(input)) decoder->thread_type = FF_THREAD_SLICE;
     decoder->max_pixels = static_cast<std::int64_t>(kMaxImagePixels);
     Dictionary decoding;
-    if (input.joinsEyes && !input.alternates) decoding.set("view_ids", "-1"); // all
+    if (input.joinsEyes && !input.alternates && input.twin == nullptr)
+        decoding.set("view_ids", "-1"); // all
     const int result = avcodec_open2(decoder.get(), codec, decoding.address());
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, input.subject,
@@ -288,6 +289,7 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     const std::string head = std::exchange(input.head, {});
     findOtherEye(input, options, head);
     input.decoder = openDecoder(input, *input.stream, options.threads);
+    if (input.twin != nullptr) input.twinDecoder = openDecoder(input, *input.twin, options.threads);
     fillFacts(input, head);
     refuseSpherical(input, head);
     listContents(*input.format, input.facts);

@@ -228,9 +228,12 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
 }
 
 bool VideoInput::hasFixedTimes() const {
-    // after a seek, it would not be known whose turn it is
+    return canSeek() && (format->iformat->flags & AVFMT_TS_DISCONT) == 0;
+}
+
+bool VideoInput::canSeek() const {
     return kind == Kind::File && format->start_time != AV_NOPTS_VALUE && !alternates &&
-           (format->iformat->flags & AVFMT_TS_DISCONT) == 0;
+           twin == nullptr;
 }
 
 int VideoInput::readPacket(AVPacket& packet) {

@@ -24,9 +24,11 @@ struct VideoInput {
     std::string head; ///< of an MP4 file its box "moov", of Matroska its beginning; else empty
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
+    AVStream* twin = nullptr;   ///< the right eye's video, if it is joined to `stream`
     CodecPtr decoder;
+    CodecPtr twinDecoder;
     std::set<int> encrypted; ///< indices of streams
-    bool joinsEyes = false;  ///< the decoder delivers both eyes' pictures, to be joined
+    bool joinsEyes = false;  ///< both eyes' pictures are decoded, to be joined
     bool alternates = false; ///< frames show the eyes by turns; without joinsEyes the left one's
                              ///< alone are delivered
     bool isMvc = false;      ///< a layer of H.264 that FFmpeg does not decode has the other eye
@@ -40,6 +42,9 @@ struct VideoInput {
     /// Whether a time leads to the same frame regardless of what was read before: false where the
     /// input cannot be sought, and where times may start again.
     bool hasFixedTimes() const;
+    /// Whether the frames after a seek are known: not those of a bare stream, which has no times,
+    /// of eyes by turns and of two videos, whose key frames may differ.
+    bool canSeek() const;
     /// Reads the next packet. @return FFmpeg's number of an error, or at least 0
     int readPacket(AVPacket& packet);
 };

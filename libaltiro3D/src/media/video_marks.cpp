@@ -182,28 +182,86 @@ void readFirstPicture(VideoInput& input, std::string_view head) {
                                         : isMarked && (mark->flags & AV_STEREO3D_FLAG_INVERT) != 0;
 }
 
-// Another video that can be the other eye's; null if there is none.
-const AVStream* twinOf(const VideoInput& input) {
+// Which eye a video is of, as its names say: 'l', 'r', or 0 if they do not say it.
+char namedEye(const AVStream& stream) {
+    for (const char* const tag : {"stereo_mode", "title", "name", "handler_name"}) {
+        const std::string text = tagOf(stream.metadata, tag);
+        const bool isLeft = av_stristr(text.c_str(), "left") != nullptr;
+        const bool isRight = av_stristr(text.c_str(), "right") != nullptr;
+        if (isLeft != isRight) return isLeft ? 'l' : 'r';
+    }
+    return 0;
+}
+
+// Another video that can be the other eye's, perhaps without some frames; null if there is none.
+AVStream* twinOf(const VideoInput& input) {
     AVFormatContext& format = *input.format;
     const AVStream& read = *input.stream;
     const auto programOf = [&](const AVStream& stream) {
         return av_find_program_from_stream(&format, nullptr, stream.index);
     };
     for (unsigned i = 0; i < format.nb_streams; ++i) {
-        const AVStream& stream = *format.streams[i];
+        AVStream& stream = *format.streams[i];
         const AVCodecParameters& parameters = *stream.codecpar;
         constexpr int kOthers = AV_DISPOSITION_DUB | AV_DISPOSITION_COMMENT |
                                 AV_DISPOSITION_VISUAL_IMPAIRED | AV_DISPOSITION_HEARING_IMPAIRED;
         if (&stream != &read && parameters.codec_type == AVMEDIA_TYPE_VIDEO && !isCover(stream) &&
             parameters.codec_id == read.codecpar->codec_id && parameters.width > 0 &&
             parameters.width == read.codecpar->width &&
-            parameters.height == read.codecpar->height && stream.nb_frames == read.nb_frames &&
-            av_cmp_q(stream.avg_frame_rate, read.avg_frame_rate) == 0 &&
+            parameters.height == read.codecpar->height &&
+            parameters.format == read.codecpar->format &&
+            std::abs(stream.nb_frames - read.nb_frames) <= 2 + read.nb_frames / 50 &&
+            (av_cmp_q(stream.avg_frame_rate, read.avg_frame_rate) == 0 ||
+             av_cmp_q(stream.r_frame_rate, read.r_frame_rate) == 0) &&
             (stream.disposition & kOthers) == 0 && programOf(stream) == programOf(read) &&
-            tagOf(stream.metadata, "language") == tagOf(read.metadata, "language"))
+            tagOf(stream.metadata, "language") == tagOf(read.metadata, "language") &&
+            likenessToDepth(stream) == likenessToDepth(read) &&
+            input.encrypted.count(stream.index) == 0)
             return &stream;
     }
     return nullptr;
+}
+
+// Finds the other eye in a second video, and reads it if that is wanted.
+// @param joins if there is one
+void findTwin(VideoInput& input, const VideoReaderOptions& options, bool joins) {
+    AVStream* twin = twinOf(input);
+    VideoFacts frames;
+    setEyes(sideData<AVStereo3D>(*input.stream, AV_PKT_DATA_STEREO3D), frames);
+    if (twin == nullptr || !frames.eyes.empty() || input.isMvc || input.alternates ||
+        input.joinsEyes) {
+        if (!options.joinsVideos) return;
+        throw Error(ErrorCode::Unsupported, input.subject,
+                    "does not hold two videos of one size and rate, expected those of both eyes");
+    }
+    const char eye = namedEye(*input.stream);
+    const bool isNamed = eye != 0 && namedEye(*twin) + eye == 'l' + 'r';
+    AVStream** const streams = input.format->streams;
+    const auto videos = std::count_if(streams, streams + input.format->nb_streams, [](auto* one) {
+        return one->codecpar->codec_type == AVMEDIA_TYPE_VIDEO;
+    });
+    const bool isCamera = videos == 2 && input.stream->codecpar->codec_id == AV_CODEC_ID_MJPEG &&
+                          std::strcmp(input.format->iformat->name, "avi") == 0;
+    const auto note = [&](NoteCode code, const std::string& text) {
+        input.notes.push_back({code, input.subject + ": holds two videos of one size, " + text});
+    };
+    if (!isNamed && !isCamera && !options.joinsVideos) {
+        note(NoteCode::LeftOut, "of which one is read; if they are the pictures of both eyes, "
+                                "--stereo videos reads both");
+        return;
+    }
+    if (isNamed ? eye == 'r' : twin->index < input.stream->index) std::swap(input.stream, twin);
+    if (!joins) {
+        note(NoteCode::LeftOut, "of both eyes, of which the left eye's alone is read");
+        return;
+    }
+    input.joinsEyes = true;
+    input.twin = twin;
+    const bool isSure =
+        isNamed || options.joinsVideos || startsWith(tagOf(input.stream->metadata, "Make"), "FUJI");
+    if (!isSure)
+        note(NoteCode::Doubtful, "which are read as the pictures of both eyes, as stereo "
+                                 "cameras write them; --stereo off reads one alone");
 }
 
 // Matroska states the size of one eye's picture, and FFmpeg gives the px the shape that leads to
@@ -323,13 +381,7 @@ void findOtherEye(VideoInput& input, const VideoReaderOptions& options, const st
     }
     if (input.alternates && !input.joinsEyes)
         note("shows the eyes by turns, of which the left eye alone is read");
-    if (const AVStream* const twin = twinOf(input); twin != nullptr && !input.isMvc) {
-        const auto [first, second] = std::minmax(input.stream->index, twin->index);
-        note("holds two videos of one size, of which one is read; if they are the pictures of both "
-             "eyes, this joins them, and --stereo left-right:full reads the result: ffmpeg -i " +
-             shellWord(input.subject) + " -filter_complex '[0:" + std::to_string(first) +
-             "][0:" + std::to_string(second) + "]hstack' eyes_LRF.mp4");
-    }
+    findTwin(input, options, joins);
 }
 
 void describeEyes(VideoInput& input, const std::string& head) {
@@ -339,7 +391,9 @@ void describeEyes(VideoInput& input, const std::string& head) {
     if (facts.eyes.empty()) readStereoBox(head, facts);
     if (input.joinsEyes) {
         facts.size.width *= 2;
-        facts.eyes = input.alternates ? kAlternateFrames : kSpatialVideo;
+        facts.eyes = input.alternates        ? kAlternateFrames
+                     : input.twin != nullptr ? kTwoVideos
+                                             : kSpatialVideo;
         facts.eyesLayout = StereoLayout::LeftRight;
     } else if (input.alternates || input.isMvc) {
         facts.eyes.clear();

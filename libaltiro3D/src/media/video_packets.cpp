@@ -38,7 +38,7 @@ std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoRea
     }
     for (unsigned i = 0; i < input.format->nb_streams; ++i) {
         const AVStream& stream = *input.format->streams[i];
-        if (&stream == input.stream) {
+        if (&stream == input.stream || &stream == input.twin) {
             indices.push_back(-1);
             continue;
         }
@@ -215,7 +215,8 @@ std::optional<std::string> VideoPackets::truncation() const {
 
 void VideoPackets::keep() {
     const auto index = static_cast<std::size_t>(packet_->stream_index);
-    if (!wanted_ || index >= otherIndex_.size()) return; // a stream that appeared later
+    // a stream that appeared later, or the other eye's
+    if (!wanted_ || index >= otherIndex_.size() || otherIndex_[index] < 0) return;
     PacketPtr kept = newPacket();
     av_packet_move_ref(kept.get(), packet_.get());
     others_->push(static_cast<std::size_t>(otherIndex_[index]), std::move(kept));

@@ -122,9 +122,7 @@ bool VideoReader::Impl::seek(std::optional<std::int64_t> target) {
 void VideoReader::Impl::begin(bool maySeek) {
     begun_ = true;
     packets.begin();
-    // A bare stream has no times, so seeking in it is not possible.
-    const bool seeks = maySeek && input.kind == Kind::File &&
-                       input.format->start_time != AV_NOPTS_VALUE && !input.alternates;
+    const bool seeks = maySeek && input.canSeek();
     bool found = fromPts_ > input.startPts && seeks && seekToPart();
     while (found && ahead_.pts < fromPts_)
         found = decoder.decode(ahead_);
@@ -360,9 +358,11 @@ Notes VideoReader::notes() const {
     };
     if (const auto truncation = impl.packets.truncation()) note(NoteCode::CutOff, *truncation);
     if (impl.counts.corrupt > 0) {
-        note(NoteCode::Repaired, std::to_string(impl.counts.corrupt) +
-                                     (impl.counts.corrupt == 1 ? " damaged frame was left out"
-                                                               : " damaged frames were left out"));
+        note(NoteCode::Repaired,
+             std::to_string(impl.counts.corrupt) +
+                 (impl.counts.corrupt == 1 ? " damaged frame was" : " damaged frames were") +
+                 " left out" +
+                 (impl.input.twin != nullptr ? ", counting those without the other eye's" : ""));
     }
     if (impl.counts.repairedTimes > 0) {
         note(NoteCode::Repaired, "the times of " + std::to_string(impl.counts.repairedTimes) +

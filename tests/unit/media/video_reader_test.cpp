@@ -22,6 +22,7 @@
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <thread>
+#include <tuple>
 #include <unistd.h>
 
 namespace altiro3D::test {
@@ -1009,29 +1010,128 @@ TEST_F(VideoReaderTest, FramesOfBothEyesByTurnsBecomePairs) {
     }
 }
 
-TEST_F(VideoReaderTest, ASecondVideoOfOneSizeIsSaidWithTheCommandThatJoinsBoth) {
+// A film of two videos. The luma of the left eye's frame N is 30 + X + 4 N, that of the right one's
+// 10 more, as if it were seen 10 px further left.
+constexpr int kShift = 10; // px
+
+std::string twoVideos(const std::string& options, bool isRightFirst = false) {
+    std::string arguments;
+    for (const bool isRight : {isRightFirst, !isRightFirst}) {
+        arguments +=
+            "-f lavfi -i 'color=size=96x64:rate=10:duration=1,format=yuv420p,geq=lum=30+X+4*N" +
+            (isRight ? "+" + std::to_string(kShift) : "") + ":cb=128:cr=128' ";
+    }
+    return arguments + "-map 0 -map 1 " + options;
+}
+
+// @param number of the frame that both eyes show
+void expectPair(const VideoFrame& pair, int number, const std::string& what) {
+    ASSERT_EQ(pair.picture.size(), cv::Size(192, 64)) << what;
+    for (const int x : {3, 40, 92}) {
+        const auto seen = [&](int at) { // luma of limited range
+            return pair.picture.at<cv::Vec3b>(32, at)[1] * 219 / 255.0 + 16;
+        };
+        EXPECT_NEAR(seen(x), 30 + x + 4 * number, 1.8) << what << ' ' << x;
+        EXPECT_NEAR(seen(96 + x), 30 + x + kShift + 4 * number, 1.8) << what << ' ' << x;
+    }
+}
+
+TEST_F(VideoReaderTest, TheVideosOfBothEyesBecomePairs) {
+    const std::string jpeg = "-c:v mjpeg -pix_fmt yuvj420p -q:v 1 -qmin 1 -huffman default";
+    const std::string h264 = "-c:v libx264 -qp 1 -g 4 -bf 2 ";
+    const fs::path plain = make("plain.avi", twoVideos(jpeg));
+    std::string bytes = slurp(plain); // with the camera's name, where the muxer left room
+    const std::string stated = "AVIF" + std::string(4, '\0') +
+                               std::string("\1\0\x0f\1\2\0\x9\0\0\0\x12\0\0\0\0\0\0\0", 18) +
+                               std::string("FUJIFILM\0", 9);
+    const std::size_t room = bytes.find("JUNK");
+    bytes.replace(room, 4, "strd");
+    bytes.replace(room + 8, stated.size(), stated);
+    spill(directory / "fuji.avi", bytes);
+    make("titles.mkv",
+         twoVideos(h264 + "-metadata:s:0 title=RIGHT -metadata:s:1 title='left eye'", true));
+    make("names.mp4",
+         twoVideos(h264 + "-metadata:s:0 handler_name=Left -metadata:s:1 handler_name=Right"));
+    make("unsaid.mkv", twoVideos(h264));
+    VideoReaderOptions both;
+    both.bothEyes = true;
+    VideoReaderOptions wanted = both;
+    wanted.joinsVideos = true;
+    for (const auto& [name, options, remark] :
+         {std::tuple("plain.avi", both, "--stereo off reads one"), std::tuple("fuji.avi", both, ""),
+          std::tuple("titles.mkv", both, ""), std::tuple("names.mp4", both, ""),
+          std::tuple("unsaid.mkv", wanted, "")}) {
+        VideoReader reader(directory / name, options);
+        EXPECT_EQ(reader.facts().size, cv::Size(192, 64)) << name;
+        EXPECT_EQ(reader.facts().eyes, kTwoVideos) << name;
+        EXPECT_EQ(reader.facts().eyesLayout, StereoLayout::LeftRight) << name;
+        const std::vector<VideoFrame> pairs = allFrames(reader);
+        ASSERT_EQ(pairs.size(), 10U) << name;
+        for (int i = 0; i < 10; ++i)
+            expectPair(pairs[static_cast<std::size_t>(i)], i, name);
+        const std::string notes = textOf(reader.notes());
+        EXPECT_TRUE(remark[0] == 0 ? notes.empty() : contains(notes, remark)) << name << notes;
+        VideoReaderOptions part = options;
+        part.from = 0.55;
+        VideoReader later(directory / name, part);
+        EXPECT_EQ(later.framesBefore(), 6) << name;
+        EXPECT_TRUE(sameFrames(allFrames(later), pairs, 6,
+                               std::llround(0.55 / reader.facts().timeBase.value())))
+            << name;
+        // a writer has no further video to leave out
+        VideoReader source(directory / name, options);
+        VideoWriterOptions copy;
+        copy.size = {192, 64};
+        const VideoWriter writer(directory / "copy.mkv", copy, &source);
+        EXPECT_EQ(textOf(writer.notes()), "") << name;
+        VideoReader left(directory / name);
+        const std::vector<VideoFrame> alone = allFrames(left);
+        ASSERT_EQ(alone.size(), 10U) << name;
+        EXPECT_EQ(cv::norm(alone[4].picture, pairs[4].picture.colRange(0, 96), cv::NORM_INF), 0)
+            << name;
+        EXPECT_TRUE(contains(textOf(left.notes()), "two videos of one size")) << name;
+    }
+    VideoReader unsaid(directory / "unsaid.mkv", both);
+    EXPECT_EQ(unsaid.facts().size, cv::Size(96, 64));
+    EXPECT_TRUE(contains(textOf(unsaid.notes()), "--stereo videos reads both"));
+    EXPECT_TRUE(contains(errorOf([&] { VideoReader(makeClip("one.mkv"), wanted); }),
+                         "does not hold two videos of one size"));
+}
+
+TEST_F(VideoReaderTest, FramesWithoutTheOtherEyesAreLeftOut) {
+    VideoReaderOptions both;
+    both.bothEyes = true;
+    for (const char* const name : {"a.mkv", "b.mp4"}) {
+        for (const int lacking : {0, 1}) {
+            const fs::path file = make(
+                name, twoVideos("-y -c:v libx264 -qp 1 -bf 2 -fps_mode passthrough -filter:v:" +
+                                std::to_string(lacking) +
+                                " 'select=not(eq(n\\,4))' -metadata:s:0 handler_name=left "
+                                "-metadata:s:1 handler_name=right -metadata:s:0 title=left "
+                                "-metadata:s:1 title=right"));
+            VideoReader reader(file, both);
+            const std::vector<VideoFrame> pairs = allFrames(reader);
+            ASSERT_EQ(pairs.size(), 9U) << name << lacking;
+            for (int i = 0; i < 9; ++i)
+                expectPair(pairs[static_cast<std::size_t>(i)], i < 4 ? i : i + 1, name);
+            EXPECT_EQ(reader.counts().corrupt, 1) << name << lacking;
+        }
+    }
+}
+
+TEST_F(VideoReaderTest, OtherVideosThanThoseOfBothEyesAreReadAlone) {
     const auto notesOf = [&](const char* name, const std::string& options) {
-        ffmpeg("-f lavfi -i color=black:size=96x64:rate=5:duration=0.4 -f lavfi -i "
-               "color=white:size=96x64:rate=5:duration=0.4 -map 0 -map 1 -pix_fmt yuv420p " +
-               options + " " + arg(directory / name));
-        VideoReader reader(directory / name);
-        EXPECT_EQ(reader.facts().size, cv::Size(96, 64));
+        VideoReaderOptions both;
+        both.bothEyes = true;
+        VideoReader reader(make(name, twoVideos("-c:v libx264 " + options)), both);
+        EXPECT_EQ(reader.facts().size, cv::Size(96, 64)) << name;
         return textOf(reader.notes());
     };
-    EXPECT_EQ(notesOf("cut.mkv", "-c:v libx264 -filter:v:1 crop=64:64"), "");
-    EXPECT_EQ(notesOf("two.mkv", "-c:v libx264 -metadata:s:1 language=ger"), "");
-    EXPECT_EQ(notesOf("said.mkv", "-c:v libx264 -disposition:1 comment"), "");
-    EXPECT_TRUE(contains(notesOf("eyes.mp4", "-c:v libx264"), "[0:0][0:1]hstack"));
-    const std::string note = notesOf("w3.avi", "-c:v mjpeg -pix_fmt yuvj420p");
-    const std::size_t command = note.find("ffmpeg -i");
-    ASSERT_NE(command, std::string::npos) << note;
-    const std::size_t end = note.find("eyes_LRF.mp4", command);
-    ffmpeg(note.substr(command + 6, end - command - 6) + arg(directory / "eyes_LRF.mp4"));
-    const auto frames = allFrames(directory / "eyes_LRF.mp4");
-    ASSERT_EQ(frames.size(), 2U);
-    EXPECT_EQ(frames[1].picture.size(), cv::Size(192, 64));
-    EXPECT_LT(frames[1].picture.at<cv::Vec3b>(30, 40)[1], 5);
-    EXPECT_GT(frames[1].picture.at<cv::Vec3b>(30, 140)[1], 250);
+    EXPECT_EQ(notesOf("cut.mkv", "-filter:v:1 crop=64:64"), "");
+    EXPECT_EQ(notesOf("two.mkv", "-metadata:s:1 language=ger"), "");
+    EXPECT_EQ(notesOf("said.mkv", "-disposition:1 comment"), "");
+    EXPECT_EQ(notesOf("sides.mkv", "-metadata:s:0 stereo_mode=left_right"), "");
+    EXPECT_TRUE(contains(notesOf("half.mkv", "-metadata:s:0 title=left"), "of which one is read"));
 }
 
 TEST_F(VideoReaderTest, OfMvcTheBaseViewIsSaidToBeReadAlone) {

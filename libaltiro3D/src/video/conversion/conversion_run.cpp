@@ -80,8 +80,7 @@ void checkFields(const VideoConversion& conversion) {
 void refuseSameLayout(const VideoConversion& conversion, const VideoFacts& facts) {
     const StereoVideo& now = *conversion.stereo;
     const auto same = eyesPictureOf(now.layout, now.halves, facts.size);
-    const bool isJoined = facts.eyes == kSpatialVideo || facts.eyes == kAlternateFrames;
-    if (same != conversion.eyes.picture || conversion.eyes.swapped || isJoined) return;
+    if (same != conversion.eyes.picture || conversion.eyes.swapped || facts.areJoined()) return;
     throw Error(ErrorCode::InvalidArgument, nameOf(conversion.input),
                 std::string("is ") + nameOf(*same).words + " already, expected another layout");
 }

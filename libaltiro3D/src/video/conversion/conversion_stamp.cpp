@@ -159,8 +159,9 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     if (conversion.stereo)
         add("both eyes", {static_cast<int>(conversion.stereo->layout),
                           static_cast<int>(conversion.stereo->halves)});
-    add("part", {conversion.part.from, conversion.part.to, conversion.part.format,
-                 conversion.part.formatOptions, conversion.part.deinterlace});
+    add("part",
+        {conversion.part.from, conversion.part.to, conversion.part.format,
+         conversion.part.formatOptions, conversion.part.deinterlace, conversion.part.joinsVideos});
     add("ways of rendering", numbersOf(conversion.native));
     add("choices", numbersOf(conversion.choices));
     add("steps of depth", numbersOf(conversion.depthOptions));

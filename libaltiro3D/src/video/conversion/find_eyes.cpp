@@ -203,12 +203,11 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     if (name && name->contents == SceneName::Contents::Vr)
         refuse("is a video for headsets by its name (" + name->tag + ")");
     const double aspect = facts.sampleAspect.value() * facts.size.width / facts.size.height;
-    const bool isJoined = facts.eyes == kSpatialVideo || facts.eyes == kAlternateFrames;
     const auto take = [&](StereoLayout layout, const std::string& evidence) {
         const HalvesShape shape = shapeOfHalves(layout, name, facts);
         found.eyes = StereoVideo{layout, shape.halves};
         found.evidence = evidence;
-        if (shape.isSure || isJoined) return;
+        if (shape.isSure || facts.areJoined()) return;
         addNote(&found.notes, NoteCode::Doubtful,
                 input.string() + ": its shape does not say whether its halves are squeezed: they "
                                  "are taken as full ones; --stereo, as with left-right:squeezed or "
@@ -222,7 +221,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
     const auto& layout = facts.eyes.empty() ? samples.layout : facts.eyesLayout;
     if (layout) {
         take(*layout, "the file states it (" + stated + ")");
-        if (isJoined) found.eyes->halves = StereoHalves::Full;
+        if (facts.areJoined()) found.eyes->halves = StereoHalves::Full;
         return found;
     }
     if (startsWith(stated, kAlternateFrames)) { // not so from the first frame on

@@ -122,7 +122,7 @@ struct CameraSlide::Impl {
     // Reads and measures.
     void find();
     // @return the steps of those that stay
-    std::vector<cv::Point2d> leaveOutStrangers(std::vector<SlidePicture>& pictures);
+    PictureSteps leaveOutStrangers(std::vector<SlidePicture>& pictures);
     std::string nameOf(const SlidePicture& picture) const;
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
@@ -189,16 +189,16 @@ std::string CameraSlide::Impl::nameOf(const SlidePicture& picture) const {
                                          : "picture " + std::to_string(number + 1);
 }
 
-std::vector<cv::Point2d> CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pictures) {
+PictureSteps CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pictures) {
     const PictureSteps found = stepsOf(pictures);
     const std::vector<double> counts(std::next(found.counts.begin()), found.counts.end());
     requireCorners(static_cast<int>(percentileOf(counts, 0.5)), name);
     const std::size_t all = pictures.size();
     const std::size_t most = std::max<std::size_t>(2, all / 10);
     std::vector<SlidePicture> kept = pictures;
-    const std::vector<SlidePicture> strangers = removeStrangers(kept, found.counts);
+    const std::vector<SlidePicture> strangers = removeStrangers(kept, found);
     // without any, following corners tells what is missing
-    if (strangers.empty() || kept.size() < 2) return found.steps;
+    if (strangers.empty() || kept.size() < 2) return found;
     if (strangers.size() > most) {
         constexpr std::size_t kNamed = 8;
         std::string names;
@@ -223,7 +223,7 @@ std::vector<cv::Point2d> CameraSlide::Impl::leaveOutStrangers(std::vector<SlideP
                                   : "does not show what its neighbours show"));
     }
     pictures = std::move(kept);
-    return stepsOf(pictures).steps;
+    return stepsOf(pictures);
 }
 
 void CameraSlide::Impl::find() {
@@ -250,15 +250,15 @@ void CameraSlide::Impl::find() {
                (report.pictures == 1 ? "" : "s") +
                ", expected a video or several photos of a camera that moves sideways");
     std::vector<SlidePicture>& pictures = reduced.kept();
-    std::vector<cv::Point2d> steps = leaveOutStrangers(pictures);
+    PictureSteps steps = leaveOutStrangers(pictures);
     aspect = static_cast<double>(size.height) / size.width;
     if (options.turntable) // most corners may be those of the room, which stands
-        std::fill(steps.begin(), steps.end(), cv::Point2d(1, 0));
-    const std::vector<std::size_t> chosen = choosePictures(pictures, steps, kMostChosen);
+        std::fill(steps.steps.begin(), steps.steps.end(), cv::Point2d(1, 0));
+    const std::vector<std::size_t> chosen = choosePictures(pictures, steps.steps, kMostChosen);
     std::vector<const SlidePicture*> followed;
     for (const std::size_t i : chosen)
         followed.push_back(&pictures[i]);
-    SlideTracks tracks = followCorners(followed, aspect);
+    SlideTracks tracks = followCorners(followed, aspect, steps.window);
     if (options.turntable) removeStill(tracks);
     lap(1);
     requireCorners(tracks.fewest, name);

@@ -15,6 +15,7 @@ namespace {
 constexpr int kMostPictures = 600; // that are kept in memory
 constexpr int kLevels = 4;         // of the pyramid, besides the whole picture
 const cv::Size kWindow(21, 21);    // px
+const cv::Size kWide(61, 61);      // px, of pictures full of noise
 constexpr double kQuality = 0.005; // of a corner against the best one
 
 std::vector<cv::Point2f> cornersOf(const cv::Mat& grey, int most, const cv::Mat& mask = {}) {
@@ -24,19 +25,19 @@ std::vector<cv::Point2f> cornersOf(const cv::Mat& grey, int most, const cv::Mat&
     return corners;
 }
 
-std::vector<cv::Mat> pyramidOf(const cv::Mat& grey) {
+std::vector<cv::Mat> pyramidOf(const cv::Mat& grey, cv::Size window) {
     std::vector<cv::Mat> pyramid;
-    cv::buildOpticalFlowPyramid(grey, pyramid, kWindow, kLevels);
+    cv::buildOpticalFlowPyramid(grey, pyramid, window, kLevels);
     return pyramid;
 }
 
 // What is left without the brightness around each px, which the light changes.
-std::vector<cv::Mat> detailOf(const cv::Mat& grey) {
+std::vector<cv::Mat> detailOf(const cv::Mat& grey, cv::Size window) {
     cv::Mat detail;
-    cv::blur(grey, detail, kWindow);
+    cv::blur(grey, detail, window);
     cv::addWeighted(grey, 1, detail, -1, 128, detail);
     std::vector<cv::Mat> pyramid;
-    cv::buildOpticalFlowPyramid(detail, pyramid, kWindow, 0);
+    cv::buildOpticalFlowPyramid(detail, pyramid, window, 0);
     return pyramid;
 }
 
@@ -46,16 +47,16 @@ struct Followed {
     std::vector<std::uint8_t> isFound;
 };
 
-// @param guess where they may be; empty: in the same place
+// @param guess where they may be
 Followed follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
                 const std::vector<cv::Point2f>& points, const std::vector<cv::Point2f>& guess,
-                int levels) {
+                cv::Size window, int levels) {
     Followed result;
     if (points.empty()) return result;
-    result.to = guess.empty() ? points : guess;
+    result.to = guess;
     std::vector<float> errors;
     cv::calcOpticalFlowPyrLK(
-        from, to, points, result.to, result.isFound, errors, kWindow, levels,
+        from, to, points, result.to, result.isFound, errors, window, levels,
         cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.005),
         cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
     return result;
@@ -69,10 +70,9 @@ bool isInside(const cv::Point2f& p, cv::Size size) {
 
 // Forwards and back. @return without those that do not come back within half a px
 Followed followBothWays(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
-                        const std::vector<cv::Point2f>& points,
-                        const std::vector<cv::Point2f>& guess) {
-    Followed there = follow(from, to, points, guess, kLevels);
-    const Followed back = follow(to, from, there.to, points, kLevels);
+                        const std::vector<cv::Point2f>& points, cv::Size window) {
+    Followed there = follow(from, to, points, points, window, kLevels);
+    const Followed back = follow(to, from, there.to, points, window, kLevels);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const cv::Point2f off = back.to[i] - points[i];
         if (back.isFound[i] == 0 || std::hypot(off.x, off.y) > 0.5F ||
@@ -88,6 +88,33 @@ double brightnessAt(const cv::Mat& grey, const cv::Point2f& p) {
         cv::Rect(cvRound(p.x) - kReach, cvRound(p.y) - kReach, 2 * kReach + 1, 2 * kReach + 1) &
         cv::Rect({0, 0}, grey.size());
     return cv::mean(grey(part))[0];
+}
+
+PictureSteps stepsWith(const std::vector<SlidePicture>& pictures, cv::Size window) {
+    constexpr int kCorners = 120;
+    PictureSteps result;
+    result.window = window;
+    result.steps.resize(pictures.size());
+    std::vector<cv::Mat> before;
+    result.counts.resize(pictures.size());
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+        std::vector<cv::Mat> now = pyramidOf(pictures[i].grey, window);
+        if (i > 0) {
+            const std::vector<cv::Point2f> points = cornersOf(pictures[i - 1].grey, kCorners);
+            const Followed found = followBothWays(before, now, points, window);
+            std::vector<double> right;
+            std::vector<double> down;
+            for (std::size_t k = 0; k < points.size(); ++k) {
+                if (found.isFound[k] == 0) continue;
+                right.push_back(static_cast<double>(found.to[k].x - points[k].x));
+                down.push_back(static_cast<double>(found.to[k].y - points[k].y));
+            }
+            result.counts[i] = static_cast<int>(right.size());
+            result.steps[i] = {percentileOf(right, 0.5), percentileOf(down, 0.5)};
+        }
+        before = std::move(now);
+    }
+    return result;
 }
 
 } // namespace
@@ -117,33 +144,19 @@ void SlidePictures::add(const cv::Mat& picture) {
 }
 
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
-    constexpr int kCorners = 120;
-    PictureSteps result;
-    result.steps.resize(pictures.size());
-    std::vector<cv::Mat> before;
-    result.counts.resize(pictures.size());
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
-        std::vector<cv::Mat> now = pyramidOf(pictures[i].grey);
-        if (i > 0) {
-            const std::vector<cv::Point2f> points = cornersOf(pictures[i - 1].grey, kCorners);
-            const Followed found = followBothWays(before, now, points, {});
-            std::vector<double> right;
-            std::vector<double> down;
-            for (std::size_t k = 0; k < points.size(); ++k) {
-                if (found.isFound[k] == 0) continue;
-                right.push_back(static_cast<double>(found.to[k].x - points[k].x));
-                down.push_back(static_cast<double>(found.to[k].y - points[k].y));
-            }
-            result.counts[i] = static_cast<int>(right.size());
-            result.steps[i] = {percentileOf(right, 0.5), percentileOf(down, 0.5)};
-        }
-        before = std::move(now);
-    }
-    return result;
+    constexpr double kMany = 80;    // of the corners of stepsWith()
+    constexpr double kGained = 1.2; // of the corners: the wide window is worth it
+    const auto usual = [](const PictureSteps& of) {
+        return percentileOf(std::vector<double>(of.counts.begin() + 1, of.counts.end()), 0.5);
+    };
+    PictureSteps steps = stepsWith(pictures, kWindow);
+    if (pictures.size() < 2 || usual(steps) >= kMany) return steps;
+    PictureSteps wide = stepsWith(pictures, kWide);
+    return usual(wide) > kGained * usual(steps) ? wide : steps;
 }
 
 std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
-                                          const std::vector<int>& counts) {
+                                          const PictureSteps& steps) {
     constexpr std::size_t kRuns = 3;   // that a picture may continue
     constexpr int kFewest = 10;        // of the corners of stepsOf()
     constexpr double kSharpness = 0.1; // of one picture against the other
@@ -151,8 +164,10 @@ std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
         if (std::min(pictures[a].sharpness, pictures[b].sharpness) <
             kSharpness * std::max(pictures[a].sharpness, pictures[b].sharpness))
             return false;
-        return (b == a + 1 ? counts[b] : stepsOf({pictures[a], pictures[b]}).counts.back()) >=
-               kFewest;
+        const int count = b == a + 1
+                              ? steps.counts[b]
+                              : stepsWith({pictures[a], pictures[b]}, steps.window).counts.back();
+        return count >= kFewest;
     };
     // pictures that continue each other; those that were continued last come first
     std::vector<std::vector<std::size_t>> runs;
@@ -210,7 +225,8 @@ std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& picture
     return chosen;
 }
 
-SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect) {
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect,
+                          cv::Size window) {
     constexpr int kCorners = 500;
     const cv::Size size = pictures.front()->grey.size();
     const auto widths = [&](const cv::Point2f& p) {
@@ -233,13 +249,13 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
     const double apart = 0.7 * std::sqrt(static_cast<double>(size.area()) / kCorners);
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         const cv::Mat& grey = pictures[i]->grey;
-        std::vector<cv::Mat> now = pyramidOf(grey);
-        details.push_back(detailOf(grey));
+        std::vector<cv::Mat> now = pyramidOf(grey, window);
+        details.push_back(detailOf(grey, window));
         if (i > 0) {
             std::vector<cv::Point2f> points;
             for (const Live& one : live)
                 points.push_back(one.at);
-            const Followed found = followBothWays(before, now, points, {});
+            const Followed found = followBothWays(before, now, points, window);
             std::vector<Live> next;
             std::vector<double> ratios;
             for (std::size_t origin = 0; origin < i; ++origin) {
@@ -252,7 +268,8 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
                     begins.push_back(live[k].begin);
                     guesses.push_back(found.to[k]);
                 }
-                const Followed exact = follow(details[origin], details[i], begins, guesses, 0);
+                const Followed exact =
+                    follow(details[origin], details[i], begins, guesses, window, 0);
                 for (std::size_t k = 0; k < of.size(); ++k) {
                     const cv::Point2f off = exact.to[k] - guesses[k];
                     if (exact.isFound[k] == 0 || std::hypot(off.x, off.y) > 1 ||

@@ -37,14 +37,16 @@ class SlidePictures {
 struct PictureSteps {
     std::vector<cv::Point2d> steps; ///< Of each picture, the median of its corners, px; first: 0.
     std::vector<int> counts;        ///< Of corners that were followed to it, of 120 at most.
+    cv::Size window;                ///< In which corners are compared, px.
 };
+/// Takes a wide window if that follows more corners: where there is much noise.
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
 
 /// Removes pictures that do not continue the others: black, blurred or of another scene.
 /// @param pictures keeps the longest row of pictures in which each shows what the one before shows
-/// @param counts of stepsOf() @return what was removed
+/// @param steps of them @return what was removed
 std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
-                                          const std::vector<int>& counts);
+                                          const PictureSteps& steps);
 
 /// Chooses pictures at equal steps of the way, of each step the sharpest one.
 /// @param most their number at most @return indices, ascending
@@ -62,7 +64,9 @@ struct SlideTracks {
 /// seen where the track begins, so errors do not add up, and without the brightness around it:
 /// else a change of the light moves the places. Where that fails, the track ends.
 /// @param aspect height : width of the pictures of the clip
-SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect);
+/// @param window of stepsOf()
+SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect,
+                          cv::Size window);
 
 /// Leaves out corners that stand still, and counts those that are left.
 void removeStill(SlideTracks& tracks);

@@ -182,6 +182,26 @@ TEST(CameraSlide, LightThatChangesDoesNotMoveCorners) {
     EXPECT_LT(slide.report().turnDegrees, 0.2);
 }
 
+// Few pictures, as of an owner who takes wide steps, in little light.
+TEST(CameraSlide, CornersAreFollowedThroughNoise) {
+    ALTIRO3D_TAKES(2);
+    const std::vector<HandCamera> cameras = handSlide(shakyHand(6, 0.6));
+    cv::RNG random(3);
+    std::vector<cv::Mat> pictures;
+    for (const HandCamera& camera : cameras) {
+        cv::Mat noise(480, 640, CV_16SC1);
+        random.fill(noise, cv::RNG::NORMAL, 0, 50);
+        cv::merge(std::vector<cv::Mat>(3, noise), noise);
+        pictures.push_back(clip().boards.photograph(noise.size(), camera));
+        cv::add(pictures.back(), noise, pictures.back(), {}, CV_8U);
+    }
+    const CameraSlide slide(sourceOf(pictures));
+    EXPECT_EQ(slide.report().used, 6);
+    EXPECT_LT(slide.report().verticalPixels, 0.6);
+    EXPECT_LT(slide.report().misfitPercent, 5);
+    EXPECT_LT(positionError(slide.report(), cameras), 0.012);
+}
+
 // Pictures shifted so that the middle depth stays: near things move to the left, far ones to the
 // right, as if near and far were exchanged and the camera went the other way. What hides what
 // tells.

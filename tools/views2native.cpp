@@ -77,8 +77,10 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
 }
 
 int makeNative(const ViewsJob& job, Messages& messages) {
+    Notes notes;
     const std::vector<fs::path> sorted =
-        job.directory.empty() ? job.views : listViews(job.directory);
+        job.directory.empty() ? job.views : listViews(job.directory, &notes);
+    messages.warn(notes);
     std::vector<fs::path> files = sorted;
     if (job.isReversed) std::reverse(files.begin(), files.end());
     Outputs outputs(job.replace);

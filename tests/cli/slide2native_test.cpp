@@ -110,6 +110,14 @@ TEST_F(Slide2Native, APhotoSetAndTheNearestPictures) {
     for (int i = 0; i < kPictures; ++i)
         named.push_back("photos/IMG_" + std::to_string(i) + ".png");
     EXPECT_TRUE(says(slide(named + Arguments{"n.png"}), "pictures: 24 of 24 used"));
+    for (int i = 0; i < kPictures; ++i) // IMG_9990 to IMG_9999, IMG_0001 to IMG_0014
+        fs::rename(studio_ / named[static_cast<std::size_t>(i)],
+                   studio_ / "photos" /
+                       (i < 10 ? "IMG_999" + std::to_string(i) + ".png"
+                               : "IMG_00" + std::to_string(i - 9 + 100).substr(1) + ".png"));
+    const Outcome around = slide("photos n.png");
+    EXPECT_TRUE(warns(around, "the first picture is IMG_9990.png"));
+    EXPECT_NE(around.out.find("pictures: 24 of 24 used"), std::string::npos) << around.out;
     writeImage(studio_ / "photos/IMG_7.png", cv::Mat(kSize.width, kSize.height, CV_8UC3));
     EXPECT_TRUE(fails(slide("photos n.png"), 1,
                       "photos/IMG_7.png: has 240 x 320 px, expected like the first photo 320 x "

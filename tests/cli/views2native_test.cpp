@@ -2,6 +2,7 @@
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 
 #include <opencv2/core.hpp>
@@ -63,6 +64,37 @@ TEST_F(Views2Native, SortsNumbersByValue) {
     EXPECT_TRUE(isDone(run(Arguments{"--reverse"} + call)));
     std::reverse(expected.begin(), expected.end());
     EXPECT_EQ(greys(studio_ / "q_qs4x3a0.75.png", 4, 3), expected);
+}
+
+// A camera counts on with IMG_0001 after IMG_9999.
+TEST_F(Views2Native, NumbersThatBeginAgainGoOn) {
+    fs::create_directory(studio_ / "grey");
+    std::vector<int> expected;
+    const auto nameOf = [](int i) { // 9995 to 9999, 1 to 7
+        const std::string number = std::to_string(i < 5 ? 9995 + i : i - 4);
+        return "grey/IMG_" + std::string(4 - number.size(), '0') + number + ".jpg";
+    };
+    for (int i = 0; i < 12; ++i) {
+        expected.push_back(10 + 10 * i);
+        writeImage(studio_ / nameOf(i), cv::Mat(40, 30, CV_8UC3, cv::Scalar::all(10 + 10 * i)));
+    }
+    const Arguments call("-c small.json -q 3x4 -r 40x30 -y --save-quilt q.png grey a.png");
+    EXPECT_TRUE(warns(run(call), "the first picture is IMG_9995.jpg, as the camera's numbers begin "
+                                 "again after IMG_9999.jpg"));
+    EXPECT_EQ(greys(studio_ / "q_qs4x3a0.75.png", 4, 3), expected);
+    // unless the photos were taken in the order of their names
+    const auto takeAt = [&](int i, const std::string& time) {
+        const std::string exif("Exif\0\0II*\0\10\0\0\0\1\0\x32\1\2\0\x14\0\0\0\x1a\0\0\0\0\0\0\0",
+                               32);
+        writeImage(studio_ / nameOf(i), cv::Mat(40, 30, CV_8UC3, cv::Scalar::all(10 + 10 * i)));
+        spill(studio_ / nameOf(i),
+              withSegments(slurp(studio_ / nameOf(i)), jpegSegment(0xe1, exif + time + '\0')));
+    };
+    takeAt(5, "2024:05:31 12:00:07");
+    takeAt(4, "2024:05:31 12:00:05");
+    EXPECT_TRUE(warns(run(call), "the first picture is IMG_9995.jpg"));
+    takeAt(4, "2024:05:31 12:00:09");
+    EXPECT_TRUE(fails(run(call), 1, "misses numbers between IMG_0007.jpg and IMG_9995.jpg"));
 }
 
 TEST_F(Views2Native, OtherCountsAreSpreadOverTheViewsWithAWarning) {

@@ -10,9 +10,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
+#include <regex>
 
 namespace altiro3D::tools {
 
@@ -21,6 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kLookSide = 256; // px of the pictures that are compared
+constexpr int kAround = 900;   // numbers from the last one of a camera back to its first
 
 // A file name: its text with '#' for each number, and the numbers.
 struct NumberedName {
@@ -48,6 +51,40 @@ NumberedName numberedName(const fs::path& file) {
     return name;
 }
 
+// When a photo was taken: the earliest time in its head (EXIF); empty: unknown.
+std::string timeOf(const fs::path& file) {
+    std::string head(std::size_t{1} << 16, '\0');
+    std::ifstream(file, std::ios::binary).read(head.data(), static_cast<int>(head.size()));
+    static const std::regex time("(19|20)\\d\\d:[01]\\d:[0-3]\\d [0-2]\\d:[0-5]\\d:[0-6]\\d");
+    std::string earliest;
+    for (std::sregex_iterator it(head.begin(), head.end(), time), end; it != end; ++it)
+        if (earliest.empty() || it->str() < earliest) earliest = it->str();
+    return earliest;
+}
+
+// Of pictures in the order of their names, the one with which the row begins: a camera counts on
+// with IMG_0001 after IMG_9999.
+std::size_t beginningOf(const std::vector<fs::path>& files) {
+    const std::size_t length = files.front().stem().string().size();
+    const std::size_t head = files.front().stem().string().find_last_not_of("0123456789") + 1;
+    const double all = std::pow(10, length - head);
+    if (all <= kAround || all > 1e9) return 0;
+    std::size_t beginning = 0;
+    for (std::size_t i = 1; i < files.size(); ++i) {
+        const std::string before = files[i - 1].stem().string();
+        const std::string name = files[i].stem().string();
+        if (name.size() != length || name.compare(0, head, before, 0, head) != 0 ||
+            name.find_first_not_of("0123456789", head) != std::string::npos ||
+            files[i].extension() != files[0].extension())
+            return 0;
+        if (std::stod(name.substr(head)) - std::stod(before.substr(head)) > 0.9 * all)
+            beginning = i;
+    }
+    if (beginning == 0) return 0;
+    const std::string first = timeOf(files.front());
+    return first.empty() || timeOf(files.back()) <= first ? beginning : 0;
+}
+
 // Why the names do not count views.
 std::string reasonByNames(const std::vector<fs::path>& files) {
     const NumberedName first = numberedName(files.front());
@@ -63,7 +100,7 @@ std::string reasonByNames(const std::vector<fs::path>& files) {
         }
         for (std::size_t j = 0; j < name.numbers.size(); ++j) {
             const std::int64_t here = name.numbers[j] - before.numbers[j];
-            if (here == 0) continue;
+            if (here == 0 || here < -kAround) continue;
             if (place && *place != j)
                 return "holds names with two numbers that count, such as " + file +
                        ", as of rows and columns of cameras";
@@ -166,11 +203,19 @@ double shareOf(std::size_t picture, int view, int views, std::size_t pictures,
 
 } // namespace
 
-std::vector<fs::path> listViews(const fs::path& directory) {
+std::vector<fs::path> listViews(const fs::path& directory, Notes* notes) {
     std::vector<fs::path> files = listImages(directory);
-    if (!files.empty()) return files;
-    throw Error(ErrorCode::NotFound, directory.string(),
-                "holds no pictures, expected one file for each view");
+    if (files.empty())
+        throw Error(ErrorCode::NotFound, directory.string(),
+                    "holds no pictures, expected one file for each view");
+    const std::size_t beginning = beginningOf(files);
+    if (beginning == 0) return files;
+    notes->push_back({NoteCode::Converted, "the first picture is " +
+                                               files[beginning].filename().string() +
+                                               ", as the camera's numbers begin again after " +
+                                               files.back().filename().string()});
+    std::rotate(files.begin(), files.begin() + static_cast<std::ptrdiff_t>(beginning), files.end());
+    return files;
 }
 
 std::string reasonAgainstViews(const std::vector<fs::path>& files, std::size_t fewest) {
@@ -240,7 +285,7 @@ SlidePictureSource slideOf(const std::vector<fs::path>& inputs, std::vector<fs::
     if (inputs.size() == 1) {
         requireFile(first);
         if (isDirectory(first))
-            files = listViews(first);
+            files = listViews(first, notes);
         else if (!canWriteImage(first))
             return slideVideo(first, notes);
     }

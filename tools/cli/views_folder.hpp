@@ -18,14 +18,15 @@ namespace altiro3D::tools {
 /// Pictures of a folder below this number are not taken for views: bursts have a few pictures.
 constexpr std::size_t kFewestViews = 8;
 
-/// As listImages(). @throws Error NotFound (there are none)
-std::vector<std::filesystem::path> listViews(const std::filesystem::path& directory);
+/// As listImages(), but what a camera numbered 0001 and more follows what it numbered up to 9999.
+/// @param notes receives that @throws Error NotFound (there are none)
+std::vector<std::filesystem::path> listViews(const std::filesystem::path& directory, Notes* notes);
 
 /// Why the pictures of a folder are not views of one scene from a row of cameras. They are if there
 /// are enough, of one size, if one number in their names counts in equal steps, if
 /// neighbours resemble each other, and if the camera moves in one direction, not up or down.
 ///
-/// @param files all pictures of the folder, in natural order of their names
+/// @param files all pictures of the folder, as listViews()
 /// @param fewest number of views at least, 2 or more
 /// @return empty if they are views; else "holds 3 pictures". Some pictures are read; if one cannot
 ///         be read, the reason says so.

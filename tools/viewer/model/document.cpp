@@ -71,8 +71,8 @@ std::optional<StereoLayout> eyesOf(Reading reading) {
 }
 
 Document documentOfViews(const Source& source, const Display& display) {
-    const std::vector<fs::path> files = tools::listViews(source.file);
     Document document;
+    const std::vector<fs::path> files = tools::listViews(source.file, &document.notes);
     document.source = source;
     document.kind = Kind::Quilt;
     document.layout = display.quilt;

@@ -19,10 +19,10 @@
 #include <cmath>
 #include <fcntl.h>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 namespace altiro3D {
 
@@ -127,25 +127,18 @@ struct CameraSlide::Impl {
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
                      const SlidePath& path);
-    double frontShare(const std::vector<SlidePicture>& pictures) const;
+    double frontShareOf(const std::vector<SlidePicture>& pictures) const;
     void chooseWindow(double pictureWidth);
     SlideWindow windowOf(double share, double pictureWidth) const;
 
     std::size_t nearestTo(double position) const; // of the stops
-    // Gives the frames of the stops with these indices (ascending) to a function.
-    void readStops(const std::vector<std::size_t>& wanted,
+    // Gives the frames of the stops with these indices to a function.
+    void readStops(const std::set<std::size_t>& wanted,
                    const std::function<void(std::size_t, SlideFrame)>& take) const;
     SlideFrame frameOf(const cv::Mat& picture, const Stop& stop) const;
 };
 
-// Near and far may be exchanged. Of places that only one of two pictures sees, the share that look
-// like what is in front of them; what is right is that they look like what is behind.
-double CameraSlide::Impl::frontShare(const std::vector<SlidePicture>& pictures) const {
-    constexpr double kMatchSide = 640; // px, whatever the size of the views
-    constexpr std::int64_t kFewest = 100;
-    const double scale = kMatchSide / std::max(window.size.width, window.size.height);
-    const SlideWindow small = scaled(window, {std::max(16, cvRound(window.size.width * scale)),
-                                              std::max(16, cvRound(window.size.height * scale))});
+double CameraSlide::Impl::frontShareOf(const std::vector<SlidePicture>& pictures) const {
     const auto frameAt = [&](double share) {
         const Stop& stop = stops[nearestTo(from + share * (to - from))];
         const auto isIt = [&](const SlidePicture& one) { return one.number == stop.number; };
@@ -157,30 +150,10 @@ double CameraSlide::Impl::frontShare(const std::vector<SlidePicture>& pictures) 
         frame.aspect = aspect;
         return frame;
     };
-    HiddenLooks all;
-    for (const double share : {0.05, 0.3, 0.55}) {
-        const SlideFrame left = frameAt(share);
-        const SlideFrame right = frameAt(share + 0.4);
-        const double way = right.camera.place[0] - left.camera.place[0];
-        if (way <= 0) continue;
-        const SlideDepths depths = matchFrames(left, right, lens, small, low, high);
-        for (const bool isRight : {false, true}) { // in the mirror, the right one is the left one
-            const SlideFrame& frame = isRight ? right : left;
-            cv::Mat depth = isRight ? depths.right : depths.left;
-            cv::Mat grey;
-            cv::cvtColor(viewFrom(frame, lens, small, frame.camera.place[0]), grey,
-                         cv::COLOR_BGR2GRAY);
-            if (isRight) {
-                cv::flip(depth, depth, 1);
-                cv::flip(grey, grey, 1);
-            }
-            const HiddenLooks looks = looksOfHidden(depth, grey, small.focal * way);
-            all.behind += looks.behind;
-            all.front += looks.front;
-        }
-    }
-    const std::int64_t count = all.front + all.behind;
-    return count < kFewest ? 0.5 : static_cast<double>(all.front) / static_cast<double>(count);
+    std::vector<std::pair<SlideFrame, SlideFrame>> pairs;
+    for (const double share : {0.05, 0.3, 0.55})
+        pairs.emplace_back(frameAt(share), frameAt(share + 0.4));
+    return frontShare(pairs, lens, window, low, high);
 }
 
 std::string CameraSlide::Impl::nameOf(const SlidePicture& picture) const {
@@ -298,7 +271,7 @@ void CameraSlide::Impl::find() {
         constexpr double kMuchMore = 2.2;
         constexpr double kWorse = 1.8;
         constexpr double kMuchWorse = 5;
-        const double front = frontShare(pictures);
+        const double front = frontShareOf(pictures);
         const bool isClear = paths.worse > kMuchWorse || front < 1 / (1 + kMuchMore) ||
                              (front < 1 / (1 + kMore) && paths.worse > kWorse);
         const bool isReversed = !isClear && front > kMuchMore / (1 + kMuchMore);
@@ -314,15 +287,11 @@ void CameraSlide::Impl::find() {
                     "if the result looks inside out, give the pictures in reverse order");
     }
     lap(2);
-    double worst = 0;
-    double worstAcross = 0;
-    for (const cv::Vec2d& r : path.residual) {
-        worstAcross = std::max(worstAcross, r[0]);
-        worst = std::max(worst, r[1]);
-    }
     const double perWidth = window.focal / lens.focal;
-    report.verticalPixels = worst * perWidth;
-    report.horizontalPixels = worstAcross * perWidth;
+    for (const cv::Vec2d& r : path.residual) { // the worst picture
+        report.horizontalPixels = std::max(report.horizontalPixels, r[0] * perWidth);
+        report.verticalPixels = std::max(report.verticalPixels, r[1] * perWidth);
+    }
 }
 
 void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
@@ -472,31 +441,28 @@ SlideFrame CameraSlide::Impl::frameOf(const cv::Mat& picture, const Stop& stop) 
     frame.picture = picture;
     if (report.turned) cv::rotate(picture, frame.picture, cv::ROTATE_90_CLOCKWISE);
     const double scale = window.focal / (lens.focal * frame.picture.cols);
-    cv::Mat sized;
-    if (scale < 0.95) { // else cubic sampling suffices
-        cv::resize(frame.picture, sized,
+    if (scale < 0.95) // else cubic sampling suffices
+        cv::resize(frame.picture, frame.picture,
                    {cvRound(frame.picture.cols * scale), cvRound(frame.picture.rows * scale)}, 0, 0,
                    cv::INTER_AREA);
-        frame.picture = sized;
-    }
     cv::Mat equal;
     frame.picture.convertTo(equal, CV_8U, 1 / stop.gain);
     frame.picture = equal;
     return frame;
 }
 
-void CameraSlide::Impl::readStops(const std::vector<std::size_t>& wanted,
+void CameraSlide::Impl::readStops(const std::set<std::size_t>& wanted,
                                   const std::function<void(std::size_t, SlideFrame)>& take) const {
     int number = 0;
-    std::size_t next = 0;
+    auto next = wanted.begin();
     source([&](const cv::Mat& picture) {
-        if (number++ == stops[wanted[next]].number) {
-            take(wanted[next], frameOf(picture, stops[wanted[next]]));
+        if (number++ == stops[*next].number) {
+            take(*next, frameOf(picture, stops[*next]));
             ++next;
         }
-        return next < wanted.size();
+        return next != wanted.end();
     });
-    if (next < wanted.size())
+    if (next != wanted.end())
         refuse("gives fewer pictures when it is read again, expected the same ones");
 }
 
@@ -573,13 +539,9 @@ void CameraSlide::makeViews(int count,
         }
         plans.push_back(plan);
     }
-    std::vector<std::size_t> wanted;
-    for (const Plan& plan : plans) {
-        wanted.push_back(plan.first);
-        wanted.push_back(plan.last);
-    }
-    std::sort(wanted.begin(), wanted.end());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    std::set<std::size_t> wanted;
+    for (const Plan& plan : plans)
+        wanted.insert({plan.first, plan.last});
     std::map<std::size_t, SlideFrame> frames;
     std::map<std::pair<std::size_t, std::size_t>, SlideDepths> depths; // of the last pair
     std::size_t next = 0;
@@ -615,14 +577,11 @@ void CameraSlide::makeDepth(cv::Mat& photo, cv::Mat& depth) try {
     const std::vector<Stop>& stops = impl_->stops;
     const double path = impl_->to - impl_->from;
     const std::size_t middle = impl_->nearestTo((impl_->from + impl_->to) / 2);
-    std::vector<std::size_t> wanted = {middle};
+    std::set<std::size_t> wanted = {middle};
     for (const double away : {-0.25, -0.12, 0.12, 0.25}) // of the path
-        wanted.push_back(impl_->nearestTo(stops[middle].position() + away * path));
-    std::sort(wanted.begin(), wanted.end());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+        wanted.insert(impl_->nearestTo(stops[middle].position() + away * path));
     if (wanted.size() == 1) // few pictures
-        wanted.insert(middle > 0 ? wanted.begin() : wanted.end(),
-                      middle > 0 ? middle - 1 : middle + 1);
+        wanted.insert(middle > 0 ? middle - 1 : middle + 1);
     std::vector<std::pair<std::size_t, SlideFrame>> frames;
     impl_->readStops(wanted, [&](std::size_t stop, SlideFrame frame) {
         frames.emplace_back(stop, std::move(frame));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -17,13 +18,6 @@ constexpr int kLevels = 4;         // of the pyramid, besides the whole picture
 const cv::Size kWindow(21, 21);    // px
 const cv::Size kWide(61, 61);      // px, of pictures full of noise
 constexpr double kQuality = 0.005; // of a corner against the best one
-
-std::vector<cv::Point2f> cornersOf(const cv::Mat& grey, int most, const cv::Mat& mask = {}) {
-    std::vector<cv::Point2f> corners;
-    const double apart = 0.7 * std::sqrt(static_cast<double>(grey.total()) / most);
-    cv::goodFeaturesToTrack(grey, corners, most, kQuality, apart, mask, 5);
-    return corners;
-}
 
 std::vector<cv::Mat> pyramidOf(const cv::Mat& grey, cv::Size window) {
     std::vector<cv::Mat> pyramid;
@@ -100,7 +94,10 @@ PictureSteps stepsWith(const std::vector<SlidePicture>& pictures, cv::Size windo
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         std::vector<cv::Mat> now = pyramidOf(pictures[i].grey, window);
         if (i > 0) {
-            const std::vector<cv::Point2f> points = cornersOf(pictures[i - 1].grey, kCorners);
+            const cv::Mat& from = pictures[i - 1].grey;
+            const double apart = 0.7 * std::sqrt(static_cast<double>(from.total()) / kCorners);
+            std::vector<cv::Point2f> points;
+            cv::goodFeaturesToTrack(from, points, kCorners, kQuality, apart, {}, 5);
             const Followed found = followBothWays(before, now, points, window);
             std::vector<double> right;
             std::vector<double> down;
@@ -124,15 +121,13 @@ void SlidePictures::add(const cv::Mat& picture) {
     if (number % stride_ != 0) return;
     SlidePicture next;
     next.number = number;
-    cv::cvtColor(picture, next.grey, cv::COLOR_BGR2GRAY);
-    cv::Mat reduced;
-    cv::resize(next.grey, reduced, downscaledSize(picture.size(), kTrackSide), 0, 0,
-               cv::INTER_AREA);
-    next.grey = reduced;
+    cv::Mat grey;
+    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+    cv::resize(grey, next.grey, downscaledSize(picture.size(), kTrackSide), 0, 0, cv::INTER_AREA);
     cv::Mat right;
     cv::Mat down;
-    cv::Sobel(reduced, right, CV_16S, 1, 0);
-    cv::Sobel(reduced, down, CV_16S, 0, 1);
+    cv::Sobel(next.grey, right, CV_16S, 1, 0);
+    cv::Sobel(next.grey, down, CV_16S, 0, 1);
     next.sharpness = cv::norm(right, cv::NORM_L2SQR) + cv::norm(down, cv::NORM_L2SQR);
     kept_.push_back(next);
     if (kept_.size() < kMostPictures) return;
@@ -180,9 +175,8 @@ std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
         std::rotate(runs.begin(), run, run + 1);
     }
     const auto isShorter = [](const auto& a, const auto& b) { return a.size() < b.size(); };
-    const std::vector<std::size_t> longest =
-        runs.empty() ? std::vector<std::size_t>()
-                     : *std::max_element(runs.begin(), runs.end(), isShorter);
+    const std::vector<std::size_t>& longest =
+        *std::max_element(runs.begin(), runs.end(), isShorter);
     std::vector<SlidePicture> kept;
     std::vector<SlidePicture> strangers;
     for (std::size_t i = 0; i < pictures.size(); ++i)
@@ -194,12 +188,10 @@ std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
 
 std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& pictures,
                                         const std::vector<cv::Point2d>& steps, int most) {
-    std::vector<std::size_t> chosen;
-    if (pictures.size() <= static_cast<std::size_t>(most)) {
-        for (std::size_t i = 0; i < pictures.size(); ++i)
-            chosen.push_back(i);
-        return chosen;
-    }
+    std::vector<std::size_t> chosen(pictures.size());
+    std::iota(chosen.begin(), chosen.end(), 0);
+    if (pictures.size() <= static_cast<std::size_t>(most)) return chosen;
+    chosen.clear();
     // the way so far, without the trembling of a hand
     constexpr std::size_t kReach = 4; // pictures
     std::vector<double> way(pictures.size());

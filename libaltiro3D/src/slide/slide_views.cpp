@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
@@ -248,6 +249,37 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
                                                    static_cast<float>(b[x][c]) * w[x]);
     });
     return view;
+}
+
+double frontShare(const std::vector<std::pair<SlideFrame, SlideFrame>>& pairs,
+                  const SlideLens& lens, const SlideWindow& window, double low, double high) {
+    constexpr double kMatchSide = 640; // px, whatever the size of the views
+    constexpr std::int64_t kFewest = 100;
+    const double scale = kMatchSide / std::max(window.size.width, window.size.height);
+    const SlideWindow small = scaled(window, {std::max(16, cvRound(window.size.width * scale)),
+                                              std::max(16, cvRound(window.size.height * scale))});
+    HiddenLooks all;
+    for (const auto& [left, right] : pairs) {
+        const double way = right.camera.place[0] - left.camera.place[0];
+        if (way <= 0) continue;
+        const SlideDepths depths = matchFrames(left, right, lens, small, low, high);
+        for (const bool isRight : {false, true}) { // in the mirror, the right one is the left one
+            const SlideFrame& frame = isRight ? right : left;
+            cv::Mat depth = isRight ? depths.right : depths.left;
+            cv::Mat grey;
+            cv::cvtColor(viewFrom(frame, lens, small, frame.camera.place[0]), grey,
+                         cv::COLOR_BGR2GRAY);
+            if (isRight) {
+                cv::flip(depth, depth, 1);
+                cv::flip(grey, grey, 1);
+            }
+            const HiddenLooks looks = looksOfHidden(depth, grey, small.focal * way);
+            all.behind += looks.behind;
+            all.front += looks.front;
+        }
+    }
+    const std::int64_t count = all.front + all.behind;
+    return count < kFewest ? 0.5 : static_cast<double>(all.front) / static_cast<double>(count);
 }
 
 cv::Mat medianDepth(const std::vector<cv::Mat>& depths) {

@@ -3,6 +3,8 @@
 #include "slide/slide_solver.hpp"
 
 #include <opencv2/core.hpp>
+#include <utility>
+#include <vector>
 
 namespace altiro3D {
 
@@ -54,6 +56,12 @@ SlideDepths matchFrames(const SlideFrame& left, const SlideFrame& right, const S
 /// one of them shows comes from that one.
 cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const SlideLens& lens,
                     const SlideWindow& window, double position, const SlideDepths& depths);
+
+/// Of places that only one of two frames sees, the share that look like what is in front of them.
+/// It is small if near and far are right: they look like what is behind. 0.5: unknown.
+/// @param pairs left and right frames @param low,high as for matchFrames()
+double frontShare(const std::vector<std::pair<SlideFrame, SlideFrame>>& pairs,
+                  const SlideLens& lens, const SlideWindow& window, double low, double high);
 
 /// The median of the known values of each px. @param depths one or more of one size
 cv::Mat medianDepth(const std::vector<cv::Mat>& depths);

@@ -118,7 +118,7 @@ for options in "" "--method fast" "-g" "-k --continuous" "-m ../inputs/portrait.
     compare video2native "${display[@]}" $options "${clip[@]}" out/native.mp4
 done
 compare video2native "${small[@]}" ../inputs/clip.mp4 out/native.mkv
-compare video2native "${small[@]}" --quilt "${clip[@]}" out/quilt.mp4
+compare video2native "${small[@]}" --quilt-out "${clip[@]}" out/quilt.mp4
 compare video2native "${small[@]}" --rgbd-out "${clip[@]}" out/rgbd.mp4
 
 echo "$count commands compared, $differing differ"

@@ -519,7 +519,6 @@ int main(int argc, char** argv) {
                     "FILE.csv");
     commandLine.addSection("Output");
     commandLine.add({"report"}, "Write all numbers, for programs.", "FILE.json");
-    commandLine.addOldName("report", "json");
     commandLine.addAdvanced({"csv"}, "Write all numbers as a table.", "FILE");
     commandLine.add({"plot"}, "Draw accuracy over time, with the best settings marked.",
                     "FILE.svg");

@@ -212,7 +212,6 @@ int main(int argc, char** argv) {
                     "LIST");
     commandLine.add({"quilt-out"},
                     "All views in one quilt (named ..._qs<columns>x<rows>a<aspect>).");
-    commandLine.addOldName("quilt-out", "quilt-of-views");
     commandLine.addAdvanced(
         {"eye"}, "Show the picture as sharp as an eye sees it, to judge the detail and "
                  "the coloured noise of a Native: in each row a lens shows one sub-pixel "

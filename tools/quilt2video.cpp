@@ -128,7 +128,6 @@ int main(int argc, char** argv) {
     commandLine.addSection("Quilt");
     commandLine.add({"q", "layout"}, "Views in the quilt, rows x columns: 6x8 is 6 rows of 8.",
                     "RxC");
-    commandLine.addOldName("layout", "quilt");
     commandLine.add({"aspect"},
                     "Width : height of what a view shows, 0.1..10 (default: as the file name says, "
                     "else as the display, else as the view's px).",

@@ -44,7 +44,6 @@ void addOptions(CommandLine& commandLine) {
     commandLine.add({"quilt-out"},
                     "Write a quilt video (named ..._qs<columns>x<rows>a<aspect>, 4:2:0) "
                     "for other players, not a Native.");
-    commandLine.addOldName("quilt-out", "quilt");
     commandLine.addAdvanced(
         {"rgbd-out"}, "Write frame and depth side by side (4:2:0), not a Native; squeezed to half "
                       "their width if the name of OUT says so (clip_HRGBD.mp4).");
@@ -68,7 +67,6 @@ void addOptions(CommandLine& commandLine) {
                             "Write settings, counts and the time of each stage, for programs.",
                             "FILE.json");
     addVideoChunkOptions(commandLine);
-    commandLine.addDropped("in-turn", "the frames are the same with and without it");
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
     commandLine.addNote("IN is anything that FFmpeg reads, - for standard input, or a capture "

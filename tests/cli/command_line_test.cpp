@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <opencv2/core/mat.hpp>
 #include <regex>
 #include <sstream>
@@ -72,53 +71,6 @@ TEST_P(EveryTool, HelpIsShortAndHelpAllHasTheRestInTheSameGroups) {
         EXPECT_TRUE(holds(help, hint));
         EXPECT_FALSE(holds(helpAll, hint));
     }
-}
-
-TEST_P(EveryTool, OldNamesKeepTheirMeaningAndAreNotShown) {
-    const bool isSwitch = tool() == "video2native"; // --quilt is --quilt-out there, else --layout
-    const Arguments before{isSwitch ? "--quilt" : "--quilt=2x3"};
-    const Arguments now{isSwitch ? "--quilt-out" : "--layout=2x3"};
-    // without -q and -r, which say the same
-    Arguments call = studio_.goodCall(tool(), output("a"));
-    if (!isSwitch) {
-        const auto q = std::find(call.begin(), call.end(), "-q");
-        if (q != call.end()) call.erase(q, q + 2);
-    }
-    const auto filesMade = [&] { // with their bytes
-        std::map<std::string, std::string> made;
-        for (const auto& entry : fs::directory_iterator(studio_ / ""))
-            if (entry.is_regular_file()) made[entry.path().filename()] = slurp(entry.path());
-        return made;
-    };
-    ASSERT_TRUE(isDone(studio_.run(tool(), now + call)));
-    const auto expected = filesMade();
-    call.insert(call.begin(), "-y");
-    EXPECT_TRUE(isDone(studio_.run(tool(), before + call)));
-    EXPECT_EQ(filesMade(), expected);
-    const std::regex shown("--quilt([^-\\w\\\\]|$)");
-    for (const Arguments& arguments :
-         {Arguments{"--help-all"}, Arguments{"--help-man"}, Arguments("--help-completion bash"),
-          Arguments("--help-completion zsh")}) {
-        const std::string text = studio_.run(tool(), arguments).out;
-        EXPECT_FALSE(std::regex_search(text, shown)) << text;
-    }
-}
-
-TEST(CommandLine, OldNamesOfSingleToolsKeepTheirMeaning) {
-    ALTIRO3D_TAKES(33);
-    SmallStudio studio;
-    const Arguments seen("-y -c small.json -q 2x3");
-    const auto see = [&](const char* option) {
-        EXPECT_TRUE(isDone(
-            studio.run("native2view", seen + Arguments{option, "panel.png", "a_qs3x2.png"})));
-        return slurp(studio / "a_qs3x2.png");
-    };
-    EXPECT_EQ(see("--quilt-of-views"), see("--quilt-out"));
-    const auto report = [&](const char* option) {
-        EXPECT_TRUE(isDone(studio.run("altiro3Dtradeoff", {"-y", option, "t.json", "photo.png"})));
-        return slurp(studio / "t.json").substr(0, 20);
-    };
-    EXPECT_EQ(report("--json"), report("--report"));
 }
 
 TEST(CommandLine, ToolsWithManyOptionsHaveAShortHelp) {

@@ -120,23 +120,6 @@ TEST_F(Methods, BadValuesAreWrongUsage) {
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
-TEST_F(Methods, OptionsOfEarlierVersionsWarnOnceAndChangeNothing) {
-    for (const std::string method : {"layered", "real"}) {
-        ASSERT_TRUE(isDone(make({"--method", method}, method + ".png")));
-        for (const auto& [option, value] : {std::pair("--dilate", "3"),
-                                            {"--inpaint", "ns"},
-                                            {"--soft-edges", "2"},
-                                            {"--fov", "60"}}) {
-            const Outcome outcome = make({"--method", method, option, value});
-            EXPECT_TRUE(warns(outcome, std::string(option) + " has no effect: "));
-            EXPECT_EQ(outcome.errLines().size(), 1U) << outcome.text();
-            EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / (method + ".png"))) << option;
-            const std::string help = studio_.run("photo2native", "--help-all").out;
-            EXPECT_FALSE(holds(help, std::string("  ") + option + " "));
-        }
-    }
-}
-
 TEST_F(Methods, TheCameraGivesTheStrength) {
     writeCamera(); // S = 2 80 0.2 (1/1 - 1/10) = 28.8 px of the photo's 90
     ViewOptions options = optionsOf(ViewMethod::Real);

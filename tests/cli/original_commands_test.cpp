@@ -110,7 +110,7 @@ TEST(OriginalCommands, APictureOfTheQuiltsSizeIsAQuilt) {
     studio.expectSame(kImage, "quilt2native", studio.map() + Arguments{"collage.png"});
     studio.expectSame(kImage, "quilt2native", "-m small.map collage.png");
     studio.expectSame(kImage, "quilt2native", studio.display() + Arguments{"collage.png"});
-    studio.expectSame(kImage, "quilt2native", "--map=small.map --quilt=2x3 -v collage.png");
+    studio.expectSame(kImage, "quilt2native", "--map=small.map --layout=2x3 -v collage.png");
 }
 
 TEST(OriginalCommands, ANameCanSayQuilt) {

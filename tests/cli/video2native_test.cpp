@@ -730,9 +730,10 @@ TEST_F(Video2NativeTool, QuiltVideosGoInAndOut) {
 TEST_F(Video2NativeTool, QuiltVideosOfEveryModelHaveEvenSides) {
     VideoStudio studio(0.1);
     writeCalibration(studio / "wide.json", {3840, 2160}, 40, "LKG-J00001"); // -q 7x7: 5999 px
-    ASSERT_TRUE(warns(studio.run(kTool, "-c wide.json --method fast --preset ultrafast --depth "
-                                        "depth.mp4 -q 7x7 --quilt clip.mp4 q_qs7x7a1.77778.mp4"),
-                      "sub-pixel cells"));
+    ASSERT_TRUE(
+        warns(studio.run(kTool, "-c wide.json --method fast --preset ultrafast --depth "
+                                "depth.mp4 -q 7x7 --quilt-out clip.mp4 q_qs7x7a1.77778.mp4"),
+              "sub-pixel cells"));
     EXPECT_EQ(ffprobe(studio / "q_qs7x7a1.77778.mp4", "stream=width,height", "-select_streams v:0"),
               "5992|5992\n");
 }

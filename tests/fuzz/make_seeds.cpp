@@ -235,7 +235,6 @@ void addEmbeddedDepth(const fs::path& root) {
     };
     const std::string photo = coded(".jpg", 16, 12);
     const std::string depth = coded(".jpg", 8, 6);
-    const std::string raw(8 * 6, 'a');
     Seeds seeds(root, "embedded_depth");
     seeds.add(test::dynamicDepthPhoto(photo, {{"Depth", depth, ""}, {"Original", depth, ""}}));
     seeds.add(test::dynamicDepthPhoto(photo, {{"", depth, "android/depthmap"}}, "RangeLinear", 1, 2,
@@ -255,8 +254,6 @@ void addEmbeddedDepth(const fs::path& root) {
     seeds.add(test::withSegments(photo, test::jpsSegment(2, 4)));
     seeds.add(test::withSegments(photo, test::jpsSegment(3, 1, 2)));
     seeds.add(inserted(coded(".png", 16, 12), 33, pngChunk("sTER", "\1")));
-    seeds.add(test::samsungPhoto(photo, raw, 8, 6));
-    seeds.add(test::huaweiPhoto(photo, raw, 8, 6));
 }
 
 // The first byte chooses between a whole PNG and a bare profile.

@@ -170,40 +170,4 @@ inline std::string jpsSegment(unsigned layout, unsigned flags, unsigned separati
                                  bigEndian(4, 2) + "test");
 }
 
-/// A portrait of a Samsung phone. @param version of the block with the size: 1, 3, 4, 5 or 6
-inline std::string samsungPhoto(const std::string& jpeg, const std::string& raw, unsigned columns,
-                                unsigned rows, unsigned version = 1) {
-    const auto block = [](unsigned type, const std::string& name, const std::string& data) {
-        return littleEndian(0, 2) + littleEndian(type, 2) + littleEndian(name.size(), 4) + name +
-               data;
-    };
-    const std::size_t places[][3] = {
-        {1, 9, 10}, {3, 12, 13}, {4, 17, 18}, {5, 20, 19}, {6, 22, 21}};
-    std::string info = littleEndian(version, 2) + std::string(98, '\0');
-    for (const auto& [number, columnsAt, rowsAt] : places) {
-        if (number != version) continue;
-        info.replace(4 * columnsAt, 4, littleEndian(columns, 4));
-        info.replace(4 * rowsAt, 4, littleEndian(rows, 4));
-    }
-    const std::string depth = block(0x0ab1, "DualShot_DepthMap_1", raw);
-    const std::string extra = block(0x0ab3, "DualShot_Extra_Info", info);
-    const std::string directory =
-        "SEFH" + littleEndian(106, 4) + littleEndian(2, 4) + littleEndian(0, 2) +
-        littleEndian(0x0ab1, 2) + littleEndian(depth.size() + extra.size(), 4) +
-        littleEndian(depth.size(), 4) + littleEndian(0, 2) + littleEndian(0x0ab3, 2) +
-        littleEndian(extra.size(), 4) + littleEndian(extra.size(), 4);
-    return jpeg + depth + extra + directory + littleEndian(directory.size(), 4) + "SEFT";
-}
-
-/// A photo of a Huawei phone. @param turn 0x10..0x13
-inline std::string huaweiPhoto(const std::string& jpeg, const std::string& raw, unsigned columns,
-                               unsigned rows, char turn = '\x10') {
-    std::string header(64, '\0');
-    header[3] = turn;
-    header.replace(12, 2, littleEndian(columns, 2));
-    header.replace(14, 2, littleEndian(rows, 2));
-    return jpeg + littleEndian(jpeg.size(), 4) + "edof" + std::string(4, '\0') + header + raw +
-           littleEndian(header.size() + raw.size(), 4) + std::string("DepthEn\0", 8);
-}
-
 } // namespace altiro3D::test

@@ -123,7 +123,7 @@ void CommandLine::add(const std::vector<std::string>& names, const std::string& 
                       const std::string& valueName,
                       const std::function<std::vector<std::string>()>& known) {
     options_.insert(names.begin(), names.end());
-    HelpEntry entry{{}, description, names, valueName, known, false, {}};
+    HelpEntry entry{{}, description, names, valueName, known, false};
     entry.left = joined(entry.dashedNames()) + (valueName.empty() ? "" : " " + valueName);
     entries_.push_back(entry);
 }
@@ -138,21 +138,6 @@ void CommandLine::addAdvanced(const std::vector<std::string>& names, const std::
 void CommandLine::addHidden(const std::string& name, const std::string& valueName) {
     options_.insert(name);
     parser_.addOption(QCommandLineOption(fromBytes(name), QString(), fromBytes(valueName)));
-}
-
-void CommandLine::addOldName(const std::string& option, const std::string& oldName) {
-    if (options_.count(oldName) > 0) return;
-    for (HelpEntry& entry : entries_) {
-        if (std::count(entry.names.begin(), entry.names.end(), option) == 0) continue;
-        entry.oldNames.push_back(oldName);
-        options_.insert(oldName);
-    }
-}
-
-void CommandLine::addDropped(const std::string& name, const std::string& why,
-                             const std::string& valueName) {
-    addHidden(name, valueName);
-    dropped_[name] = why;
 }
 
 CommandLine::Terms CommandLine::terms(Chapter chapter) const {
@@ -201,8 +186,6 @@ void CommandLine::parse(int argc, char** argv) {
     for (const HelpEntry& entry : entries_) {
         QStringList names;
         for (const std::string& name : entry.names)
-            names << fromBytes(name);
-        for (const std::string& name : entry.oldNames)
             names << fromBytes(name);
         if (!names.empty())
             parser_.addOption(QCommandLineOption(names, QString(), fromBytes(entry.valueName)));
@@ -298,17 +281,7 @@ std::string CommandLine::help(bool all) const {
 }
 
 bool CommandLine::has(const std::string& option) const {
-    return options_.count(option) > 0 && dropped_.count(option) == 0 &&
-           parser_.isSet(fromBytes(option));
-}
-
-std::vector<std::string> CommandLine::warnings() const {
-    std::vector<std::string> all;
-    for (const auto& [option, why] : dropped_) {
-        if (parser_.isSet(fromBytes(option)))
-            all.push_back(dashed(option) + " has no effect: " + why);
-    }
-    return all;
+    return options_.count(option) > 0 && parser_.isSet(fromBytes(option));
 }
 
 void CommandLine::checkValue(const std::string& option, const std::string& text) const {

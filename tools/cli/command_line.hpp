@@ -41,7 +41,7 @@ class CommandLine {
     /// Adds a usage line, without the tool's name: "[options] PHOTO OUT.png".
     void addUsage(const std::string& usage) { usages_.push_back(usage); }
     void addSection(const std::string& title) {
-        entries_.push_back({"", title, {}, {}, {}, false, {}});
+        entries_.push_back({"", title, {}, {}, {}, false});
     }
     /// Adds an option; `names` without dashes, `valueName` empty if it takes no value.
     /// @param known returns names that are accepted in place of a FILE; shells complete them
@@ -55,14 +55,6 @@ class CommandLine {
                      const std::function<std::vector<std::string>()>& known = {});
     /// Adds an option for the build of the package; the help does not list it.
     void addHidden(const std::string& name, const std::string& valueName = {});
-    /// Adds an earlier name of an option, for existing scripts; the help does not list it. Has no
-    /// effect if the tool already has an option of that name.
-    void addOldName(const std::string& option, const std::string& oldName);
-    /// Adds an option of earlier versions, for existing scripts. It has no effect: has() is false,
-    /// and warnings() contains a warning. The help does not list it.
-    /// @param why why the option was removed
-    void addDropped(const std::string& name, const std::string& why,
-                    const std::string& valueName = {});
     void addNote(const std::string& text) { notes_.push_back(text); }
 
     /// Chapters after the options, in this order; Files and Environment in the manual only.
@@ -82,8 +74,6 @@ class CommandLine {
     bool hasMore() const;
     /// @param all include the options that few users need
     std::string help(bool all) const;
-    /// Warnings about options that no longer have an effect.
-    std::vector<std::string> warnings() const;
     /// The manual page for man(1): the help and the chapters that are in the manual only.
     /// @param version of the package
     std::string manPage(const std::string& version) const;
@@ -140,7 +130,6 @@ class CommandLine {
         std::string valueName;
         std::function<std::vector<std::string>()> known;
         bool isAdvanced = false;
-        std::vector<std::string> oldNames;
 
         std::vector<std::string> dashedNames() const;
     };
@@ -165,7 +154,6 @@ class CommandLine {
     std::vector<std::string> notes_;
     std::map<Chapter, Terms> chapters_;
     std::set<std::string> options_;
-    std::map<std::string, std::string> dropped_; // why each was removed
     QCommandLineParser parser_;
     std::vector<std::filesystem::path> files_;
 };

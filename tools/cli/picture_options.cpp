@@ -214,10 +214,6 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
         "Real: paint holes from all pixels around them (around, default, as published) or only "
         "from the background (behind, more accurate, slower).",
         "around|behind");
-    commandLine.addDropped("dilate", "1 px is the most accurate, more and less lose detail", "PX");
-    commandLine.addDropped("soft-edges", "depth is refined before the views are made", "PX");
-    commandLine.addDropped("inpaint", "telea is used, ns took as long and hardly differed",
-                           "telea|ns");
 }
 
 void addNativeOptions(CommandLine& commandLine) {
@@ -335,7 +331,6 @@ void CameraOptions::add(CommandLine& commandLine) {
         "Real: the camera of the photo and the distances in it, JSON with fx fy cx cy "
         "(px of the photo), zNear zFar baseline (one unit); replaces --strength.",
         "FILE.json");
-    commandLine.addDropped("fov", "the views depend on --strength alone", "DEGREES");
 }
 
 CameraOptions::CameraOptions(const CommandLine& commandLine, ViewMethod method)

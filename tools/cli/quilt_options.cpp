@@ -128,7 +128,6 @@ void addQuiltOptions(CommandLine& commandLine) {
                     "Views in the quilt, rows x columns (default: the display model's; 6x8 on a "
                     "Portrait: 6 rows of 8 columns).",
                     "RxC");
-    commandLine.addOldName("layout", "quilt");
     commandLine.addAdvanced(
         {"r", "resolution"},
         "Size of one view, height x width in px (default: the display model's; 560x420 "

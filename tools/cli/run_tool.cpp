@@ -194,7 +194,6 @@ int runBody(int argc, char** argv, CommandLine& commandLine,
             cv::setNumThreads(std::min(*threads, cv::getNumberOfCPUs()));
         }
         messages = Messages(commandLine.name(), commandLine.has("verbose"));
-        messages.warn(commandLine.warnings());
         const int status = end(body(commandLine, messages));
         messages.flushWarnings();
         return finish(messages, status);

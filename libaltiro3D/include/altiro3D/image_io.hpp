@@ -223,8 +223,6 @@ enum class EmbeddedDepthForm {
     GDepth,       ///< Base64 in XMP: lens blur and older phones by Google.
     DynamicDepth, ///< A picture after the photo: newer phones by Google and others.
     Avif,         ///< Auxiliary picture of an AVIF file.
-    Samsung,      ///< Raw numbers after the photo. Experimental: no original was tested.
-    Huawei,       ///< Raw numbers after the photo. Experimental: no original was tested.
     Exr           ///< Distances in a channel of an EXR file: Z, Depth.Z, ViewLayer.Depth.V.
 };
 

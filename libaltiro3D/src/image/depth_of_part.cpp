@@ -72,9 +72,8 @@ bool isFlat(const cv::Mat& depth) {
 } // namespace
 
 const char* nameOf(EmbeddedDepthForm form) {
-    constexpr const char* kNames[] = {"Apple HEIC",           "Apple JPEG", "Google lens blur",
-                                      "Dynamic Depth",        "AVIF",       "Samsung, experimental",
-                                      "Huawei, experimental", "EXR"};
+    constexpr const char* kNames[] = {"Apple HEIC",    "Apple JPEG", "Google lens blur",
+                                      "Dynamic Depth", "AVIF",       "EXR"};
     return entryOf(kNames, form);
 }
 
@@ -88,15 +87,9 @@ std::string EmbeddedDepth::text() const {
 
 cv::Mat samplesOf(const DepthPart& part, const cv::Mat& picture) {
     cv::Mat samples;
-    if (part.raw.empty()) {
-        if (picture.depth() != CV_8U && picture.depth() != CV_16U) return {};
-        if (picture.channels() == 1) samples = picture;
-        if (picture.channels() >= 3) cv::extractChannel(picture, samples, 1); // grey in colours
-    } else if (static_cast<double>(part.raw.size()) <= kMaxDepthPixels) {
-        samples = cv::Mat(static_cast<int>(part.rows), static_cast<int>(part.columns), CV_8UC1,
-                          const_cast<char*>(part.raw.data()))
-                      .clone();
-    }
+    if (picture.depth() != CV_8U && picture.depth() != CV_16U) return {};
+    if (picture.channels() == 1) samples = picture;
+    if (picture.channels() >= 3) cv::extractChannel(picture, samples, 1); // grey in colours
     return samples.empty() ? samples : upright(samples, part.orientation);
 }
 

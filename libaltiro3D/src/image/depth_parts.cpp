@@ -24,7 +24,6 @@ constexpr string_view kMpfMark("MPF\0", 4);
 constexpr unsigned kMaxPictures = 100;        // of a multi-picture file
 constexpr std::uint32_t kTypeMask = 0xffffff; // of an entry's attribute: the type of the picture
 constexpr std::uint32_t kTypeDisparity = 0x020002; // one of several eyes
-constexpr unsigned kMaxBlocks = 1000;              // of a Samsung trailer
 constexpr std::size_t kMaxXmpBytes = std::size_t{256} << 20;
 
 // Namespaces, by the part that all their generations have.
@@ -211,84 +210,6 @@ std::optional<DepthPart> appleJpeg(const std::vector<string_view>& pictures) {
     return std::nullopt;
 }
 
-// Sizes of the depth in a block of Samsung's "extra info": the indices of 32-bit numbers depend on
-// the version in its first 16 bits.
-void readSamsungSize(string_view info, DepthPart& part) {
-    struct Version {
-        unsigned number;
-        std::uint64_t columnsAt;
-        std::uint64_t rowsAt;
-    };
-    constexpr Version kVersions[] = {
-        {1, 9, 10}, {3, 12, 13}, {4, 17, 18}, {5, 20, 19}, {6, 22, 21}};
-    const ByteReader reader(info, true);
-    for (const Version& version : kVersions) {
-        if (reader.u16(0) != version.number) continue;
-        part.columns = reader.u32(4 * version.columnsAt);
-        part.rows = reader.u32(4 * version.rowsAt);
-    }
-}
-
-// "SEFH", u32 version, u32 count, entries {u16 0, u16 type, u32 distance back from SEFH, u32 size};
-// u32 length; "SEFT". A block is {u16 0, u16 type, u32 length of its name, name, data}.
-std::optional<DepthPart> samsung(string_view jpeg) {
-    const ByteReader reader(jpeg, true);
-    if (jpeg.size() < 20 || jpeg.substr(jpeg.size() - 4) != "SEFT") return std::nullopt;
-    const std::uint64_t length = reader.u32(jpeg.size() - 8);
-    if (length > jpeg.size() - 8) return std::nullopt;
-    const std::uint64_t directory = jpeg.size() - 8 - length;
-    if (reader.text(directory, 4) != "SEFH") return std::nullopt;
-    const unsigned count = std::min(reader.u32(directory + 8), kMaxBlocks);
-    DepthPart part;
-    part.form = EmbeddedDepthForm::Samsung;
-    for (unsigned i = 0; i < count; ++i) {
-        const std::uint64_t entry = directory + 12 + std::uint64_t{12} * i;
-        const unsigned type = reader.u16(entry + 2);
-        const std::uint64_t back = reader.u32(entry + 4);
-        const std::uint64_t size = reader.u32(entry + 8);
-        if ((type != 0x0ab1 && type != 0x0ab3 && type != 0x0b41) || back > directory) continue;
-        const string_view block = reader.text(directory - back, size);
-        const ByteReader inside(block, true);
-        const std::uint64_t nameLength = inside.u32(4);
-        if (inside.u16(2) != type || !inside.holds(8, nameLength)) continue;
-        const string_view name = inside.text(8, nameLength);
-        const string_view data = block.substr(static_cast<std::size_t>(8 + nameLength));
-        if (type == 0x0ab3) {
-            readSamsungSize(data, part);
-        } else if (part.raw.empty() && name.find("DepthMap") != string_view::npos) {
-            part.raw = data;
-        }
-    }
-    if (part.raw.empty() || std::uint64_t{part.columns} * part.rows != part.raw.size()) {
-        return std::nullopt;
-    }
-    return part;
-}
-
-// u32 length of a JPEG, "edof", u32 0; 64 bytes of header: orientation at 3, columns at 12, rows at
-// 14; numbers; u32 length since the header; "DepthEn\0".
-std::optional<DepthPart> huawei(string_view jpeg) {
-    constexpr string_view kEnd("DepthEn\0", 8);
-    constexpr std::uint64_t kHeader = 64;
-    const ByteReader reader(jpeg, true);
-    if (jpeg.size() < kEnd.size() + 4 || jpeg.substr(jpeg.size() - kEnd.size()) != kEnd) {
-        return std::nullopt;
-    }
-    const std::uint64_t lengthAt = jpeg.size() - kEnd.size() - 4;
-    const std::uint64_t length = reader.u32(lengthAt);
-    if (length > lengthAt || length < kHeader) return std::nullopt;
-    const std::uint64_t header = lengthAt - length;
-    DepthPart part;
-    part.form = EmbeddedDepthForm::Huawei;
-    part.columns = reader.u16(header + 12);
-    part.rows = reader.u16(header + 14);
-    part.raw = reader.text(header + kHeader, std::uint64_t{part.columns} * part.rows);
-    const unsigned turn = reader.u8(header + 3);
-    part.orientation = turn == 0x11 ? 8 : turn == 0x12 ? 3 : turn == 0x13 ? 6 : 1;
-    if (part.raw.empty() || part.raw.size() > length - kHeader) return std::nullopt;
-    return part;
-}
-
 } // namespace
 
 std::optional<DepthPart> findDepthPart(string_view jpeg) {
@@ -300,12 +221,8 @@ std::optional<DepthPart> findDepthPart(string_view jpeg) {
     std::optional<DepthPart> part = dynamicDepth(jpeg, all);
     if (!part) part = gDepth(all);
     if (!part) part = appleJpeg(parts.pictures);
-    if (!part) part = samsung(jpeg);
-    if (part) {
-        part->orientation = std::max(1, parts.orientation);
-        return part;
-    }
-    return huawei(jpeg);
+    if (part) part->orientation = std::max(1, parts.orientation);
+    return part;
 }
 
 SecondEye findSecondEye(string_view jpeg) {

@@ -13,11 +13,8 @@ namespace altiro3D {
 /// The bytes of a depth picture inside a JPEG, and what they mean.
 struct DepthPart {
     EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth;
-    std::string_view coded; ///< A JPEG or PNG inside the file; empty: `decoded` or raw numbers.
-    std::string decoded;    ///< A JPEG or PNG that was base64.
-    std::string_view raw;   ///< columns x rows numbers of 8 bits.
-    std::uint32_t columns = 0;
-    std::uint32_t rows = 0;
+    std::string_view coded;    ///< A JPEG or PNG inside the file; empty: `decoded`.
+    std::string decoded;       ///< A JPEG or PNG that was base64.
     bool isNearBright = false; ///< Large = near.
     bool isDistance = false;   ///< The numbers grow with the distance, from nearest to farthest.
     double nearest = 0;        ///< With isDistance: distance of 0; 0 = not stated.
@@ -35,7 +32,7 @@ struct SecondEye {
     std::string decoded;    ///< A JPEG that was base64: of Cardboard Camera; empty: there is none.
 };
 
-/// Finds depth in a JPEG file: Dynamic Depth, GDepth, Apple's, Samsung's, Huawei's, in this order.
+/// Finds depth in a JPEG file: Dynamic Depth, GDepth, Apple's, in this order.
 /// Any bytes give a result. The result points into the bytes.
 std::optional<DepthPart> findDepthPart(std::string_view jpeg);
 

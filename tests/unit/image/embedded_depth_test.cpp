@@ -44,10 +44,6 @@ std::string jpegOf(const cv::Mat& picture) {
     return encoded(".jpg", picture, {cv::IMWRITE_JPEG_QUALITY, 100});
 }
 
-std::string rawBytes(const cv::Mat& picture) {
-    return {reinterpret_cast<const char*>(picture.data), picture.total()};
-}
-
 class EmbeddedDepthFiles : public FileTest {
   protected:
     std::filesystem::path file(const std::string& contents) const {
@@ -203,21 +199,6 @@ TEST_F(EmbeddedDepthFiles, HeicAndAvifHoldDisparity) {
     EXPECT_FALSE(read(heifFile("heic", {hevcColours(1)})));
 }
 
-TEST_F(EmbeddedDepthFiles, SamsungAndHuaweiAreExperimental) {
-    for (const unsigned version : {1U, 3U, 4U, 5U, 6U}) {
-        const auto found = read(samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows, version));
-        expectRamp(found, EmbeddedDepthForm::Samsung, false);
-        EXPECT_EQ(found->text(), "Samsung, experimental, 40 x 30 px");
-    }
-    EXPECT_FALSE(read(samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows, 9)));
-    expectRamp(read(huaweiPhoto(photo, rawBytes(ramp()), kColumns, kRows)),
-               EmbeddedDepthForm::Huawei, false);
-    cv::Mat turned; // stored a quarter anticlockwise of upright
-    cv::rotate(ramp(), turned, cv::ROTATE_90_COUNTERCLOCKWISE);
-    expectRamp(read(huaweiPhoto(photo, rawBytes(turned), kRows, kColumns, '\x13')),
-               EmbeddedDepthForm::Huawei, false);
-}
-
 TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
     EXPECT_FALSE(read(gDepthPhoto(photo, encoded(".png", ramp(kColumns, kRows + 2)))));
     EXPECT_EQ(only(notes).code, NoteCode::LeftOut);
@@ -246,9 +227,7 @@ TEST_F(EmbeddedDepthFiles, PhotosWithoutDepthHaveNone) {
 TEST_F(EmbeddedDepthFiles, BrokenFilesGiveDepthOrNone) {
     const std::vector<std::string> files = {
         dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}}), gDepthPhoto(photo, depthPng),
-        appleJpeg(photo, {appleAuxiliary(depthJpeg, "disparity")}),
-        samsungPhoto(photo, rawBytes(ramp()), kColumns, kRows),
-        huaweiPhoto(photo, rawBytes(ramp()), kColumns, kRows)};
+        appleJpeg(photo, {appleAuxiliary(depthJpeg, "disparity")})};
     for (const std::string& whole : files) {
         for (std::size_t size = 0; size < whole.size(); size += 97)
             EXPECT_EQ(errorOf([&] { read(whole.substr(0, size)); }), "(no error)") << size;

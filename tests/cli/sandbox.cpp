@@ -271,13 +271,16 @@ void SmallStudio::makeClip() const {
 }
 
 void SmallStudio::makeSlide() const {
-    const Boards boards;
-    std::vector<cv::Mat> pictures;
+    static const std::vector<cv::Mat> pictures = [] { // once for all tests
+        const Boards boards;
+        std::vector<cv::Mat> all;
+        for (const HandCamera& camera : handSlide(shakyHand(8, 0.4)))
+            all.push_back(boards.photograph({240, 180}, camera));
+        return all;
+    }();
     fs::create_directory(*this / "photos");
-    for (const HandCamera& camera : handSlide(shakyHand(8, 0.4))) {
-        pictures.push_back(boards.photograph({240, 180}, camera));
-        writeImage(*this / "photos" / (std::to_string(pictures.size()) + ".png"), pictures.back());
-    }
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+        writeImage(*this / "photos" / (std::to_string(i + 1) + ".png"), pictures[i]);
     writeLossless(*this / "slide.mkv", pictures);
 }
 

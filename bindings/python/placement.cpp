@@ -1,5 +1,6 @@
 #include "arrays.hpp"
 
+#include <altiro3D/depth_map.hpp>
 #include <altiro3D/photo_fit.hpp>
 #include <altiro3D/placement.hpp>
 #include <altiro3D/scene.hpp>
@@ -27,6 +28,7 @@ void bindScene(py::module_& m) {
                  Scene scene;
                  scene.photo = pictureOf(photo, "photo", order);
                  scene.depth = depthOf(depth, "depth");
+                 checkDepthRange(scene.depth);
                  if (!hiddenPhoto.object.is_none()) {
                      scene.hidden = {pictureOf({hiddenPhoto.object}, "hidden_photo", order),
                                      depthOf({hiddenDepth.object}, "hidden_depth")};

@@ -39,11 +39,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     }
     const auto part = findDepthPart(bytes);
     if (!part) return 0;
-    if (part->raw.empty()) {
-        const ImageHeader header = readImageHeader(part->picture(), "");
-        if (static_cast<double>(header.columns) * static_cast<double>(header.rows) > kMaxPixels)
-            return 0;
-    }
+    const ImageHeader header = readImageHeader(part->picture(), "");
+    if (static_cast<double>(header.columns) * static_cast<double>(header.rows) > kMaxPixels)
+        return 0;
     const std::filesystem::path file = directory.file("a.jpg", bytes);
     Notes notes;
     fuzz::reads([&] {

@@ -120,11 +120,9 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     if (options.isFlat || !options.given.empty()) return std::nullopt;
     FoundEyes found;
     if (options.stereo) {
-        const VideoFacts& facts = run.inputFacts;
         found.eyes = StereoVideo{options.stereo->layout,
-                                 halvesOf(run.plan.input, options.stereo->halves,
-                                          facts.sampleAspect.value() * aspectOf(facts.size))};
-        found.eyes->halves = halvesAsShown(*found.eyes, facts);
+                                 halvesOf(run.plan.input, options.stereo->halves)};
+        found.eyes->halves = halvesAsShown(*found.eyes, run.inputFacts);
         found.evidence = "--stereo says it";
     } else {
         refuseVrName(run.plan.input);

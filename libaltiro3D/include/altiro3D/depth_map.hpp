@@ -54,6 +54,12 @@ struct DepthNormalization {
 ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
                                     const DepthNormalization& options = {});
 
+/// Refuses a depth map that holds other numbers, such as metres or 0..255: more than half of the px
+/// of at most 64 rows are beyond 0..1 by more than 0.1. Single ones are clamped by what uses depth.
+/// @param depth [rows x cols, CV_32FC1]
+/// @throws Error InvalidArgument (empty, wrong type, other numbers)
+ALTIRO3D_EXPORT void checkDepthRange(const cv::Mat& depth);
+
 /// Resamples a depth map to the size of a picture and aligns its edges with those of the picture.
 ///
 /// Enlarging weights the surrounding depth samples by distance and by similarity of the picture

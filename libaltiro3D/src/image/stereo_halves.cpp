@@ -290,8 +290,7 @@ StereoPair splitStereoFile(const cv::Mat& picture, StereoLayout layout, StereoHa
                 "its halves, " + sizeText(pair.left.size()) +
                     " px, may be squeezed, as it does not state their shape, and are taken as they "
                     "are: --stereo " +
-                    kOptions[static_cast<int>(layout)] +
-                    ":squeezed stretches them, :full settles it");
+                    entryOf(kOptions, layout) + ":squeezed stretches them, :full settles it");
     }
     leaveOutFrame(pair, notes);
     return pair;
@@ -313,7 +312,7 @@ FileMark eyesMark(EyesPicture kind, bool swapped) {
                                                     {4, kLeftFirst},
                                                     {4, kLeftFirst},
                                                     {1, kLeftFirst}};
-    const auto [layout, usual] = kDescriptors[static_cast<std::size_t>(kind)];
+    const auto [layout, usual] = entryOf(kDescriptors, kind);
     const unsigned flags = static_cast<unsigned>(usual) ^ (swapped ? kLeftFirst : 0);
     FileMark mark;
     mark.text = std::string(kTextMark) + std::to_string(layout) + ' ' + std::to_string(flags);

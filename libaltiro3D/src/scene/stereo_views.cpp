@@ -21,10 +21,10 @@ namespace {
 
 constexpr EyesPictureName kNames[] = {
     {"sbs", "side by side", "LRF"},
-    {"sbs-half", "side by side, half width", "LR"},
+    {"sbs-half", "side by side, half width", "HSBS"},
     {"cross", "crossed eyes", "RLF"},
     {"tb", "top and bottom", "TBF"},
-    {"tb-half", "top and bottom, half height", "TB"},
+    {"tb-half", "top and bottom, half height", "HTAB"},
     {"anaglyph", "red-cyan anaglyph", "anaglyph"},
     {"anaglyph-half", "red-cyan anaglyph, half colour", "anaglyph"},
     {"anaglyph-grey", "red-cyan anaglyph, grey", "anaglyph"},

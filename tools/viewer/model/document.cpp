@@ -125,13 +125,14 @@ bool mayHoldEyes(const Source& video) {
 // Both eyes' pictures in those of a video, by its reading or by what is found.
 FoundEyes videoEyes(const Source& source) {
     FoundEyes found;
-    if (const auto layout = eyesOf(source.reading)) {
-        found.eyes = StereoVideo{*layout, halvesOf(source.file)};
-        found.evidence = "you have chosen it";
-    } else if (mayHoldEyes(source)) {
-        const VideoReaderOptions reading = readingOf(source);
-        found = findEyes(source.file, VideoReader(source.file, reading).facts(), reading);
-    }
+    const auto layout = eyesOf(source.reading);
+    if (!layout && !mayHoldEyes(source)) return found;
+    const VideoReaderOptions reading = readingOf(source);
+    const VideoFacts facts = VideoReader(source.file, reading).facts();
+    if (!layout) return findEyes(source.file, facts, reading);
+    found.eyes = StereoVideo{*layout, halvesOf(source.file)};
+    found.eyes->halves = halvesAsShown(*found.eyes, facts);
+    found.evidence = "you have chosen it";
     return found;
 }
 

@@ -241,6 +241,7 @@ void normalize(const cv::Mat& raw, cv::Mat& depth, const DepthNormalization& opt
 } // namespace
 
 void checkDepthRange(const cv::Mat& depth) {
+    checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     constexpr float kBeyond = 0.1F;
     const int step = depth.rows / 64 + 1;
     std::int64_t known = 0;

@@ -16,12 +16,6 @@ inline float withinRange(float value) {
     return value > 0 ? (value < 1 ? value : 1.0F) : 0.0F;
 }
 
-/// Throws InvalidArgument if a depth map holds other numbers, such as metres or 0..255: if more
-/// than half of the px of at most 64 rows are beyond 0..1 by more than 0.1. Single ones are
-/// clamped.
-/// @param depth [CV_32FC1]
-void checkDepthRange(const cv::Mat& depth);
-
 /// Px of 65535 in distances of 16 bits, which are unknown then; 0 where distances reach up to it,
 /// so that it is the farthest that fits.
 /// @param raw any type; others than CV_16UC1 have none

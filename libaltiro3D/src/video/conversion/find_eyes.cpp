@@ -189,7 +189,8 @@ StereoHalves halvesAsShown(const StereoVideo& video, const VideoFacts& facts) {
     const double pixel = facts.sampleAspect.value();
     const double eye = pixel * facts.size.width / facts.size.height; // stretched again
     const bool isStretched = isBeside ? pixel > 1.6 : pixel < 0.8;   // px of DVDs are not square
-    return isStretched && (facts.eyesLayout || !isWide(eye)) ? StereoHalves::Full : video.halves;
+    return isStretched && (facts.eyesLayout || !isWide(eye)) ? StereoHalves::Full
+                                                             : halvesOf({}, video.halves, eye);
 }
 
 FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,

@@ -120,8 +120,8 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     if (options.isFlat || !options.given.empty()) return std::nullopt;
     FoundEyes found;
     if (options.stereo) {
-        found.eyes = StereoVideo{options.stereo->layout,
-                                 halvesOf(run.plan.input, options.stereo->halves)};
+        found.eyes =
+            StereoVideo{options.stereo->layout, halvesOf(run.plan.input, options.stereo->halves)};
         found.eyes->halves = halvesAsShown(*found.eyes, run.inputFacts);
         found.evidence = "--stereo says it";
     } else {

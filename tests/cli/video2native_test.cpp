@@ -682,6 +682,37 @@ TEST_F(Video2NativeTool, PicturesOfDepthBelongToTheFramesByCount) {
     }
 }
 
+TEST_F(Video2NativeTool, DepthInAVideoOfTheFileIsUsed) {
+    SmallStudio studio;
+    const auto film = [&](const std::string& name, const std::string& depth,
+                          const std::string& pixels) {
+        ffmpeg("-f lavfi -i color=gray:size=" + depth +
+               ":rate=10:duration=0.4,format=gray16le,geq=lum=1000+X*600 -f lavfi -i "
+               "testsrc2=size=48x64:rate=10:duration=0.4 -map 0 -map 1 -c:v ffv1 -pix_fmt:v:0 " +
+               pixels + " -pix_fmt:v:1 yuv420p -metadata:s:v:0 title=DEPTH " + arg(studio / name));
+    };
+    const auto makes = [&](const Arguments& arguments, const std::string& output) {
+        return studio.convert(kTool, Arguments{"--rgbd-out", "-y"} + arguments + Arguments{output});
+    };
+    const auto tells = [&](const std::string& clip, const char* text) {
+        const Outcome outcome = makes({clip}, "a.mp4");
+        return outcome.status == 0 && holds(outcome.err, text);
+    };
+    const auto isAsGiven = [&](const Arguments& given) {
+        return makes(given, "b.mp4").status == 0 &&
+               slurp(studio / "a.mp4") == slurp(studio / "b.mp4");
+    };
+    film("mm.mkv", "24x32", "gray16le");
+    EXPECT_TRUE(tells("mm.mkv", "is used, as distances"));
+    EXPECT_TRUE(isAsGiven(Arguments("--depth mm.mkv --depth-kind metric mm.mkv")));
+    EXPECT_FALSE(isAsGiven(Arguments("--depth mm.mkv mm.mkv")));
+    film("white.mkv", "24x32", "gray");
+    EXPECT_TRUE(tells("white.mkv", "is used, white as near"));
+    EXPECT_TRUE(isAsGiven(Arguments("--depth white.mkv white.mkv")));
+    film("wide.mkv", "32x24", "gray16le");
+    EXPECT_TRUE(tells("wide.mkv", "it has another shape than the colours"));
+}
+
 TEST_F(Video2NativeTool, PicturesOfDepthBelongToTheSameFramesAfterAResume) {
     SmallStudio studio;
     writeNumberedDepths(studio / "depths");

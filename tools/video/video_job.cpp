@@ -1,10 +1,12 @@
 #include "video/video_run.hpp"
 
 #include "altiro3D/enum_table.hpp"
+#include "altiro3D/file_io.hpp"
 #include "cli/folders.hpp"
 #include "cli/inputs.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -112,6 +114,51 @@ void refuseRgbd(const VideoPlan& plan, Messages& messages) {
 
 double aspectOf(cv::Size size) {
     return static_cast<double>(size.width) / size.height;
+}
+
+bool isDeepGrey(const VideoFacts& facts) {
+    return facts.pixelFormat.compare(0, 6, "gray16") == 0;
+}
+
+// Uses the depth that a file has in a video of its own, if it has the shape of the colours.
+void takeDepthTrack(VideoRun& run, Messages& messages) {
+    const VideoFacts& facts = run.inputFacts;
+    DepthOptions& options = run.job.depth;
+    const auto isNamed = [](const VideoStreamFacts& stream) {
+        return stream.kind == StreamKind::Video &&
+               lowerCase(stream.title).find("depth") != std::string::npos;
+    };
+    const auto videos = std::count_if(
+        facts.streams.begin(), facts.streams.end(),
+        [](const VideoStreamFacts& stream) { return stream.kind == StreamKind::Video; });
+    if (!options.isDefault || options.isFlat || options.stereo || run.plan.fromQuilt ||
+        videos < 2 || !isFile(run.plan.input))
+        return;
+    VideoReaderOptions reading = run.plan.part;
+    reading.isDepth = true;
+    reading.bothEyes = false;
+    const VideoFacts depth = VideoReader(run.plan.input, reading).facts();
+    const bool isDeep = isDeepGrey(depth) && !isDeepGrey(facts);
+    if (!isDeep && std::none_of(facts.streams.begin(), facts.streams.end(), isNamed)) return;
+    const std::string asGiven = "--depth " + shellWord(run.plan.input.string());
+    const auto shapeOf = [](const VideoFacts& of) {
+        return of.sampleAspect.value() * aspectOf(of.size);
+    };
+    constexpr double kTolerance = 0.02;
+    if (run.plan.isFromFolder || std::abs(shapeOf(depth) / shapeOf(facts) - 1) > kTolerance)
+        return messages.warn("the depth in the file is not used, because " +
+                             std::string(run.plan.isFromFolder
+                                             ? "the videos of a folder are made alike"
+                                             : "it has another shape than the colours") +
+                             "; " + asGiven + " uses it");
+    options.fromFiles = true;
+    options.given = "depth in the video";
+    options.kind = isDeep ? DepthKind::Metric : DepthKind::NearWhite;
+    run.job.depthOptions.every = 1;
+    run.plan.depth = run.plan.input;
+    messages.warn(std::string("the depth in the file is used, ") +
+                  (isDeep ? "as distances, because it has 16 bits" : "white as near") + "; " +
+                  asGiven + " --depth-kind says otherwise, -n altiro3d estimates it");
 }
 
 // The eyes in frames, by the option or by what is found. Says what decided.
@@ -222,6 +269,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     run.inputFacts = facts;
     refusePicture(plan, &facts);
     messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
+    takeDepthTrack(run, messages);
     if (!plan.fromQuilt) {
         warnIfQuilt(plan.input, "--from-quilt", messages);
         if (job.depth.given.empty()) refuseRgbd(plan, messages);

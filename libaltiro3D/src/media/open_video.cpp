@@ -301,7 +301,7 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
              input.subject + ": its track " + std::to_string(depth.index) +
                  " seems to hold depth (" + (title.empty() ? "16 bits of grey" : title) +
                  "), so track " + std::to_string(input.stream->index) +
-                 " is read; --depth with the same file takes the depth from the other"});
+                 " is read for the colours"});
     }
     return input;
 }

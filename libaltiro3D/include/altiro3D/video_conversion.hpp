@@ -57,9 +57,9 @@ struct StereoVideo {
 /// @param video how frames hold the pictures @param frame size of a frame in px @return px
 [[nodiscard]] ALTIRO3D_EXPORT cv::Size photoSize(const StereoVideo& video, cv::Size frame);
 
-/// Halves of frames as they are shown: Automatic ones by the shape of the frame. Squeezed ones count
-/// as full if the file states that px are stretched as much, as Matroska does for films of both
-/// eyes.
+/// Halves of frames as they are shown: Automatic ones by the shape of the frame. Squeezed ones
+/// count as full if the file states that px are stretched as much, as Matroska does for films of
+/// both eyes.
 /// @param video how frames hold the pictures @param facts of the video
 /// @return Full or Squeezed
 [[nodiscard]] ALTIRO3D_EXPORT StereoHalves halvesAsShown(const StereoVideo& video,

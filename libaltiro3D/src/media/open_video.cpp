@@ -297,11 +297,11 @@ VideoInput openVideoInput(const fs::path& path, const VideoReaderOptions& option
     if (!options.isDepth && &depth != input.stream && likenessToDepth(depth) > 0) {
         const std::string title = tagOf(depth.metadata, "title");
         input.notes.push_back(
-            {NoteCode::AsItIs,
-             input.subject + ": its track " + std::to_string(depth.index) +
-                 " seems to hold depth (" + (title.empty() ? "16 bits of grey" : title) +
-                 "), so track " + std::to_string(input.stream->index) +
-                 " is read for the colours"});
+            {NoteCode::AsItIs, input.subject + ": its track " + std::to_string(depth.index) +
+                                   " seems to hold depth (" +
+                                   (title.empty() ? "16 bits of grey" : title) + "), so track " +
+                                   std::to_string(input.stream->index) +
+                                   " is read for the colours"});
     }
     return input;
 }

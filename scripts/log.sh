@@ -21,10 +21,11 @@ minutes_here() { # minutes on one core
 # how long the rest takes if it goes on like this; of other commands the present line. On a terminal one
 # line changes, else there is a line for every 10 %, and one a minute.
 show_progress() {
-    local line text begin=$SECONDS told=$SECONDS step=0 last=0 spent left
+    local line text begin=$SECONDS told=$SECONDS step=0 last=0 of=0 spent left
     while IFS= read -r line; do
         text=$line
-        if [[ $line =~ ^\[([0-9]+)/([0-9]+)\] ]]; then
+        if [[ $line =~ ^\[([1-9][0-9]*)/([1-9][0-9]*)\] ]]; then # not [0/2], before it begins
+            ((BASH_REMATCH[2] == of)) || begin=$SECONDS step=0 last=0 of=${BASH_REMATCH[2]}
             spent=$((SECONDS - begin))
             left=$((spent * (BASH_REMATCH[2] - BASH_REMATCH[1]) / BASH_REMATCH[1]))
             text="$((100 * BASH_REMATCH[1] / BASH_REMATCH[2])) %, $((spent / 60)) min $((spent % 60)) s"

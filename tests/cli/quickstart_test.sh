@@ -22,7 +22,7 @@ stand_in "$root/bin/apt-get" 'case $* in
     *--print-uris*) printf "%s\n" "'\''file:/a.deb'\'' a.deb 1500000 SHA256:0" "'\''file:/b.deb'\'' b.deb 9500000 SHA256:0" ;;
     *) seq -f "line %g of apt" 100; [[ $* != *install* || ! -e $APT_FAILS ]] ;;
     esac'
-stand_in "$root/bin/cmake" 'seq -f "line %g of cmake" 100; echo "[30/120] Building"; [[ ! -e $CMAKE_FAILS ]]'
+stand_in "$root/bin/cmake" 'seq -f "line %g of cmake" 100; echo "[0/2] Re-checking globbed directories..."; echo "[1/2] Re-checking"; echo "[30/120] Building"; [[ ! -e $CMAKE_FAILS ]]'
 stand_in "$clone/build/package/tools/photo2native" 'echo "depth: network altiro3d (altiro3d-depth.onnx)"; echo "from $PWD: $*" >"$CALL"
     echo native >"${!#}"'
 stand_in "$clone/scripts/get-models.sh" 'echo "get-models.sh $*"; [[ ! -e $NO_NETWORK ]]'

@@ -163,7 +163,7 @@ std::string CameraSlide::Impl::nameOf(const SlidePicture& picture) const {
 }
 
 PictureSteps CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pictures) {
-    const PictureSteps found = stepsOf(pictures);
+    PictureSteps found = stepsOf(pictures);
     const std::vector<double> counts(std::next(found.counts.begin()), found.counts.end());
     requireCorners(static_cast<int>(percentileOf(counts, 0.5)), name);
     const std::size_t all = pictures.size();

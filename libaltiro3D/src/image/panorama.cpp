@@ -1,5 +1,6 @@
 #include "image/panorama.hpp"
 
+#include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "image/xmp.hpp"
@@ -20,10 +21,6 @@ string_view xmpOf(string_view bytes) {
     const std::size_t begin = std::min(bytes.find("<x:xmpmeta"), bytes.size());
     const std::size_t end = bytes.find("</x:xmpmeta>", begin);
     return bytes.substr(begin, std::min(end, begin + kMost) - begin);
-}
-
-std::string quoted(const std::string& name) {
-    return name.find_first_of(" '\"$&()[];*?!`\\") == std::string::npos ? name : '"' + name + '"';
 }
 
 } // namespace
@@ -71,14 +68,14 @@ void refuseSphere(const std::filesystem::path& file, string_view bytes, cv::Size
               ":yaw=0:pitch=0:h_fov=90:v_fov=73.74:w=" + std::to_string(4 * side) +
               ":h=" + std::to_string(3 * side);
     const std::string stem = (file.parent_path() / file.stem()).string();
-    const std::string name = quoted(file.string());
+    const std::string name = shellWord(file.string());
     const bool isPair = bytes.find("GImage:Data") != string_view::npos;
     const std::string command =
         isPair ? "exiftool -b -XMP-GImage:ImageData " + name + " | ffmpeg -i " + name +
                      " -i - -filter_complex \"[0]" + filter + "[l];[1]" + filter +
-                     "[r];[l][r]hstack\" -frames:v 1 " + quoted(stem + "_LRF.png")
+                     "[r];[l][r]hstack\" -frames:v 1 " + shellWord(stem + "_LRF.png")
                : "ffmpeg -i " + name + " -vf " + filter + " -frames:v 1 " +
-                     quoted(stem + (isStacked ? "_LRF.png" : "_flat.png"));
+                     shellWord(stem + (isStacked ? "_LRF.png" : "_flat.png"));
     throw Error(ErrorCode::Unsupported, file.string(),
                 "shows " + std::to_string(cvRound(360 * across)) + " x " +
                     std::to_string(cvRound(180 * down)) +

@@ -450,12 +450,14 @@ TEST_F(Panoramas, ASphereIsRefusedInAnyFormatWithACommandThatFlattensIt) {
         {"s.jpg", withSegments(jpegOf(sphere), xmpSegment(xmp))},
         {"s.png", withPngChunks(
                       png, pngChunk("iTXt", std::string("XML:com.adobe.xmp\0\0\0\0\0", 22) + xmp))},
-        {"s.tif", encoded(".tif", sphere) + xmp}};
+        {"$s \"1\".tif", encoded(".tif", sphere) + xmp}}; // for a shell in single quotes
     for (const auto& [name, bytes] : files) {
         const auto file = directory / name;
         spill(file, bytes);
         const std::string error = errorOf([&] { static_cast<void>(readPhoto(file)); });
         EXPECT_TRUE(contains(error, "shows 360 x 180 degrees of a sphere")) << error;
+        EXPECT_TRUE(contains(error, name[0] == '$' ? "ffmpeg -i '" + file.string() + "' "
+                                                   : "ffmpeg -i " + file.string() + " "));
         EXPECT_TRUE(contains(error, "-vf v360=e:flat:yaw=0:pitch=0:h_fov=90:v_fov=73.74:w=40:h=30"))
             << error;
     }

@@ -409,9 +409,8 @@ TEST_F(WriteEyes, AFrameAndAGapAreLeftOut) {
         eyes.right.copyTo(whole(cv::Rect({frame + size.width + gap, frame + bars}, size)));
         writeImage(directory / "a_LRF.png", whole);
         Notes notes;
-        const StereoPair pair =
-            splitStereoFile(whole, StereoLayout::LeftRight, StereoHalves::Automatic,
-                            directory / "a_LRF.png", &notes);
+        StereoPair pair = splitStereoFile(whole, StereoLayout::LeftRight, StereoHalves::Automatic,
+                                          directory / "a_LRF.png", &notes);
         EXPECT_EQ(notes.size(), frame + gap + bars > 0 ? 1U : 0U);
         return pair;
     };

@@ -233,8 +233,8 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addNote("Photos and depth images may be " + readableFormats() + ".");
     commandLine.addExample("holiday.jpg native.png",
                            "Make a Native for the display that is connected.");
-    commandLine.addExample("--best -c visual.json holiday.jpg best.png",
-                           "Work on each px of the panel of that calibration.");
+    commandLine.addExample("--quick -c visual.json holiday.jpg quick.png",
+                           "Make it quickly, for the display of that calibration.");
     commandLine.addExample("-d holiday.jpg painted.png given.png", "Take the depth from an image.");
     commandLine.addExample("--save-stereo holiday_LRF.png holiday.jpg",
                            "Make only a side-by-side picture, for a headset.");

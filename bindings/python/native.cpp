@@ -77,7 +77,7 @@ void bindOptions(py::module_& m) {
         .done()
         .def("show_as", &NativeOptions::showAs, py::arg("most"),
              "Sets detail, filter and positions for the most accurate picture through the lenses.\n"
-             "Detail.Panel takes some 4 times the time of Detail.Lens and is a little better.")
+             "Detail.Panel takes 3 times the time of Detail.Lens and is no more accurate.")
         .def(
             "show_live", &NativeOptions::showLive,
             "Sets what is quick enough for every frame of a camera: method Fast at the size of\n"

@@ -484,8 +484,7 @@ class Rendering {
         options.framing.zoom = numberOr(given, "zoom", 1);
         options.depthCurve = numberOr(given, "depthCurve", 1);
         if (given["exactDepth"].isTrue()) options.refine.flaws = DepthFlaws();
-        const std::map<std::string, Detail> details{
-            {"view", Detail::View}, {"lens", Detail::Lens}, {"panel", Detail::Panel}};
+        const std::map<std::string, Detail> details{{"view", Detail::View}, {"lens", Detail::Lens}};
         const Detail detail = oneOf(given, "detail", details, Detail::Lens);
         if (detail != Detail::View && NativeMaker::obstacle(display_.quilt, options).empty())
             options.showAs(detail);

@@ -71,7 +71,7 @@ std::vector<Way> ways() {
     };
     return {
         {"default", shown(Detail::Lens)},
-        {"--best", shown(Detail::Panel)},
+        {"default, px of the panel", shown(Detail::Panel)},
         {"--quick", {}},
         {"-k", detailed(ViewPositions::Discrete)},
         {"-k --continuous", detailed(ViewPositions::Continuous)},

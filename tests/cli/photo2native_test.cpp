@@ -104,8 +104,6 @@ TEST_F(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
     };
     EXPECT_TRUE(samePicture(make({}), byLibrary(Detail::Lens)));
     EXPECT_EQ(settings(), "lens filtered continuous");
-    EXPECT_TRUE(samePicture(make("--best"), byLibrary(Detail::Panel)));
-    EXPECT_EQ(settings(), "panel filtered continuous");
     const cv::Mat quick = make("--quick");
     EXPECT_EQ(settings(), "view");
     for (const Arguments& plain :
@@ -118,8 +116,6 @@ TEST_F(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
     EXPECT_EQ(settings(), "panel");
     make("--continuous");
     EXPECT_EQ(settings(), "view continuous");
-    EXPECT_TRUE(fails(convert("--quick --best photo.png b.png"), 2,
-                      "--best and --quick exclude each other"));
 }
 
 // A quilt has views of its own size, filtered for it.
@@ -130,7 +126,6 @@ TEST_F(Photo2Native, QuiltsAreMadeAtTheSizeOfTheirViews) {
         return slurp(studio_ / "q_qs3x2a0.75.png");
     };
     const std::string usual = quilt({});
-    EXPECT_EQ(quilt("--best"), usual);
     EXPECT_NE(quilt("--quick"), usual);
     EXPECT_NE(quilt("-k"), usual);
 }
@@ -1241,31 +1236,6 @@ TEST_F(Photo2Native, SkipExistingCountsFailuresAndRefusesY) {
     EXPECT_EQ(slurp(studio / "a.png"), native);
     EXPECT_TRUE(
         fails(studio.convert(kTool, "--skip-existing photo.png photo.png"), 2, "is also an input"));
-}
-
-TEST_F(Photo2Native, BestNeedsTheDirectPath) {
-    studio_.makeClip();
-    const auto make = [&](const std::string& tool, const Arguments& more) {
-        const std::string name = outputName(tool, "a");
-        EXPECT_TRUE(
-            isDone(studio_.run(tool, Arguments{"-y"} + more + studio_.goodCall(tool, name))));
-        return slurp(studio_ / name);
-    };
-    for (const char* tool : {"photo2native", "video2native"}) {
-        const std::string best = make(tool, "--best");
-        EXPECT_EQ(best, make(tool, "--best -k --continuous"));
-        EXPECT_EQ(best == make(tool, "-k --continuous"), tool == std::string("video2native"));
-        EXPECT_NE(best, make(tool, "-k"));
-        EXPECT_NE(best, make(tool, "--continuous"));
-        EXPECT_TRUE(fails(studio_.run(tool, Arguments("--best -g") +
-                                                studio_.goodCall(tool, outputName(tool, "b"))),
-                          2, "--best reads single sub-pixels"));
-        EXPECT_TRUE(fails(studio_.run(tool, Arguments("--best --sampling linear") +
-                                                studio_.goodCall(tool, outputName(tool, "b"))),
-                          2, "--best needs no blending"));
-    }
-    EXPECT_TRUE(fails(studio_.run("video2native", "--best --from-quilt clip.mp4 b.mp4"), 2,
-                      "--from-quilt and --best exclude each other"));
 }
 
 TEST_F(Photo2Native, WarningsOfTheDisplaySurviveABadFirstPhoto) {

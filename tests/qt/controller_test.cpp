@@ -509,19 +509,14 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
                 text(framing.zoom), "--center",
                 text(framing.centre.x) + "," + text(framing.centre.y)});
     controller_.undoStack().undo();
-    for (const bool best : {false, true}) {
-        knobs.automatic = {true, true, true};
-        knobs.best = best;
-        controller_.turn(knobs, "all");
-        ASSERT_TRUE(waitForFrame());
-        const Knobs chosen = controller_.frame().setup.knobs;
-        EXPECT_GT(chosen.framing.centre.x, 0.6);
-        EXPECT_GT(chosen.views.focus, 0.8);
-        EXPECT_NE(chosen.views.strengthPercent, 7.5);
-        QStringList options{"--fit", "auto", "--focus", "auto", "--strength", "auto"};
-        if (best) options << "--best";
-        expectSame(options, !best);
-    }
+    knobs.automatic = {true, true, true};
+    controller_.turn(knobs, "all");
+    ASSERT_TRUE(waitForFrame());
+    const Knobs chosen = controller_.frame().setup.knobs;
+    EXPECT_GT(chosen.framing.centre.x, 0.6);
+    EXPECT_GT(chosen.views.focus, 0.8);
+    EXPECT_NE(chosen.views.strengthPercent, 7.5);
+    expectSame({"--fit", "auto", "--focus", "auto", "--strength", "auto"});
     // the user takes over from what is shown
     const Framing shownFrame = controller_.frame().setup.knobs.framing;
     controller_.moveFrame({0.1, 0}, 1);
@@ -667,26 +662,17 @@ TEST_F(ViewerController, ASmallPhotoIsShownWithTheZoomOfALargeOne) {
     }
 }
 
-TEST_F(ViewerController, TheBestNativeIsThatOfTheTool) {
+TEST_F(ViewerController, TheNativeByMethodRealIsThatOfTheTool) {
     openPhoto();
     controller_.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
     const cv::Mat usual = picture().clone();
     Knobs knobs = controller_.knobs();
-    knobs.best = true;
-    controller_.turn(knobs, "best Native");
-    ASSERT_TRUE(waitForFrame());
-    EXPECT_EQ(exportTo(Product::Native, folder_ / "n.png"), "");
-    photo2native({"--best"}, "tool-n.png");
-    EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png"));
-    EXPECT_TRUE(samePicture(picture(), readPhoto(folder_ / "tool-n.png")));
-    EXPECT_FALSE(samePicture(picture(), usual));
     knobs.views.method = ViewMethod::Real; // makes whole views only
     controller_.turn(knobs, "method");
     EXPECT_EQ(exportTo(Product::Native, folder_ / "r.png"), "");
     photo2native({"-g"}, "tool-r.png");
     EXPECT_EQ(slurp(folder_ / "r.png"), slurp(folder_ / "tool-r.png"));
-    controller_.undoStack().undo();
     controller_.undoStack().undo();
     ASSERT_TRUE(waitForFrame());
     EXPECT_TRUE(samePicture(picture(), usual));

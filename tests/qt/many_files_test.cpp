@@ -31,7 +31,6 @@ Knobs otherKnobs() {
     knobs.automatic = {true, false, true};
     knobs.depthCurve = 1.5;
     knobs.depth = "tiny";
-    knobs.best = true;
     knobs.columns = 5;
     knobs.rows = 9;
     return knobs;
@@ -293,7 +292,6 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
     select(controller, 1);
     Knobs knobs = controller.knobs();
     knobs.depth = "tiny";
-    knobs.best = true;
     controller.turn(knobs, "all");
     const BatchReport report = exportAll(controller, folder_ / "natives");
     EXPECT_EQ(report.written, 2u);
@@ -306,7 +304,7 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
     photo2native({"-d", "--fit", "cover", "--strength", "7.5", "--focus", "0.25"},
                  {at("photos/a.png"), at("photos/a-depth.png"), at("tool-a.png")});
     EXPECT_EQ(slurp(native("a_native.png")), slurp(folder_ / "tool-a.png"));
-    photo2native({"--best"}, {at("photos/b.jpg"), at("tool-b.png")});
+    photo2native({}, {at("photos/b.jpg"), at("tool-b.png")});
     EXPECT_EQ(slurp(native("b_native.png")), slurp(folder_ / "tool-b.png"));
 
     for (const int index : {0, 1}) { // what the window shows

@@ -178,10 +178,9 @@ TEST_F(ViewerWindow, EverySettingHasATip) {
             << tip.toPlainText().toStdString();
     };
     for (const char* name :
-         {"reading",      "fit",         "depth",     "depthImage",  "strength",
-          "autoStrength", "focus",       "autoFocus", "betterDepth", "depthCurve",
-          "eyesStrength", "method",      "best",      "fill",        "refinement",
-          "parallax",     "calibration", "columns",   "rows",        "reset"})
+         {"reading", "fit", "depth", "depthImage", "strength", "autoStrength", "focus", "autoFocus",
+          "betterDepth", "depthCurve", "eyesStrength", "method", "fill", "refinement", "parallax",
+          "calibration", "columns", "rows", "reset"})
         expectTip(panel().findChild<QWidget*>(name));
     for (const QWidget* widget : panel().findChildren<QWidget*>()) {
         const auto* const label = qobject_cast<const QLabel*>(widget);
@@ -258,7 +257,7 @@ TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
     expectReadable();
     for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText})
         EXPECT_GT(panel().palette().color(QPalette::Disabled, role).lightness(), 130);
-    const QImage box = panel().findChild<QCheckBox*>("best")->grab().toImage();
+    const QImage box = panel().findChild<QCheckBox*>("autoFocus")->grab().toImage();
     int lightest = 0; // of the box's left side
     for (int y = 0; y < box.height(); ++y)
         for (int x = 0; x < 4; ++x)
@@ -533,17 +532,11 @@ TEST_F(ViewerWindow, PanelsShowOnlyWhatTheMethodHas) {
     EXPECT_EQ(knobs().views.method, ViewMethod::Fast);
     EXPECT_FALSE(fill->isVisible());
     EXPECT_TRUE(refinement->isVisible());
-    auto* best = panel().findChild<QCheckBox*>("best");
-    EXPECT_TRUE(best->isEnabled());
-    method->setCurrentIndex(method->findText("Real"));
-    EXPECT_FALSE(best->isEnabled());
 }
 
 TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     openPhoto();
     panel().strength().slider().setValue(175);
-    panel().findChild<QCheckBox*>("best")->click();
-    EXPECT_TRUE(knobs().best);
     panel().findChild<KnobSlider*>("depthCurve")->slider().setValue(150);
     EXPECT_EQ(knobs().depthCurve, 1.5);
     EXPECT_EQ(entry("Undo depth curve") != nullptr, true);
@@ -582,8 +575,6 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     files().setCurrentIndex(files().model()->index(0, 0));
     ASSERT_TRUE(waitFor([this] { return !busy(); }));
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5); // of this photo
-    EXPECT_TRUE(knobs().best);
-    EXPECT_TRUE(panel().findChild<QCheckBox*>("best")->isChecked());
     EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
     EXPECT_EQ(panel().findChild<KnobSlider*>("depthCurve")->value(), 1.5);
 }

@@ -88,7 +88,6 @@ Budget::Budget(const CommandLine& commandLine)
                         {"method", "g", "fill", "borders", "refine", "inpaint-from", "camera"});
     advice_ = "smaller views (-r) take less";
     if (commandLine.has("k")) advice_ = "it takes less without -k";
-    if (commandLine.has("best")) advice_ = "it takes less without --best";
 }
 
 void Budget::measure(const std::string& work, const std::vector<NamedViewOptions>& settings,

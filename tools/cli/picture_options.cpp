@@ -98,42 +98,27 @@ Framing framingOption(const CommandLine& commandLine, FitMode fit, bool isAuto) 
 
 // Refuses what continuous positions rule out.
 void requireContinuous(const CommandLine& commandLine, const SceneOptions& options) {
-    const std::string& option = options.continuous;
-    if (option.empty()) return;
+    if (!options.mustBeContinuous) return;
     if (commandLine.has("m")) {
-        throw UsageError(
-            option + " needs the exact directions of the lenses, but a map (-m) has whole views "
-                     "only; expected -c instead of -m");
+        throw UsageError("--continuous needs the exact directions of the lenses, but a map (-m) "
+                         "has whole views only; expected -c instead of -m");
     }
     if (options.native.views.method == ViewMethod::Real) {
-        throw UsageError(option + " reads single sub-pixels, but method real makes whole views "
-                                  "only; expected --method layered or fast with it");
+        throw UsageError("--continuous reads single sub-pixels, but method real makes whole views "
+                         "only; expected --method layered or fast with it");
     }
     if (options.native.sampling.blends()) {
-        throw UsageError(option + " needs no blending: --view-filter and --sampling blend views "
-                                  "of a quilt; expected it without them");
+        throw UsageError("--continuous needs no blending: --view-filter and --sampling blend "
+                         "views of a quilt; expected it without them");
     }
 }
 
-// How much is made of a scene.
-enum class Way {
-    AsAsked, // what single options ask for
-    Lens,    // all that the lenses show: the plain command for photos
-    Best     // --best
-};
-
-// Without options that ask for another way, photos are made by Way::Lens.
-Way wayOf(const CommandLine& commandLine, bool isPhoto) {
-    const auto has = [&](const char* option) { return commandLine.has(option); };
-    if (has("best")) {
-        if (isPhoto && has("quick"))
-            throw UsageError("--best and --quick exclude each other, expected one of them");
-        return Way::Best;
-    }
+// Whether no option asks for another way than all that the lenses show of a photo.
+bool isPlain(const CommandLine& commandLine) {
     const auto others = {"quick",    "m",      "g", "method",    "view-filter",
                          "sampling", "budget", "k", "continuous"};
-    const bool isPlain = isPhoto && std::none_of(others.begin(), others.end(), has);
-    return isPlain ? Way::Lens : Way::AsAsked;
+    return std::none_of(others.begin(), others.end(),
+                        [&](const char* option) { return commandLine.has(option); });
 }
 
 bool isContinuous(const NativeOptions& options) {
@@ -221,9 +206,6 @@ void addNativeOptions(CommandLine& commandLine) {
         {"continuous"},
         "Compute each sub-pixel for the exact direction in which its lens sends it, not for the "
         "nearest view. Not with -g, -m, --view-filter and --sampling.");
-    commandLine.add({"best"},
-                    "Work on each px of the panel; takes several times as long, and photos gain "
-                    "little.");
 }
 
 void addQuickOption(CommandLine& commandLine) {
@@ -253,11 +235,8 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
     native.depthCurve = commandLine.number("depth-curve", 0.5, 2).value_or(1);
     if (has("k")) native.detail = Detail::Panel;
     if (has("continuous")) native.positions = ViewPositions::Continuous;
-    const Way way = wayOf(commandLine, isPhoto); // a plain photo: Detail::Lens
-    if (way != Way::AsAsked) native.showAs(way == Way::Best ? Detail::Panel : Detail::Lens);
-    if (!isPhoto) native.lensFilter = false;
-    if (way == Way::Best) options.continuous = "--best";
-    if (has("continuous")) options.continuous = "--continuous";
+    if (isPhoto && isPlain(commandLine)) native.showAs(Detail::Lens);
+    options.mustBeContinuous = has("continuous");
     native.sampling = samplingOption(commandLine);
     if (isPhoto) {
         options.unasked.framing = !has("fit") && !has("center");
@@ -277,8 +256,8 @@ NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& disp
     const std::string why =
         display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
     if (isContinuous(options) && !why.empty()) {
-        if (!asked.continuous.empty())
-            throw UsageError(asked.continuous + ": " + why + ", expected fewer (-q)");
+        if (asked.mustBeContinuous)
+            throw UsageError("--continuous: " + why + ", expected fewer (-q)");
         options.detail = Detail::View; // without what showAs() sets
         options.lensFilter = false;
         options.positions = ViewPositions::Discrete;

@@ -27,19 +27,19 @@ void addDepthCurveOption(CommandLine& commandLine);
 void addRefineOption(CommandLine& commandLine);
 /// --method -g --strength --focus --exact-depth -k, and the options of the methods
 void addViewOptions(CommandLine& commandLine, AutoUse use);
-/// --continuous --best
+/// --continuous
 void addNativeOptions(CommandLine& commandLine);
 /// --quick
 void addQuickOption(CommandLine& commandLine);
 
 /// How scenes are shown.
 struct SceneOptions {
-    NativeOptions native;   ///< What is chosen automatically has its default value.
-    AutoChoices choices;    ///< What is chosen for each scene.
-    AutoChoices unasked;    ///< Those of them that no option asks for.
-    std::string continuous; ///< "--best" or "--continuous", if given: it must be possible.
+    NativeOptions native;          ///< What is chosen automatically has its default value.
+    AutoChoices choices;           ///< What is chosen for each scene.
+    AutoChoices unasked;           ///< Those of them that no option asks for.
+    bool mustBeContinuous = false; ///< --continuous: fails if it is not possible.
 };
-/// Reads the options of views and sampling, --fit, --center, --zoom, -k, --best and --continuous.
+/// Reads the options of views and sampling, --fit, --center, --zoom, -k and --continuous.
 /// @param use Photos: more is made of them, as by NativeOptions::showAs(), unless
 ///        --quick or an option that asks for something else is given; framing and focus are chosen
 ///        and the strength is limited, unless options state them

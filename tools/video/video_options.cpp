@@ -119,7 +119,6 @@ VideoPlan planVideo(const CommandLine& commandLine) {
                                              "g",
                                              "method",
                                              "continuous",
-                                             "best",
                                              "strength",
                                              "focus",
                                              "stereo",

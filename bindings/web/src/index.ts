@@ -58,8 +58,8 @@ export interface Options {
   depthCurve?: number;
   /** Leaves the edges of the depth where they are. */
   exactDepth?: boolean;
-  /** Detail that is kept: view (as published, quick), lens (default) or panel. Real has view only. */
-  detail?: "view" | "lens" | "panel";
+  /** Detail that is kept: view (as published, quick) or lens (default). Real has view only. */
+  detail?: "view" | "lens";
 }
 
 export interface Chosen {

@@ -292,7 +292,6 @@ const checks = {
       ["layered", { method: "layered", detail: "view" }, ["--method", "layered"]],
       ["real", { method: "real", detail: "view" }, ["-g"]],
       ["usual", {}, []],
-      ["best", { detail: "panel" }, ["--best"]],
       ["given", { fit: "cover", focus: 0.3, strength: 14, detail: "view" }, "--quick --fit cover --focus 0.3 --strength 14".split(" ")],
     ];
     for (const [name, , options] of settings) {

@@ -118,7 +118,7 @@ struct NativeOptions : PlacementOptions {
 
     /// Sets detail, filter and positions so that the picture through the lenses is the most
     /// accurate one.
-    /// @param most Panel: some 4 times the time of Lens, a little more accurate
+    /// @param most Lens; Panel takes 3 times the time and is no more accurate (docs/tradeoff.md)
     void showAs(Detail most) {
         detail = most;
         lensFilter = true;

@@ -21,7 +21,7 @@ namespace {
 
 auto parts(const Knobs& k) {
     return std::tuple_cat(std::tie(k.views, k.fit, k.framing, k.isFramingChosen, k.depthCurve,
-                                   k.depth, k.best, k.columns, k.rows),
+                                   k.depth, k.columns, k.rows),
                           AutoChoices::fields(k.automatic));
 }
 
@@ -81,7 +81,6 @@ Json jsonOf(const Knobs& knobs) {
               knobs.automatic.limit}},
             {"depthCurve", knobs.depthCurve},
             {"depth", knobs.depth},
-            {"best", knobs.best},
             {"views", {knobs.columns, knobs.rows}}};
 }
 
@@ -123,7 +122,6 @@ Knobs knobsOf(const Json& json) {
         knobs.depthCurve = numberOf(json["depthCurve"], kMinDepthCurve, kMaxDepthCurve);
     knobs.depth = json.at("depth").get<std::string>();
     if (knobs.depth.size() > kMaxName) throw Error(ErrorCode::BadFormat, "depth", "is too long");
-    knobs.best = json.at("best").get<bool>();
     knobs.columns = static_cast<int>(numberOf(json.at("views").at(0), 0, kMaxViewsAcross));
     knobs.rows = static_cast<int>(numberOf(json.at("views").at(1), 0, kMaxViewsAcross));
     validate(v);

@@ -34,7 +34,6 @@ struct Knobs {
     AutoChoices automatic{true, true, false, true};
     double depthCurve = 1;          ///< See PlacementOptions::depthCurve.
     std::string depth = kBestDepth; ///< One of the two names above, or a network's name.
-    bool best = false;              ///< See makesBestNative().
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.
     int rows = 0;                   ///< Rows of the quilt; 0: the display's default.
 };
@@ -51,12 +50,6 @@ inline Knobs ofVideo(Knobs knobs) {
 bool operator==(const Knobs& a, const Knobs& b);
 inline bool operator!=(const Knobs& a, const Knobs& b) {
     return !(a == b);
-}
-
-/// True if the Native is made as by photo2native --best. Never with method Real, which makes whole
-/// views only.
-inline bool makesBestNative(const Knobs& knobs) {
-    return knobs.best && knobs.views.method != ViewMethod::Real;
 }
 
 /// The quilt layout for a display: its default, with the columns and rows of the settings.

@@ -28,19 +28,15 @@ Scene sceneOf(const Setup& setup) {
     return {setup.document->picture, setup.depth, setup.hidden, {}, setup.edges};
 }
 
-// Options for the Native of a photo: as in photo2native, with --best if the settings say best.
-// Those of video frames are as in video2native.
+// Options for the Native of a photo as in photo2native, of a video's frame as in video2native.
 NativeOptions nativeOptions(const Setup& setup) {
     const Knobs& knobs = setup.knobs;
     NativeOptions options;
     options.views = knobs.views;
     options.fit = knobs.fit;
     if (setup.isDraft) return options;
-    if (makesBestNative(knobs)) {
-        options.showAs(Detail::Panel);
-    } else if (!setup.document->video && knobs.views.method == ViewMethod::Layered) {
+    if (!setup.document->video && knobs.views.method == ViewMethod::Layered)
         options.showAs(Detail::Lens);
-    }
     return options;
 }
 

@@ -105,7 +105,7 @@ struct Studio::State {
     Fitted preview;
     Kept<FitKey, cv::Mat> photo; // of the preview
     Fitted tiles;
-    Fitted panel; // for the best Native
+    Fitted panel; // for the Native of a photo
     // Document, depth, display, settings, and whether it is a draft.
     using NativeKey = std::tuple<DocumentPointer, std::string, DisplayPointer, Knobs, bool>;
     Kept<std::pair<std::string, NativeKey>, Knobs> chosen; // with the file of a video

@@ -97,10 +97,6 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
     if (!knobs.automatic.framing)
         native.framing =
             allowed(knobs.framing, {document.picture.size(), display.aspect(), knobs.fit});
-    if (makesBestNative(knobs)) {
-        native.detail = Detail::Panel;
-        native.positions = ViewPositions::Continuous;
-    }
     job.depth.medium = tools::Medium::Video;
     job.depth.isFlat = document.source.reading == Reading::Photo;
     if (document.eyes && document.source.reading != Reading::Automatic)

@@ -84,11 +84,6 @@ constexpr Tip kTips[] = {
          "tips",
          "How the views are made. Layered has the cleanest edges; Fast is quick; Real works like a "
          "camera that moves.")},
-    {"best",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "Renders the Native with all pixels of the display. It is slower, and not possible with "
-         "the method Real.")},
     {"fill",
      QT_TRANSLATE_NOOP(
          "tips", "What appears behind the edges of near things, where the photo shows nothing.")},
@@ -252,7 +247,6 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                       {{tr("Layered"), int(ViewMethod::Layered)},
                        {tr("Fast"), int(ViewMethod::Fast)},
                        {tr("Real"), int(ViewMethod::Real)}});
-    best_ = named(new QCheckBox(tr("Best (slower)")), "best", tr("Best Native, slower"));
     strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
                                standard.views.strengthPercent, tr(" %"), kMostStrength);
     eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
@@ -319,7 +313,6 @@ void KnobPanel::connectKnobs() {
         connect(box, qOverload<int>(&QComboBox::currentIndexChanged), this,
                 [this, what = what] { turn(what); });
     }
-    connect(best_, &QCheckBox::toggled, this, [this] { turn(tr("best Native")); });
     connect(refinement_, qOverload<int>(&QSpinBox::valueChanged), this,
             [this] { turn(tr("refinement")); });
     for (QSpinBox* box : {columns_, rows_}) {
@@ -381,7 +374,6 @@ void KnobPanel::build() {
     eyesStrengthLabel_ = form->labelForField(eyesStrength_);
     form->addRow(tr("Focus"), rowOf(focus_, autoFocus_));
     form->addRow(tr("Method"), method_);
-    form->addRow(tr("Native"), best_);
     const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field) {
         form->addRow(label, field);
         ofMethod_.emplace_back(method, field);
@@ -451,7 +443,6 @@ Knobs KnobPanel::read() const {
                                         : static_cast<FitMode>(fit_->currentData().toInt());
     knobs.depthCurve = depthCurve_->value();
     knobs.depth = depth_->currentData().toString().toStdString();
-    knobs.best = best_->isChecked();
     return knobs;
 }
 
@@ -465,8 +456,6 @@ void KnobPanel::show(const Knobs& knobs) {
     shown_ = knobs;
     const ViewOptions& views = knobs.views;
     choose(*method_, int(views.method));
-    best_->setChecked(knobs.best);
-    best_->setEnabled(views.method != ViewMethod::Real);
     autoStrength_->setChecked(knobs.automatic.strength);
     autoFocus_->setChecked(knobs.automatic.focus);
     if (!knobs.automatic.strength) strength_->setValue(views.strengthPercent);

@@ -105,7 +105,6 @@ class KnobPanel : public QWidget {
     QToolButton* betterDepth_;
     KnobSlider* depthCurve_;
     QComboBox* method_;
-    QCheckBox* best_;
     KnobSlider* strength_;
     QCheckBox* autoStrength_;
     KnobSlider* eyesStrength_;

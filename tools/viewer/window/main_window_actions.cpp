@@ -431,7 +431,6 @@ void MainWindow::readSettings() {
                        settings.value("limitStrength", standard.limit).toBool()};
     knobs.depthCurve = std::clamp(settings.value("depthCurve", knobs.depthCurve).toDouble(),
                                   kMinDepthCurve, kMaxDepthCurve);
-    knobs.best = settings.value("best", knobs.best).toBool();
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
     try {
@@ -474,7 +473,6 @@ void MainWindow::writeSettings() const {
     settings.setValue("autoStrength", knobs.automatic.strength);
     settings.setValue("limitStrength", knobs.automatic.limit);
     settings.setValue("depthCurve", knobs.depthCurve);
-    settings.setValue("best", knobs.best);
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     const tools::EyesOptions& eyes = controller_.eyes();
     settings.setValue("eyes", altiro3D::nameOf(eyes.picture).option);

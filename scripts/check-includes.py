@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOMS = ["base", "display", "image", "media",
          "depth/map", "depth/refine", "depth/network", "depth/source", "depth/stereo", "slide",
-         "views", "views/fast", "views/real", "views/layered", "scene", "native",
+         "views", "views/fast", "views/real", "views/layered", "scene", "native", "recipe",
          "video/motion", "video/conversion", "video/chunks"]
 # Public headers without a source of their name.
 HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "image_io": "image",

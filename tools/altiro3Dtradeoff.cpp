@@ -443,10 +443,10 @@ TradeJob tradeJob(const CommandLine& commandLine) {
     job.disparityScale =
         commandLine.number("disparity-scale", 1e-6, 1e6).value_or(job.disparityScale);
     const SceneOptions scene = sceneOptions(commandLine, AutoUse::None);
-    if (scene.choices.any())
+    if (scene.recipe.choices.any())
         throw UsageError("--strength and --focus: auto is not possible here, expected a number");
-    job.views = scene.native.views;
-    job.refine = scene.native.refine;
+    job.views = scene.recipe.views;
+    job.refine = scene.recipe.refine;
     job.depth = depthOptions(commandLine);
     job.names = commandLine.files();
     const std::size_t wanted = job.hasTruth() ? 0 : job.depth.fromFiles ? 2 : 1;

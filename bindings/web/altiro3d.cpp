@@ -6,6 +6,7 @@
 #include <altiro3D/error.hpp>
 #include <altiro3D/image_io.hpp>
 #include <altiro3D/native_maker.hpp>
+#include <altiro3D/recipe.hpp>
 #include <altiro3D/sway.hpp>
 #include <altiro3D/version.hpp>
 
@@ -98,10 +99,6 @@ cv::Mat depthOf(const val& depth) {
 
 bool isGiven(const val& options, const char* name) {
     return !options[name].isUndefined() && !options[name].isNull();
-}
-
-bool isAuto(const val& options, const char* name) {
-    return options[name].isString() && options[name].as<std::string>() == "auto";
 }
 
 double numberOr(const val& options, const char* name, double usual) {
@@ -310,12 +307,12 @@ class StoredDepth {
         refuseVrName(name_);
         const std::optional<SceneName> name = parseSceneName(name_);
         if (!name || name->contents != SceneName::Contents::Eyes) return {};
-        return matchedDepth(*name, photo, &notes).value_or(PhotoDepth());
+        return matchedDepth(*name, photo, name_, bytes_, &notes).value_or(PhotoDepth());
     }
 
     std::optional<StereoPair> pairOf(const cv::Mat& photo, const cv::Mat& eye, Notes& notes) const {
         const MarkedEyes marked = findMarkedEyes(name_, bytes_, &notes);
-        if (marked.eyes) return splitMarkedEyes(photo, marked, name_);
+        if (marked.eyes) return splitMarkedEyes(photo, marked, name_, &notes);
         if (eye_.coded.empty()) return std::nullopt;
         const char* problem = "it is damaged";
         if (eye.channels() == 4) {
@@ -418,6 +415,28 @@ class Estimate {
     std::vector<cv::Mat> depths_;
 };
 
+// The settings of a picture. What is not given is chosen as photo2native does.
+// @param given with the fields of a recipe; "depth-curve" is depthCurve
+Recipe recipeOf(const val& given) {
+    Recipe recipe;
+    recipe.choices = {!isGiven(given, "fit"), !isGiven(given, "focus"), false,
+                      !isGiven(given, "strength")};
+    for (const RecipeField& field : recipeFields()) {
+        std::string name;
+        for (std::size_t i = 0; i < field.name.size(); ++i) {
+            const bool isNewWord = i > 0 && field.name[i - 1] == '-';
+            if (field.name[i] != '-')
+                name += isNewWord ? static_cast<char>(field.name[i] - 'a' + 'A') : field.name[i];
+        }
+        if (!isGiven(given, name.c_str())) continue;
+        const auto text = given[name].call<std::string>("toString");
+        if (!field.read(recipe, text))
+            throw Error(ErrorCode::InvalidArgument, name,
+                        "is \"" + shortened(text) + "\", expected " + field.expected);
+    }
+    return recipe;
+}
+
 // A scene on a display
 class Rendering {
   public:
@@ -460,37 +479,14 @@ class Rendering {
     const NativeOptions& options() const { return maker_.options(); }
 
     NativeMaker makerOf(const val& given) const {
-        NativeOptions options;
-        options.views.method = oneOf(given, "method",
-                                     {{"fast", ViewMethod::Fast},
-                                      {"real", ViewMethod::Real},
-                                      {"layered", ViewMethod::Layered}},
-                                     ViewMethod::Layered);
-        AutoChoices choices;
-        choices.strength = isAuto(given, "strength");
-        choices.limit = !isGiven(given, "strength");
-        choices.focus = isAuto(given, "focus") || !isGiven(given, "focus");
-        if (!choices.strength && !choices.limit)
-            options.views.strengthPercent = numberOr(given, "strength", 0);
-        if (!choices.focus) options.views.focus = numberOr(given, "focus", 0);
-        choices.framing = isAuto(given, "fit") || !isGiven(given, "fit");
-        if (!choices.framing) {
-            options.fit = oneOf(given, "fit",
-                                {{"cover", FitMode::Cover},
-                                 {"contain", FitMode::Contain},
-                                 {"stretch", FitMode::Stretch}},
-                                FitMode::Cover);
-        }
-        options.framing.zoom = numberOr(given, "zoom", 1);
-        options.depthCurve = numberOr(given, "depthCurve", 1);
-        if (given["exactDepth"].isTrue()) options.refine.flaws = DepthFlaws();
-        const std::map<std::string, Detail> details{{"view", Detail::View}, {"lens", Detail::Lens}};
-        const Detail detail = oneOf(given, "detail", details, Detail::Lens);
-        if (detail != Detail::View && NativeMaker::obstacle(display_.quilt, options).empty())
-            options.showAs(detail);
-        static_cast<PlacementOptions&>(options) =
-            chooseFromScene(scene_, display_.aspect(), display_.quilt, options, choices).options;
-        return NativeMaker(display_, options);
+        Recipe recipe = recipeOf(given);
+        if (!isGiven(given, "detail")) recipe.detail = Detail::Lens;
+        if (recipe.detail != Detail::View && NativeMaker::obstacle(display_.quilt, recipe).empty())
+            recipe.showAs(recipe.detail);
+        static_cast<PlacementOptions&>(recipe) =
+            chooseFromScene(scene_, display_.aspect(), display_.quilt, recipe, recipe.choices)
+                .options;
+        return NativeMaker(display_, recipe);
     }
 
     const cv::Mat& makeNative() {

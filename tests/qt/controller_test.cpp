@@ -509,7 +509,7 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
                 text(framing.zoom), "--center",
                 text(framing.centre.x) + "," + text(framing.centre.y)});
     controller_.undoStack().undo();
-    knobs.automatic = {true, true, true};
+    knobs.choices = {true, true, true};
     controller_.turn(knobs, "all");
     ASSERT_TRUE(waitForFrame());
     const Knobs chosen = controller_.frame().setup.knobs;
@@ -520,15 +520,15 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     // the user takes over from what is shown
     const Framing shownFrame = controller_.frame().setup.knobs.framing;
     controller_.moveFrame({0.1, 0}, 1);
-    EXPECT_FALSE(controller_.knobs().automatic.framing);
+    EXPECT_FALSE(controller_.knobs().choices.framing);
     EXPECT_LT(controller_.knobs().framing.centre.x, shownFrame.centre.x);
     EXPECT_GT(controller_.knobs().framing.centre.x, 0.5);
     ASSERT_TRUE(waitForFrame());
     controller_.focusAt(0.05, 0.05);
-    EXPECT_FALSE(controller_.knobs().automatic.focus);
-    EXPECT_TRUE(controller_.knobs().automatic.strength);
+    EXPECT_FALSE(controller_.knobs().choices.focus);
+    EXPECT_TRUE(controller_.knobs().choices.strength);
     controller_.undoStack().undo();
-    EXPECT_TRUE(controller_.knobs().automatic.focus);
+    EXPECT_TRUE(controller_.knobs().choices.focus);
 }
 
 TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
@@ -548,7 +548,7 @@ TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
             request.document = document;
             request.display = display;
             request.area = {150, 200};
-            request.knobs.automatic = {true, true, true};
+            request.knobs.choices = {true, true, true};
             centres.push_back(studio.render(request).setup.knobs.framing.centre.x);
         }
         return centres;

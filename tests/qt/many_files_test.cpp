@@ -28,7 +28,7 @@ Knobs otherKnobs() {
     knobs.views.layered.fill = LayeredFill::Continue;
     knobs.framing = {{0.4, 0.6}, 1.5};
     knobs.isFramingChosen = true;
-    knobs.automatic = {true, false, true};
+    knobs.choices = {true, false, false, true};
     knobs.depthCurve = 1.5;
     knobs.depth = "tiny";
     knobs.columns = 5;
@@ -97,9 +97,9 @@ TEST_F(ViewerKnobStore, BrokenFilesAreNotUsedAndSaidSo) {
     };
     const std::string half = good.substr(0, good.size() / 2);
     for (const std::string& text :
-         {std::string(), std::string("[]"), std::string("{\"version\":1}"), half,
+         {std::string(), std::string("[]"), std::string("{\"version\":2}"), half,
           std::string("\xff\xfe"), std::string(1000000, '['),
-          replaced("\"version\": 1", "\"version\": 2"),
+          replaced("\"version\": 2", "\"version\": 1"),
           std::string(KnobStore::kMaxBytes + 1, ' ')}) {
         spill(file_, text);
         const KnobStore store(file_);
@@ -110,8 +110,8 @@ TEST_F(ViewerKnobStore, BrokenFilesAreNotUsedAndSaidSo) {
     for (const auto& [from, to] :
          {std::pair{"\"strength\": 12.5", "\"strength\": -1"},
           std::pair{"\"focus\": 0.3", "\"focus\": \"x\""},
-          std::pair{"\"zoom\": 1.5", "\"zoom\": 1e9"}, std::pair{"\"fit\": 0", "\"fit\": 77"},
-          std::pair{"\"best\"", "\"worst\""}}) {
+          std::pair{"\"zoom\": 1.5", "\"zoom\": 1e9"}, std::pair{"\"fit\": \"auto\"", "\"fit\": 0"},
+          std::pair{"\"method\"", "\"best\""}}) {
         spill(file_, replaced(from, to));
         const KnobStore store(file_);
         EXPECT_FALSE(store.find(photo_)) << to;
@@ -134,7 +134,7 @@ TEST_F(ViewerKnobStore, SaysThatNothingCanBeKept) {
 }
 
 TEST_F(ViewerKnobStore, DropsTheOldestOfTooMany) {
-    std::string text = "{\"version\":1,\"photos\":[";
+    std::string text = "{\"version\":2,\"photos\":[";
     {
         KnobStore store(file_);
         store.set(photo_, otherKnobs());
@@ -190,7 +190,7 @@ class ViewerManyFiles : public ::testing::Test {
         Knobs knobs = controller.knobs();
         knobs.views.strengthPercent = strength;
         knobs.views.focus = focus;
-        knobs.automatic = {};
+        knobs.choices = {};
         controller.turn(knobs, "both");
     }
     static BatchReport exportAll(Controller& controller, const fs::path& folder) {
@@ -252,18 +252,18 @@ TEST_F(ViewerManyFiles, PhotosAreChosenForVideosAreNotUnlessAsked) {
     Controller controller(display_);
     openFolder(controller);
     EXPECT_EQ(controller.knobs(), Knobs());
-    EXPECT_TRUE(controller.knobs().automatic.framing);
+    EXPECT_TRUE(controller.knobs().choices.framing);
     controller.open(std::vector<fs::path>{folder_ / "v.mkv"});
     ASSERT_TRUE(waitFor([&] { return !controller.isBusy(); }));
-    EXPECT_FALSE(controller.knobs().automatic.any());
+    EXPECT_FALSE(controller.knobs().choices.any());
     controller.resetKnobs();
-    EXPECT_FALSE(controller.knobs().automatic.any());
+    EXPECT_FALSE(controller.knobs().choices.any());
     Knobs knobs = controller.knobs();
-    knobs.automatic.focus = true;
+    knobs.choices.focus = true;
     controller.turn(knobs, "focus");
     select(controller, 0);
     select(controller, static_cast<int>(controller.sources().size()) - 1);
-    EXPECT_TRUE(controller.knobs().automatic.focus);
+    EXPECT_TRUE(controller.knobs().choices.focus);
 }
 
 TEST_F(ViewerManyFiles, SettingsAreCopiedToAllButNotTheFrame) {
@@ -280,7 +280,7 @@ TEST_F(ViewerManyFiles, SettingsAreCopiedToAllButNotTheFrame) {
     select(controller, 1);
     EXPECT_EQ(controller.knobs().views.strengthPercent, 15);
     EXPECT_EQ(controller.knobs().framing.zoom, zoom);
-    EXPECT_FALSE(controller.knobs().automatic.any());
+    EXPECT_FALSE(controller.knobs().choices.any());
     EXPECT_EQ(controller.standardKnobs().views.strengthPercent, 15);
     EXPECT_EQ(controller.standardKnobs().framing, Framing());
 }

@@ -248,7 +248,7 @@ TEST_F(ViewerPaintController, StrokesLeaveTheSwayVideoTheWholePhoto) {
     const cv::Size whole = videoSize();
     stroke({}, {{0.5, 0.5}});
     ASSERT_TRUE(settle());
-    EXPECT_FALSE(controller_.knobs().automatic.any());
+    EXPECT_FALSE(controller_.knobs().choices.any());
     EXPECT_EQ(videoSize(), whole);
     controller_.zoomFrame({0.5, 0.5}, 1.5, 0); // by the user
     ASSERT_TRUE(settle());
@@ -332,7 +332,7 @@ TEST_F(ViewerPaintWindow, AKeyShowsTheBarAndEscapeHidesIt) {
 TEST_F(ViewerPaintWindow, TheMousePaintsAndCtrlZUndoes) {
     beginToPaint();
     press("Farther");
-    ASSERT_TRUE(controller().knobs().automatic.any());
+    ASSERT_TRUE(controller().knobs().choices.any());
     Knobs chosen = ofVideo(controller().frame().setup.knobs);
     chosen.isFramingChosen = true;
     const QPoint middle = picture().rect().center();

@@ -131,7 +131,7 @@ TEST_F(PlayedVideo, IsTheWrittenOneWithItsOwnDepth) {
     const QStringList options{"--rgbd", "right"};
     expectSame(folder_ / "clip_rgbd.mkv", options, ofVideo(Knobs()));
     Knobs knobs = ofVideo(Knobs());
-    knobs.automatic.focus = true;
+    knobs.choices.focus = true;
     expectSame(folder_ / "clip_rgbd.mkv", options + QStringList{"--focus", "auto"}, knobs);
 }
 

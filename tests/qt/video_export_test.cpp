@@ -114,7 +114,7 @@ TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
     EXPECT_EQ(bytesOf("other.mkv"), bytesOf("tool.mkv"));
 
     knobs = Knobs();
-    knobs.automatic = {true, true, false, false};
+    knobs.choices = {true, true, false, false};
     controller().turn(knobs, "all");
     startExport("auto.mkv", QMessageBox::No);
     waitForEnd();

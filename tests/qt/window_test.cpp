@@ -397,31 +397,31 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     auto* const box = panel().findChild<QCheckBox*>("autoFocus");
     EXPECT_TRUE(box->isChecked());
     box->click();
-    EXPECT_FALSE(knobs().automatic.focus);
+    EXPECT_FALSE(knobs().choices.focus);
     box->click();
-    EXPECT_TRUE(knobs().automatic.focus);
+    EXPECT_TRUE(knobs().choices.focus);
     const auto chosen = [this] { return window_->controller().frame().setup.knobs.views.focus; };
     ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.isChosen; }));
     EXPECT_NE(chosen(), 0.5);
     EXPECT_NEAR(panel().focus().value(), chosen(), 0.005);
     auto* const fit = panel().findChild<QComboBox*>("fit");
     fit->setCurrentIndex(1);
-    EXPECT_TRUE(knobs().automatic.framing);
+    EXPECT_TRUE(knobs().choices.framing);
     EXPECT_EQ(knobs().fit, FitMode::Cover);
     panel().focus().slider().setValue(10);
-    EXPECT_FALSE(knobs().automatic.focus);
+    EXPECT_FALSE(knobs().choices.focus);
     EXPECT_FALSE(box->isChecked());
     EXPECT_DOUBLE_EQ(knobs().views.focus, 0.1);
     fit->setCurrentIndex(2);
-    EXPECT_FALSE(knobs().automatic.framing);
+    EXPECT_FALSE(knobs().choices.framing);
     EXPECT_EQ(knobs().fit, FitMode::Contain);
     panel().findChild<QCheckBox*>("autoStrength")->click();
     window_->close();
     window_.reset();
     begin();
     openPhoto();
-    EXPECT_TRUE(knobs().automatic.strength);
-    EXPECT_FALSE(knobs().automatic.focus);
+    EXPECT_TRUE(knobs().choices.strength);
+    EXPECT_FALSE(knobs().choices.focus);
 }
 
 TEST_F(ViewerWindow, AClickOnThePictureFocuses) {
@@ -647,24 +647,18 @@ TEST_F(ViewerWindow, SaysWhyNothingIsExportedYet) {
 }
 
 TEST_F(ViewerWindow, BrokenSettingsAreNotUsed) {
+    for (const char* recipe : {R"({"strength":-5,"method":"real"})", R"({"method":1})", "{", "7"}) {
+        window_.reset();
+        QSettings().setValue("recipe", recipe);
+        QSettings().setValue("mode", 99);
+        begin();
+        EXPECT_EQ(knobs(), Knobs()) << recipe;
+        EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+    }
     window_.reset();
-    QSettings().setValue("strength", -5);
-    QSettings().setValue("mode", 99);
+    QSettings().setValue("recipe", R"({"strength":12})"); // the others have their defaults
     begin();
-    EXPECT_EQ(knobs().views.strengthPercent, Knobs().views.strengthPercent);
-    EXPECT_EQ(window_->controller().mode(), Mode::Sway);
-    window_.reset();
-    QSettings().setValue("strength", 12);
-    for (const char* name : {"method", "fit", "mode"})
-        QSettings().setValue(name, 99);
-    begin();
-    EXPECT_EQ(knobs().views.method, Knobs().views.method);
-    EXPECT_EQ(knobs().fit, Knobs().fit);
-    EXPECT_EQ(window_->controller().mode(), Mode::Sway);
-    EXPECT_EQ(knobs().views.strengthPercent, 12); // the others count
-    window_.reset();
-    QSettings().setValue("method", "best");
-    begin();
+    EXPECT_EQ(knobs().views.strengthPercent, 12);
     EXPECT_EQ(knobs().views.method, Knobs().views.method);
 }
 

@@ -5,7 +5,6 @@
 #include "altiro3D/image_io.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 
@@ -13,87 +12,38 @@ namespace altiro3D::tools {
 
 namespace {
 
-constexpr std::pair<const char*, ViewMethod> kMethods[] = {
-    {"fast", ViewMethod::Fast}, {"real", ViewMethod::Real}, {"layered", ViewMethod::Layered}};
-constexpr std::pair<const char*, FitMode> kFits[] = {
-    {"cover", FitMode::Cover}, {"contain", FitMode::Contain}, {"stretch", FitMode::Stretch}};
-
-template <typename Value, std::size_t N>
-std::string nameOf(const std::pair<const char*, Value> (&words)[N], Value value) {
-    const auto isIt = [&](const auto& word) { return word.second == value; };
-    return std::find_if(std::begin(words), std::end(words), isIt)->first;
-}
-
-// The method, and the options of each, which are refused for another one.
-ViewOptions viewOptions(const CommandLine& commandLine, const AutoChoices& choices,
-                        ViewMethod standard) {
-    ViewOptions options;
-    const ViewOptions usual;
-    const auto method = commandLine.oneOf("method", kMethods);
-    const bool isGeometric = commandLine.has("g");
-    if (isGeometric && method && *method != ViewMethod::Real)
-        throw UsageError("-g means --method real, expected no other --method");
-    options.method = method.value_or(isGeometric ? ViewMethod::Real : standard);
-    if (!choices.strength)
-        options.strengthPercent =
-            commandLine.number("strength", 0, 100).value_or(usual.strengthPercent);
-    if (!choices.focus) options.focus = commandLine.number("focus", 0, 1).value_or(usual.focus);
-    options.layered.fill =
-        commandLine
-            .oneOf<LayeredFill>("fill", {{"background", LayeredFill::BackgroundLayer},
-                                         {"continue", LayeredFill::Continue}})
-            .value_or(usual.layered.fill);
-    options.layered.softBorders = commandLine.choice("borders", {"soft", "hard"}).value_or(0) == 0;
-    options.refinement = commandLine.wholeNumber("refine", 0, 16).value_or(usual.refinement);
-    options.real.backgroundOnly =
-        commandLine.choice("inpaint-from", {"around", "behind"}).value_or(0) == 1;
-    return options;
+// Adds the option of a field of the recipe.
+// @param more ends its help
+void addField(CommandLine& commandLine, const char* name, const std::string& more = {}) {
+    const RecipeField& field = recipeField(name);
+    if (field.isRare) {
+        commandLine.addAdvanced({name}, field.help + more, field.valueName);
+    } else {
+        commandLine.add({name}, field.help + more, field.valueName);
+    }
 }
 
 // Refuses options of methods that are not used, unless they have their default values.
-void requireKnobsOf(const ViewOptions& given) {
-    const ViewOptions usual;
-    struct Knob {
-        const char* name;
-        ViewMethod owner;
-        bool turned;
-    };
-    const Knob knobs[] = {
-        {"fill", ViewMethod::Layered, given.layered.fill != usual.layered.fill},
-        {"borders", ViewMethod::Layered, given.layered.softBorders != usual.layered.softBorders},
-        {"refine", ViewMethod::Fast, given.refinement != usual.refinement},
-        {"inpaint-from", ViewMethod::Real, given.real.backgroundOnly != usual.real.backgroundOnly}};
-    for (const Knob& knob : knobs) {
-        if (knob.owner == given.method || !knob.turned) continue;
-        throw UsageError("--" + std::string(knob.name) + " is an option of method " +
-                         methodName(knob.owner) + ", but " + methodName(given.method) +
-                         " is used; expected --method " + methodName(knob.owner));
+void requireFieldsOfMethod(const Recipe& given) {
+    for (const RecipeField& field : recipeFields()) {
+        if (field.method.value_or(given.views.method) == given.views.method ||
+            field.text(given) == field.text(Recipe()))
+            continue;
+        const std::string owner = methodName(*field.method);
+        throw UsageError("--" + field.name + " is an option of method " + owner + ", but " +
+                         methodName(given.views.method) + " is used; expected --method " + owner);
     }
 }
 
-Framing framingOption(const CommandLine& commandLine, FitMode fit, bool isAuto) {
-    Framing framing;
-    framing.zoom = commandLine.number("zoom", 1, 1000).value_or(1);
-    const auto centre = commandLine.value("center");
-    if (!centre) return framing;
-    const char* at = centre->data();
-    const char* const end = at + centre->size();
-    const auto read = [&](double& part) {
-        const auto parsed = std::from_chars(at, end, part);
-        at = parsed.ptr;
-        return parsed.ec == std::errc() && part >= 0 && part <= 1;
-    };
-    const auto skipComma = [&] { return at != end && *at++ == ','; };
-    if (!read(framing.centre.x) || !skipComma() || !read(framing.centre.y) || at != end) {
-        commandLine.failValue("center", "two numbers 0..1 with a comma, such as 0.3,0.5");
-    }
-    if (isAuto)
+// Refuses a centre that has no effect.
+void requireCentre(const CommandLine& commandLine, const Recipe& recipe) {
+    if (!commandLine.has("center")) return;
+    if (recipe.choices.framing)
         throw UsageError("--fit auto chooses the centre itself, expected no --center with it");
-    if (fit != FitMode::Cover && framing.zoom == 1) {
-        throw UsageError("--center has no effect, as --fit " + fitName(fit) +
+    if (recipe.fit != FitMode::Cover && recipe.framing.zoom == 1) {
+        throw UsageError("--center has no effect, as --fit " + fitName(recipe.fit) +
                          " shows all of the picture; expected --fit cover, or --zoom with it");
     }
-    return framing;
 }
 
 // Refuses what continuous positions rule out.
@@ -103,11 +53,11 @@ void requireContinuous(const CommandLine& commandLine, const SceneOptions& optio
         throw UsageError("--continuous needs the exact directions of the lenses, but a map (-m) "
                          "has whole views only; expected -c instead of -m");
     }
-    if (options.native.views.method == ViewMethod::Real) {
+    if (options.recipe.views.method == ViewMethod::Real) {
         throw UsageError("--continuous reads single sub-pixels, but method real makes whole views "
                          "only; expected --method layered or fast with it");
     }
-    if (options.native.sampling.blends()) {
+    if (options.recipe.sampling.blends()) {
         throw UsageError("--continuous needs no blending: --view-filter and --sampling blend "
                          "views of a quilt; expected it without them");
     }
@@ -140,40 +90,21 @@ void addSceneOptions(CommandLine& commandLine, AutoUse use) {
     strength += use == AutoUse::None ? "."
                                      : "; auto: as much as the display shows without double "
                                        "edges and the scene bears, at most 12.";
-    commandLine.add(
-        {"strength"},
-        "Parallax of the whole depth range between the outermost views, in % of the picture's "
-        "width, 0..100 (default " +
-            strength,
-        "PERCENT");
-    commandLine.add({"focus"},
-                    "Depth that appears on the panel's surface, 0 farthest .. 1 nearest (default " +
-                        focus,
-                    "DEPTH");
+    addField(commandLine, "strength", " (default " + strength);
+    addField(commandLine, "focus", " (default " + focus);
 }
 
 void addDepthCurveOption(CommandLine& commandLine) {
-    commandLine.addAdvanced({"depth-curve"},
-                            "Exponent of depth, 0.5..2 (default 1): above 1, near things take more "
-                            "of the depth; below 1, far ones. --focus is a depth after it.",
-                            "EXPONENT");
+    addField(commandLine, "depth-curve");
 }
 
 void addRefineOption(CommandLine& commandLine) {
-    commandLine.addAdvanced(
-        {"exact-depth"},
-        "Use the depth as it is. By default its edges are moved to the edges of the photo, soft "
-        "steps are sharpened; exact depth hardly changes. Videos with "
-        "estimated depth and method fast always use it as it is.");
+    addField(commandLine, "exact-depth");
 }
 
 void addViewOptions(CommandLine& commandLine, AutoUse use) {
     commandLine.addSection("Views");
-    commandLine.add(
-        {"method"},
-        "How views are made: layered (default), the most accurate; fast, the published quick "
-        "method, soft at edges; real, the published geometric method, slow.",
-        "layered|fast|real");
+    addField(commandLine, "method");
     commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
     addSceneOptions(commandLine, use);
     addDepthCurveOption(commandLine);
@@ -182,23 +113,8 @@ void addViewOptions(CommandLine& commandLine, AutoUse use) {
         {"k", "keep"},
         "Compute views at the panel's resolution: more detail, more time. Only a Native that is "
         "made without a quilt keeps all of the detail.");
-    commandLine.addAdvanced({"fill"},
-                            "Layered: fill what was hidden with a painted background (background, "
-                            "default) or by repeating the border (continue, quicker).",
-                            "background|continue");
-    commandLine.addAdvanced(
-        {"borders"},
-        "Layered: split the colours of px at the borders of near things, which also show what is "
-        "behind them (soft, default), or not (hard, quicker).",
-        "soft|hard");
-    commandLine.addAdvanced(
-        {"refine"},
-        "Fast: refinement steps, 0..16 (default 0, as published): more accurate, slower.", "STEPS");
-    commandLine.addAdvanced(
-        {"inpaint-from"},
-        "Real: paint holes from all pixels around them (around, default, as published) or only "
-        "from the background (behind, more accurate, slower).",
-        "around|behind");
+    for (const char* field : {"fill", "borders", "refine", "inpaint-from"})
+        addField(commandLine, field);
 }
 
 void addNativeOptions(CommandLine& commandLine) {
@@ -215,44 +131,44 @@ void addQuickOption(CommandLine& commandLine) {
                     "--view-filter, --budget and -m.");
 }
 
+void readFields(const CommandLine& commandLine, Recipe& recipe) {
+    for (const RecipeField& field : recipeFields()) {
+        if (!commandLine.has(field.name)) continue;
+        const bool isFlag = field.valueName.empty();
+        if (!field.read(recipe, isFlag ? "true" : *commandLine.value(field.name)))
+            commandLine.failValue(field.name, field.expected);
+    }
+}
+
 SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMethod standard) {
     const bool isPhoto = use == AutoUse::Photos;
     const auto has = [&](const char* option) { return commandLine.has(option); };
-    const auto isAuto = [&](const char* option) { return commandLine.value(option) == "auto"; };
     SceneOptions options;
-    // those that are asked for; photos have more, below
-    options.choices = {isAuto("fit"), isAuto("focus"), isAuto("strength")};
-    NativeOptions& native = options.native;
-    native.views = viewOptions(commandLine, options.choices, standard);
-    native.fit = commandLine
-                     .oneOf<FitMode>("fit", {{"cover", FitMode::Cover},
-                                             {"contain", FitMode::Contain},
-                                             {"stretch", FitMode::Stretch},
-                                             {"auto", FitMode::Cover}})
-                     .value_or(FitMode::Cover);
-    native.framing = framingOption(commandLine, native.fit, options.choices.framing);
-    if (has("exact-depth")) native.refine.flaws = DepthFlaws();
-    native.depthCurve = commandLine.number("depth-curve", 0.5, 2).value_or(1);
-    if (has("k")) native.detail = Detail::Panel;
-    if (has("continuous")) native.positions = ViewPositions::Continuous;
-    if (isPhoto && isPlain(commandLine)) native.showAs(Detail::Lens);
+    Recipe& recipe = options.recipe;
+    recipe.views.method = has("g") ? ViewMethod::Real : standard;
+    readFields(commandLine, recipe);
+    if (has("g") && recipe.views.method != ViewMethod::Real)
+        throw UsageError("-g means --method real, expected no other --method");
+    requireCentre(commandLine, recipe);
+    if (has("k")) recipe.detail = Detail::Panel;
+    if (has("continuous")) recipe.positions = ViewPositions::Continuous;
+    if (isPhoto && isPlain(commandLine)) recipe.showAs(Detail::Lens);
     options.mustBeContinuous = has("continuous");
-    native.sampling = samplingOption(commandLine);
     if (isPhoto) {
         options.unasked.framing = !has("fit") && !has("center");
         options.unasked.focus = !has("focus");
-        options.choices.framing = options.choices.framing || options.unasked.framing;
-        options.choices.focus = options.choices.focus || options.unasked.focus;
-        options.choices.limit = !has("strength") && !has("camera");
+        recipe.choices.framing = recipe.choices.framing || options.unasked.framing;
+        recipe.choices.focus = recipe.choices.focus || options.unasked.focus;
+        recipe.choices.limit = !has("strength") && !has("camera");
     }
-    requireKnobsOf(native.views);
+    requireFieldsOfMethod(recipe);
     requireContinuous(commandLine, options);
     return options;
 }
 
 NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& display,
                             const QuiltLayout& layout, Messages& messages, bool preferContinuous) {
-    NativeOptions options = asked.native;
+    NativeOptions options = asked.recipe;
     const std::string why =
         display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
     if (isContinuous(options) && !why.empty()) {
@@ -301,7 +217,9 @@ std::string autoText(const AutoChoices& choices, const Framing& framing, const V
 }
 
 std::string methodName(ViewMethod method) {
-    return nameOf(kMethods, method);
+    Recipe recipe;
+    recipe.views.method = method;
+    return recipeField("method").text(recipe);
 }
 
 void CameraOptions::add(CommandLine& commandLine) {
@@ -351,31 +269,28 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
 
 void addPhotoFitOptions(CommandLine& commandLine, AutoUse use) {
     const bool isDefault = use == AutoUse::Photos;
-    commandLine.add(
-        {"fit"},
-        std::string("Pictures of another shape than the panel's: cover") +
-            (isDefault ? "" : " (default)") + ", contain, stretch, or auto" +
-            (isDefault ? " (default): cover that keeps what is near and sharp, and enlarges by up "
-                         "to 5 % so that no view looks beyond the photo."
-                       : ": cover that keeps what is near and sharp."),
-        "cover|contain|stretch|auto");
-    commandLine.add({"center"},
-                    "Centre of the part that is shown, in widths and heights of the picture: 0,0 "
-                    "is the top left, 1,1 the bottom right (default 0.5,0.5).",
-                    "X,Y");
-    commandLine.addAdvanced(
-        {"zoom"},
-        "Show a smaller part of the picture, enlarged, 1..1000 (default 1). With "
-        "--fit contain, the bars shrink first.",
-        "FACTOR");
+    addField(commandLine, "fit",
+             std::string(": cover") + (isDefault ? "" : " (default)") +
+                 ", contain, stretch, or auto" +
+                 (isDefault ? " (default): cover that keeps what is near and sharp, and enlarges "
+                              "by up to 5 % so that no view looks beyond the photo."
+                            : ": cover that keeps what is near and sharp."));
+    addField(commandLine, "center");
+    addField(commandLine, "zoom");
 }
 
 std::optional<FitMode> fitOption(const CommandLine& commandLine) {
-    return commandLine.oneOf("fit", kFits);
+    if (!commandLine.has("fit")) return std::nullopt;
+    Recipe recipe;
+    if (!recipeField("fit").read(recipe, *commandLine.value("fit")) || recipe.choices.framing)
+        commandLine.failValue("fit", "cover, contain or stretch");
+    return recipe.fit;
 }
 
 std::string fitName(FitMode mode) {
-    return nameOf(kFits, mode);
+    Recipe recipe;
+    recipe.fit = mode;
+    return recipeField("fit").text(recipe);
 }
 
 std::string cutText(double seenAspect, double panelAspect, FitMode mode) {

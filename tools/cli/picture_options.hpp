@@ -4,6 +4,7 @@
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/placement.hpp"
 #include "altiro3D/quilt2native.hpp"
+#include "altiro3D/recipe.hpp"
 #include "cli/quilt_options.hpp"
 
 #include <filesystem>
@@ -34,11 +35,13 @@ void addQuickOption(CommandLine& commandLine);
 
 /// How scenes are shown.
 struct SceneOptions {
-    NativeOptions native;          ///< What is chosen automatically has its default value.
-    AutoChoices choices;           ///< What is chosen for each scene.
-    AutoChoices unasked;           ///< Those of them that no option asks for.
+    Recipe recipe;
+    AutoChoices unasked;           ///< The choices of the recipe that no option asks for.
     bool mustBeContinuous = false; ///< --continuous: fails if it is not possible.
 };
+/// Reads the options that are fields of a recipe.
+/// @throws UsageError that names option, value and what was expected
+void readFields(const CommandLine& commandLine, Recipe& recipe);
 /// Reads the options of views and sampling, --fit, --center, --zoom, -k and --continuous.
 /// @param use Photos: more is made of them, as by NativeOptions::showAs(), unless
 ///        --quick or an option that asks for something else is given; framing and focus are chosen

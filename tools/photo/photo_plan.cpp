@@ -183,7 +183,7 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     PhotoJob job;
     job.budget = Budget(commandLine);
     job.scene = sceneOptions(commandLine, AutoUse::Photos);
-    job.camera = CameraOptions(commandLine, job.scene.native.views.method);
+    job.camera = CameraOptions(commandLine, job.scene.recipe.views.method);
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine).value_or(cv::Size());
     requireSwayFile(commandLine);

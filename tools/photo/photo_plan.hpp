@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/products.hpp"
 #include "cli/bridge.hpp"
 #include "cli/budget.hpp"
 #include "cli/depth_options.hpp"
@@ -20,9 +21,6 @@
 
 /// The command line, the inputs and the outputs of a run of photo2native.
 namespace altiro3D::tools {
-
-/// Usual PhotoJob::savedDepthSide. Depth has less detail than photos, and full size takes long.
-constexpr int kSavedDepthSide = 4096;
 
 /// Files that are made of a photo. An empty path: not requested.
 struct PhotoOutputs {

@@ -1,7 +1,6 @@
 #include "photo/photo_report.hpp"
 
 #include "altiro3D/altiro3D.hpp"
-#include "altiro3D/enum_table.hpp"
 #include "cli/json_text.hpp"
 
 #include <nlohmann/json.hpp>
@@ -24,17 +23,6 @@ Json given(const PhotoJob& job, const std::string& option, const Json& standard 
     const auto value = job.given.find(option);
     return value == job.given.end() ? standard : Json(value->second);
 }
-
-// The settings of the views besides strength and focus, by the names of the options.
-Json knobsJson(const PhotoJob& job, const ViewOptions& views) {
-    return {{"refine", views.refinement},
-            {"fill", views.layered.fill == LayeredFill::Continue ? "continue" : "background"},
-            {"borders", views.layered.softBorders ? "soft" : "hard"},
-            {"inpaint-from", views.real.backgroundOnly ? "behind" : "around"},
-            {"camera", given(job, "camera")}};
-}
-
-constexpr const char* kDetails[] = {"view", "lens", "panel"}; // as Detail
 
 Json filesJson(const std::vector<fs::path>& files) {
     Json names = Json::array();
@@ -141,7 +129,7 @@ Json pictureReport(const PhotoRun& run, const PhotoFacts& made, const StageTimes
 
 Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) {
     const PhotoJob& job = run.job;
-    const AutoChoices& choices = job.scene.choices;
+    const AutoChoices& choices = job.scene.recipe.choices;
     const QuiltLayout& layout = run.maker.layout();
     const NativeOptions& options = run.maker.options();
     Json report = {{"tool", "photo2native"},
@@ -163,26 +151,31 @@ Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) 
                               ? Json(nullptr)
                               : Json(options.views.strengthPercent);
     const Json focus = choices.focus ? Json(nullptr) : Json(options.views.focus);
+    const Json recipe = Json::parse(recipeText({options, choices}));
+    Json knobs; // of single methods
+    for (const RecipeField& field : recipeFields())
+        if (field.method) knobs[field.name] = recipe[field.name];
+    knobs["camera"] = given(job, "camera");
     report["settings"] = {
         {"display", display},
         {"invert", given(job, "invert", "auto")},
-        {"viewFilter", given(job, "view-filter", "nearest")},
-        {"sampling", given(job, "sampling", "nearest")},
+        {"viewFilter", recipe["view-filter"]},
+        {"sampling", recipe["sampling"]},
         {"quilt",
          {{"columns", layout.columns},
           {"rows", layout.rows},
           {"viewWidth", layout.tileSize.width},
           {"viewHeight", layout.tileSize.height},
           {"views", layout.viewCount}}},
-        {"method", methodName(options.views.method)},
-        {"knobs", knobsJson(job, options.views)},
-        {"exactDepth", options.refine.keepsDepth()},
+        {"method", recipe["method"]},
+        {"knobs", knobs},
+        {"exactDepth", recipe["exact-depth"]},
         {"strengthPercent", strength},
         {"focus", focus},
-        {"fit", choices.framing ? "auto" : fitName(options.fit)},
+        {"fit", recipe["fit"]},
         {"center", given(job, "center")},
         {"zoom", options.framing.zoom},
-        {"detail", entryOf(kDetails, options.detail)},
+        {"detail", recipe["detail"]},
         {"lensFilter", options.lensFilter},
         {"path", pathName(run.maker)},
         {"continuous", options.positions == ViewPositions::Continuous},

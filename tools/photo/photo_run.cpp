@@ -46,19 +46,14 @@ AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv
 // Writes the video that swings through the views; returns its size. It shows the whole photo, or
 // the part that was asked for.
 // @param shown the part of the photo on the panel
-cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, PlacementOptions options,
                    const PhotoScene& scene, const cv::Rect& shown, Messages& messages) {
-    const cv::Size photoSize = scene.photo.size();
     const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
     const PhotoFit fit =
-        withMargins(isFramed ? photoSwayFit(shown, options.fit, run.job.swaySize)
-                             : photoSwayFit(photoSize, options.fit, run.job.swaySize),
-                    photoSize, options.views);
-    Scene fitted;
-    fitScene(withDepthCurve(scene, options.depthCurve), fit, options.views.focus, fitted,
-             options.refine);
-    const ViewOptions views = run.job.camera.apply(options.views, fit, messages);
-    writeSwayFile(item.video, fit.size, run.job.sway, photoViews(fitted, views));
+        swayFitOf(scene.photo.size(), options, isFramed ? std::optional(shown) : std::nullopt,
+                  run.job.swaySize);
+    options.views = run.job.camera.apply(options.views, fit, messages);
+    writeSwayFile(item.video, fit.size, run.job.sway, swayViewsOf(scene, options, fit));
     return fit.size;
 }
 
@@ -104,36 +99,7 @@ void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
         return;
     }
     const EyesOptions& wanted = run.job.eyes.options();
-    PlacementOptions whole = static_cast<const PlacementOptions&>(options);
-    whole.fit = FitMode::Stretch;
-    whole.framing = {};
-    whole.views.strengthPercent = wanted.strengthPercent;
-    const cv::Size size = scene.photo.size();
-    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
-        throw Error(ErrorCode::Unsupported, item.photo.string(),
-                    "has " + sizeText(size) +
-                        ", expected for --save-stereo at most 100 px of one "
-                        "side to 1 px of the other");
-    const Placement placed =
-        placeScene(scene, static_cast<double>(size.width) / size.height, size, whole);
-    item.eyes.write(renderEyes(placed.scene, whole.views, wanted.from), messages);
-}
-
-// The whole depth map, aligned with a photo, at the photo's size.
-cv::Mat wholeDepth(const cv::Mat& depth, const cv::Mat& photo) {
-    cv::Mat whole;
-    fitDepth(depth, {0, 0, double(depth.cols), double(depth.rows)}, photo, whole);
-    return whole;
-}
-
-// The photo, shrunk if its longer side exceeds a length.
-cv::Mat smallerPhoto(const cv::Mat& photo, int longerSide) {
-    const double scale = static_cast<double>(longerSide) / std::max(photo.cols, photo.rows);
-    if (scale >= 1) return photo;
-    const auto scaled = [scale](int side) { return std::max(1, cvRound(side * scale)); };
-    cv::Mat smaller;
-    cv::resize(photo, smaller, {scaled(photo.cols), scaled(photo.rows)}, 0, 0, cv::INTER_AREA);
-    return smaller;
+    item.eyes.write(photoEyes(scene, options, wanted.strengthPercent, wanted.from), messages);
 }
 
 // Whether saveOthers() needs the depth of a scene.
@@ -146,29 +112,25 @@ bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messag
     if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
     if (!item.rgbd.empty()) {
         cv::Mat rgbd;
-        joinRgbd(scene.photo, wholeDepth(scene.depth, scene.photo), savedRgbdLayout(item.rgbd),
-                 rgbd);
+        joinRgbd(scene.photo, savedDepth(scene, scene.photo.cols + scene.photo.rows),
+                 savedRgbdLayout(item.rgbd), rgbd);
         writeImage(item.rgbd, rgbd);
     }
     if (!item.savedDepth.empty() || !item.photoWithDepth.empty()) {
-        const cv::Mat guide = smallerPhoto(scene.photo, run.job.savedDepthSide);
-        if (item.photoWithDepth.empty()) scene.photo.release();
-        const cv::Mat depth = wholeDepth(scene.depth, guide);
+        const cv::Mat photo = item.photoWithDepth.empty() ? cv::Mat() : scene.photo;
+        const cv::Mat depth = savedDepth(std::move(scene), run.job.savedDepthSide);
         if (!item.savedDepth.empty()) {
             warnAboutDepthFormat(item.savedDepth, messages);
             writeImage(item.savedDepth, depthTo16Bit(depth));
         }
-        if (!item.photoWithDepth.empty())
-            writePhotoWithDepth(item.photoWithDepth, scene.photo, depth);
+        if (!item.photoWithDepth.empty()) writePhotoWithDepth(item.photoWithDepth, photo, depth);
     }
     if (!item.views.empty()) {
         const QuiltLayout& layout = run.maker.layout();
-        const int count = layout.viewCount;
-        cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
-            for (int i = range.start; i < range.end; ++i) {
-                writeImage(item.views / viewFileName(i, count), run.quilt(layout.tile(i)));
-            }
-        });
+        const auto fileOf = [&](int view) {
+            return item.views / viewFileName(view, layout.viewCount);
+        };
+        writeViews(fileOf, run.quilt, layout);
     }
     return !item.quilt.empty() || needsDepth(item) || !item.views.empty();
 }
@@ -209,7 +171,7 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     const double aspect = placed.aspect = isOverQuilt ? placed.quiltAspect : panelAspect;
     NativeOptions& options = placed.options = run.maker.options();
     const cv::Size size = scene.photo.size();
-    AutoChoices choices = run.job.scene.choices;
+    AutoChoices choices = run.job.scene.recipe.choices;
     const cv::Size workSize = run.maker.workSize(); // also over a quilt, where no lens is filtered
     // as the scene is framed so far; for the camera, to which margins do not matter
     const auto fitNow = [&] {

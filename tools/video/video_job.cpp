@@ -206,12 +206,12 @@ void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
 void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
     run.path = "quilt";
     if (run.plan.product == VideoProduct::Rgbd || run.plan.product == VideoProduct::Stereo) return;
-    tellCut(seenAspect, run.display.aspect(), run.scene.native, messages);
+    tellCut(seenAspect, run.display.aspect(), run.scene.recipe, messages);
     if (run.plan.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
         makeNativeMaker(run.scene, run.display, run.layout, messages, run.job.profile.keep);
     run.path = pathName(maker);
-    run.scene.native.positions = maker.options().positions;
+    run.scene.recipe.positions = maker.options().positions;
 }
 
 void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {
@@ -258,7 +258,7 @@ QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
 VideoConversion openVideo(VideoRun& run, Messages& messages) {
     const VideoJob& job = run.job;
     VideoPlan& plan = run.plan;
-    NativeOptions& native = run.scene.native;
+    NativeOptions& native = run.scene.recipe;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     plan.part.bothEyes = !plan.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
@@ -349,7 +349,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     conversion.map = run.display.map;
     conversion.layout = run.layout;
     conversion.native = native;
-    conversion.choices = job.scene.choices;
+    conversion.choices = job.scene.recipe.choices;
     if (plan.product == VideoProduct::Stereo) conversion.choices.strength = false;
     conversion.fromQuilt = plan.fromQuilt;
     takeDepth(run, rgbd, conversion);

@@ -357,8 +357,8 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     job.isMaxRateGiven = commandLine.has("max-rate");
     job.profile = videoProfile(commandLine, plan.show);
     job.scene = sceneOptions(commandLine, AutoUse::Named, job.profile.method);
-    NativeOptions& native = job.scene.native;
-    if ((native.framing != Framing() || job.scene.choices.any()) &&
+    NativeOptions& native = job.scene.recipe;
+    if ((native.framing != Framing() || job.scene.recipe.choices.any()) &&
         (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
         throw UsageError(
             std::string(

@@ -133,9 +133,9 @@ Json settingsJson(const VideoRun& run) {
                        {"crf", run.encoding.crf},
                        {"maxRate", run.encoding.maxRate}}}};
     if (run.depth) {
-        const NativeOptions& native = run.scene.native;
+        const NativeOptions& native = run.scene.recipe;
         settings["method"] = methodName(native.views.method);
-        const AutoChoices& choices = job.scene.choices; // those are in "choices"
+        const AutoChoices& choices = job.scene.recipe.choices; // those are in "choices"
         if (!choices.strength) settings["strengthPercent"] = native.views.strengthPercent;
         if (!choices.focus) settings["focus"] = native.views.focus;
         settings["path"] = run.path;
@@ -282,13 +282,13 @@ void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages)
     }
     messages.warn(notes);
     const std::vector<SceneChoice>& choices = outcome.result.choices;
-    ViewOptions views = run.scene.native.views;
+    ViewOptions views = run.scene.recipe.views;
     if (!choices.empty()) {
         views.focus = choices.front().focus;
         views.strengthPercent = choices.front().strengthPercent;
         const std::string first =
             choices.size() == 1 ? "" : " (first of " + std::to_string(choices.size()) + " scenes)";
-        messages.say("auto: " + autoText(run.scene.choices, choices.front().framing, views) +
+        messages.say("auto: " + autoText(run.scene.recipe.choices, choices.front().framing, views) +
                      first);
     }
     if (!run.depth || run.plan.product != VideoProduct::Native) return;

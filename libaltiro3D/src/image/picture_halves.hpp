@@ -129,4 +129,9 @@ void leaveOutFrame(StereoPair& pair, Notes* notes);
 StereoPair splitMarkedEyes(const cv::Mat& picture, const MarkedEyes& marked,
                            const std::string& name, Notes* notes);
 
+/// As splitStereoFile(), of a picture in memory. @param name of its file @param bytes its contents
+StereoPair splitNamedHalves(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
+                            const std::filesystem::path& name, std::string_view bytes,
+                            Notes* notes);
+
 } // namespace altiro3D

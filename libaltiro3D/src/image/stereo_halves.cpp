@@ -269,13 +269,13 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     leaveAsOurs(exception);
 }
 
-StereoPair splitStereoFile(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
-                           const PhotoFile& file, Notes* notes) {
+StereoPair splitNamedHalves(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
+                            const std::filesystem::path& name, string_view bytes, Notes* notes) {
     const auto isBeside = [](StereoLayout of) {
         return of == StereoLayout::LeftRight || of == StereoLayout::RightLeft;
     };
-    halves = halvesOf(file.path(), halves);
-    const std::optional<StatedEyes> stated = readEyesMark(file.look()).eyes;
+    halves = halvesOf(name, halves);
+    const std::optional<StatedEyes> stated = readEyesMark(bytes).eyes;
     if (halves == StereoHalves::Automatic && stated && isBeside(stated->layout) == isBeside(layout))
         halves = stated->squeeze == Squeeze::None ? StereoHalves::Full : StereoHalves::Squeezed;
     StereoPair pair = splitStereoPair(picture, layout, halves);

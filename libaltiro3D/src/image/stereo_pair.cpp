@@ -111,4 +111,9 @@ std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo) {
     return marked.eyes->layout;
 }
 
+StereoPair splitStereoFile(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
+                           const PhotoFile& file, Notes* notes) {
+    return splitNamedHalves(picture, layout, halves, file.path(), file.look(), notes);
+}
+
 } // namespace altiro3D

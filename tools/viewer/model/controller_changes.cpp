@@ -134,7 +134,7 @@ void Controller::focusAt(double x, double y) {
     const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
     const double seen = depthSeenAt(depth, frame_.setup.knobs.views, position, at);
     knobs.views.focus = std::round(seen * 100) / 100; // as the knob has it
-    knobs.automatic.focus = false;
+    knobs.choices.focus = false;
     turn(knobs, tr("focus"));
 }
 
@@ -151,20 +151,20 @@ FramedPhoto Controller::framedPhoto() const {
 
 Knobs Controller::withFrame() const {
     Knobs knobs = knobs_;
-    if (knobs.automatic.framing) knobs.framing = frame_.setup.knobs.framing;
-    knobs.automatic.framing = false;
+    if (knobs.choices.framing) knobs.framing = frame_.setup.knobs.framing;
+    knobs.choices.framing = false;
     knobs.isFramingChosen = false;
     return knobs;
 }
 
 Knobs Controller::withChosen() const {
-    const AutoChoices choices = knobs_.automatic;
+    const AutoChoices choices = knobs_.choices;
     const ViewOptions& chosen = frame_.setup.knobs.views;
     Knobs knobs = withFrame();
     knobs.isFramingChosen = choices.framing || knobs_.isFramingChosen;
     if (choices.focus) knobs.views.focus = chosen.focus;
     if (choices.strength || choices.limit) knobs.views.strengthPercent = chosen.strengthPercent;
-    knobs.automatic = {};
+    knobs.choices = {};
     return knobs;
 }
 
@@ -185,7 +185,7 @@ void Controller::zoomFrame(cv::Point2d at, double factor, int gesture) {
 void Controller::resetFrame() {
     Knobs knobs = knobs_;
     knobs.framing = {};
-    knobs.automatic.framing = false;
+    knobs.choices.framing = false;
     turn(knobs, tr("frame"));
 }
 
@@ -247,7 +247,7 @@ bool Controller::beginStroke(const Paint& paint, cv::Point2d at) {
         if (frame_.request.painted.revision != paintedNow().revision) return false;
         canvas_ = std::make_unique<DepthCanvas>(document_->picture, frame_.setup.depth);
         canvasKey_ = key;
-        if (knobs_.automatic.any()) setKnobs(withChosen()); // strokes must not move the picture
+        if (knobs_.choices.any()) setKnobs(withChosen()); // strokes must not move the picture
     }
     tool_ = paint.tool;
     canvas_->begin(paint, inPhoto(at));

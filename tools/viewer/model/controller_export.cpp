@@ -38,7 +38,7 @@ Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& displ
                     "is a Native, which is finished, expected a photo or a quilt");
     if (document->kind != Kind::Scene) return {document, {}, {}, false, item.knobs, display};
     Knobs plain = item.knobs; // what is automatic is chosen by the export itself
-    plain.automatic = {};
+    plain.choices = {};
     const auto painted =
         item.painted.find(depthMaker.choose(item.knobs.depth, document->hasDepth()));
     Request request{document, plain, display, Mode::Depth, 0, {kLookSide, kLookSide}, {}};

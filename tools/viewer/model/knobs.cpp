@@ -19,12 +19,6 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-auto parts(const Knobs& k) {
-    return std::tuple_cat(std::tie(k.views, k.fit, k.framing, k.isFramingChosen, k.depthCurve,
-                                   k.depth, k.columns, k.rows),
-                          AutoChoices::fields(k.automatic));
-}
-
 // What fills the panel without zoom, in widths and heights of the photo; above 1 where bars show.
 cv::Size2d windowOf(const FramedPhoto& photo) {
     constexpr int kFine = 1 << 14; // px of the result; the bars are rounded to them
@@ -45,7 +39,7 @@ cv::Point2d within(cv::Point2d centre, cv::Size2d window, double zoom) {
             centreWithin(centre.y, window.height / zoom)};
 }
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr int kMaxViewsAcross = 64; // as in the panel of settings
 constexpr std::size_t kMaxName = 100;
 
@@ -66,65 +60,27 @@ std::string keyOf(const fs::path& photo) {
 }
 
 Json jsonOf(const Knobs& knobs) {
-    const ViewOptions& v = knobs.views;
-    return {{"method", int(v.method)},
-            {"strength", v.strengthPercent},
-            {"focus", v.focus},
-            {"refinement", v.refinement},
-            {"fill", int(v.layered.fill)},
-            {"fit", int(knobs.fit)},
-            {"center", {knobs.framing.centre.x, knobs.framing.centre.y}},
-            {"zoom", knobs.framing.zoom},
+    return {{"recipe", Json::parse(recipeText(knobs))},
             {"framingChosen", knobs.isFramingChosen},
-            {"auto",
-             {knobs.automatic.framing, knobs.automatic.focus, knobs.automatic.strength,
-              knobs.automatic.limit}},
-            {"depthCurve", knobs.depthCurve},
             {"depth", knobs.depth},
             {"views", {knobs.columns, knobs.rows}}};
-}
-
-template <class Word>
-Word wordOf(const Json& json, std::initializer_list<Word> known) {
-    const int number = json.get<int>();
-    for (const Word word : known)
-        if (int(word) == number) return word;
-    throw Error(ErrorCode::BadFormat, "number", "is unknown");
-}
-
-double numberOf(const Json& json, double low, double high) {
-    const double number = json.get<double>();
-    if (!(number >= low && number <= high))
-        throw Error(ErrorCode::BadFormat, "number", "is out of range");
-    return number;
 }
 
 // Throws exceptions of several kinds for all but what jsonOf() writes.
 Knobs knobsOf(const Json& json) {
     Knobs knobs;
-    ViewOptions& v = knobs.views;
-    v.method = wordOf(json.at("method"), {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered});
-    v.strengthPercent = json.at("strength").get<double>();
-    v.focus = json.at("focus").get<double>();
-    v.refinement = static_cast<int>(numberOf(json.at("refinement"), 0, 16));
-    v.layered.fill = wordOf(json.at("fill"), {LayeredFill::BackgroundLayer, LayeredFill::Continue});
-    knobs.fit = wordOf(json.at("fit"), {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
-    knobs.framing.centre.x = numberOf(json.at("center").at(0), 0, 1);
-    knobs.framing.centre.y = numberOf(json.at("center").at(1), 0, 1);
-    knobs.framing.zoom = numberOf(json.at("zoom"), 1, 100);
-    knobs.isFramingChosen = json.value("framingChosen", false); // later than the others
-    const Json& automatic = json.at("auto");
-    knobs.automatic = {automatic.at(0).get<bool>(), automatic.at(1).get<bool>(),
-                       automatic.at(2).get<bool>(),
-                       automatic.size() > 3 && automatic.at(3).get<bool>()}; // since 4 numbers
-    if (knobs.fit != FitMode::Cover) knobs.automatic.framing = false;
-    if (json.contains("depthCurve")) // later than the others
-        knobs.depthCurve = numberOf(json["depthCurve"], kMinDepthCurve, kMaxDepthCurve);
+    static_cast<Recipe&>(knobs) = parseRecipe(json.at("recipe").dump(), "settings");
+    knobs.isFramingChosen = json.at("framingChosen").get<bool>();
     knobs.depth = json.at("depth").get<std::string>();
     if (knobs.depth.size() > kMaxName) throw Error(ErrorCode::BadFormat, "depth", "is too long");
-    knobs.columns = static_cast<int>(numberOf(json.at("views").at(0), 0, kMaxViewsAcross));
-    knobs.rows = static_cast<int>(numberOf(json.at("views").at(1), 0, kMaxViewsAcross));
-    validate(v);
+    const auto across = [&](int i) {
+        const int number = json.at("views").at(i).get<int>();
+        if (number < 0 || number > kMaxViewsAcross)
+            throw Error(ErrorCode::BadFormat, "views", "are out of range");
+        return number;
+    };
+    knobs.columns = across(0);
+    knobs.rows = across(1);
     return knobs;
 }
 
@@ -136,7 +92,9 @@ int nextGesture() {
 }
 
 bool operator==(const Knobs& a, const Knobs& b) {
-    return parts(a) == parts(b);
+    return static_cast<const Recipe&>(a) == b &&
+           std::tie(a.isFramingChosen, a.depth, a.columns, a.rows) ==
+               std::tie(b.isFramingChosen, b.depth, b.columns, b.rows);
 }
 
 QuiltLayout layoutOf(const Knobs& knobs, const Display& display) {

@@ -2,7 +2,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/photo_fit.hpp"
-#include "altiro3D/placement.hpp"
+#include "altiro3D/recipe.hpp"
 #include "cli/display_options.hpp"
 
 #include <filesystem>
@@ -18,21 +18,14 @@ constexpr const char* kBestDepth = "best";
 /// The picture's own depth.
 constexpr const char* kGivenDepth = "given";
 
-constexpr double kMinDepthCurve = 0.5; ///< See PlacementOptions::depthCurve.
-constexpr double kMaxDepthCurve = 2;   ///< As before.
+/// All settings that the user can change while viewing; they apply to all pictures. A video has no
+/// choices unless the user asks for them, see ofVideo().
+struct Knobs : Recipe {
+    Knobs() { choices = {true, true, false, true}; }
 
-/// All settings that the user can change while viewing; they apply to all pictures.
-struct Knobs {
-    ViewOptions views;            ///< Method, strength, focus and the method's options.
-    FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel's shape.
-    Framing framing;              ///< The part of a photo that is shown, if it allows that.
     /// The framing was chosen by the photo, before strokes of a brush fixed it: the sway video
     /// shows the whole photo.
     bool isFramingChosen = false;
-    /// What is chosen by the photo instead, see chooseAutomatic(). A video has nothing of it unless
-    /// the user asks for it, see ofVideo().
-    AutoChoices automatic{true, true, false, true};
-    double depthCurve = 1;          ///< See PlacementOptions::depthCurve.
     std::string depth = kBestDepth; ///< One of the two names above, or a network's name.
     int columns = 0;                ///< Columns of the quilt; 0: the display's default.
     int rows = 0;                   ///< Rows of the quilt; 0: the display's default.
@@ -43,7 +36,7 @@ int nextGesture();
 
 /// Settings for a video that has none of its own: those of video2native.
 inline Knobs ofVideo(Knobs knobs) {
-    knobs.automatic = {};
+    knobs.choices = {};
     return knobs;
 }
 

@@ -17,11 +17,9 @@ namespace fs = std::filesystem;
 namespace {
 
 PlacementOptions placementOptions(const Setup& setup) {
-    return {setup.knobs.views,
-            setup.knobs.fit,
-            framingOf(setup),
-            {setup.flaws},
-            setup.knobs.depthCurve};
+    PlacementOptions options = setup.knobs;
+    options.framing = framingOf(setup);
+    return options;
 }
 
 Scene sceneOf(const Setup& setup) {
@@ -30,12 +28,8 @@ Scene sceneOf(const Setup& setup) {
 
 // Options for the Native of a photo as in photo2native, of a video's frame as in video2native.
 NativeOptions nativeOptions(const Setup& setup) {
-    const Knobs& knobs = setup.knobs;
-    NativeOptions options;
-    options.views = knobs.views;
-    options.fit = knobs.fit;
-    if (setup.isDraft) return options;
-    if (!setup.document->video && knobs.views.method == ViewMethod::Layered)
+    NativeOptions options = setup.knobs;
+    if (!setup.isDraft && !setup.document->video && options.views.method == ViewMethod::Layered)
         options.showAs(Detail::Lens);
     return options;
 }
@@ -75,40 +69,32 @@ bool writeViews(const Setup& setup, const fs::path& directory, const Progress& p
     tools::Outputs outputs(true);
     outputs.addDirectory(directory);
     outputs.makeDirectories();
-    std::vector<fs::path> written;
-    const auto removeAll = [&] {
-        for (const fs::path& file : written)
-            fs::remove(file, error);
+    const auto fileOf = [&](int view) {
+        return directory / tools::viewFileName(view, layout.viewCount);
+    };
+    const auto end = [&] { // of what failed
         if (isNew) fs::remove(directory, error);
     };
     try {
-        for (int i = 0; i < layout.viewCount; ++i) {
-            if (!progress(static_cast<double>(i) / layout.viewCount)) {
-                removeAll();
-                return false;
-            }
-            const fs::path file = directory / tools::viewFileName(i, layout.viewCount);
-            writeImage(file, quilt(layout.tile(i)));
-            written.push_back(file);
-        }
+        if (altiro3D::writeViews(fileOf, quilt, layout, progress)) return true;
     } catch (...) {
-        removeAll();
+        end();
         throw;
     }
-    return true;
+    end();
+    return false;
 }
 
 // Fits a photo to its sway video: all of it, or the part that was framed, as in photo2native.
 PhotoFit swayFitOf(const Setup& setup) {
     const cv::Size photo = setup.document->picture.size();
-    const FitMode mode = setup.knobs.fit;
-    const Framing framing = framingOf(setup);
-    const bool isFramed = !setup.knobs.automatic.framing && !setup.knobs.isFramingChosen &&
-                          framing != Framing(); // by the user
-    if (!isFramed) return withMargins(photoSwayFit(photo, mode), photo, setup.knobs.views);
-    const PhotoFit panel =
-        fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize, mode, framing);
-    return withMargins(photoSwayFit(panel.source, mode), photo, setup.knobs.views);
+    const PlacementOptions options = placementOptions(setup);
+    const bool isFramed = !setup.knobs.choices.framing && !setup.knobs.isFramingChosen &&
+                          options.framing != Framing(); // by the user
+    if (!isFramed) return altiro3D::swayFitOf(photo, options);
+    const PhotoFit panel = fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize,
+                                    options.fit, options.framing);
+    return altiro3D::swayFitOf(photo, options, panel.source);
 }
 
 // As photo2native and quilt2video make it: a photo in its own shape.
@@ -119,10 +105,8 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
     };
     if (setup.document->kind == Kind::Scene) {
         const PhotoFit fit = swayFitOf(setup);
-        Scene scene;
-        fitScene(withDepthCurve(sceneOf(setup), setup.knobs.depthCurve), fit,
-                 setup.knobs.views.focus, scene);
-        return writeSway(file, fit.size, {}, photoViews(scene, setup.knobs.views), tell);
+        return writeSway(file, fit.size, {},
+                         swayViewsOf(sceneOf(setup), placementOptions(setup), fit), tell);
     }
     const QuiltLayout layout = quiltLayout(setup);
     const double aspect = viewAspect(setup);
@@ -130,13 +114,6 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
     return writeSway(
         file, size, {},
         quiltViews(makeQuilt(setup, {}), layout, swayFit(layout.tileSize, aspect, size)), tell);
-}
-
-void writeDepth(const Setup& setup, const fs::path& file) {
-    const cv::Mat& photo = setup.document->picture;
-    cv::Mat depth;
-    fitDepth(setup.depth, {0, 0, double(setup.depth.cols), double(setup.depth.rows)}, photo, depth);
-    writeImage(file, depthTo16Bit(depth));
 }
 
 } // namespace
@@ -162,8 +139,13 @@ PhotoFit fitOf(const Setup& setup, cv::Size size) {
 }
 
 Placement placed(const Setup& setup, cv::Size size) {
+    std::optional<DepthFlaws> unknown;
+    return placed(setup, size, unknown);
+}
+
+Placement placed(const Setup& setup, cv::Size size, std::optional<DepthFlaws>& kept) {
     if (setup.document->kind != Kind::Scene) return {}; // quilts and Natives need none
-    return placeScene(sceneOf(setup), setup.display->aspect(), size, placementOptions(setup));
+    return placeFrame(sceneOf(setup), setup.display->aspect(), size, placementOptions(setup), kept);
 }
 
 cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
@@ -223,9 +205,9 @@ std::function<cv::Mat(const cv::Mat&)> quiltConverter(const fs::path& file,
 
 void chooseAutomatic(Setup& setup) {
     Knobs& knobs = setup.knobs;
-    if (setup.isChosen || setup.document->kind != Kind::Scene || !knobs.automatic.any()) return;
+    if (setup.isChosen || setup.document->kind != Kind::Scene || !knobs.choices.any()) return;
     setup.isChosen = true;
-    AutoChoices choices = knobs.automatic;
+    AutoChoices choices = knobs.choices;
     choices.framing = choices.framing && knobs.fit == FitMode::Cover;
     choices.isVideo = setup.document->video;
     if (choices.focus) knobs.views.focus = ViewOptions().focus; // of depth without a range
@@ -270,9 +252,8 @@ double eyesAspect(const Setup& setup) {
 StereoPair makeEyes(const Setup& setup) {
     if (setup.document->kind == Kind::Quilt)
         return tools::eyesOfQuilt(setup.document->picture, quiltLayout(setup), viewAspect(setup));
-    const Setup whole = forEyes(setup);
-    return renderEyes(placed(whole, setup.document->picture.size()).scene, whole.knobs.views,
-                      setup.eyes.from);
+    return photoEyes(sceneOf(setup), placementOptions(setup), setup.eyes.strengthPercent,
+                     setup.eyes.from);
 }
 
 std::vector<Product> productsOf(Kind kind) {
@@ -305,7 +286,7 @@ std::vector<std::string> lossesOf(Product product, const fs::path& file) {
 std::string writeProduct(const Setup& setup, Product product, const fs::path& target,
                          const Progress& progress) {
     if (!progress(0)) return {};
-    if (setup.knobs.automatic.any() && !setup.isChosen) {
+    if (setup.knobs.choices.any() && !setup.isChosen) {
         Setup chosen = setup;
         chooseAutomatic(chosen);
         chosen.isChosen = true; // also of quilts and Natives, which leave nothing to choose
@@ -332,7 +313,7 @@ std::string writeProduct(const Setup& setup, Product product, const fs::path& ta
         if (!writeViews(setup, file, progress)) return {};
         break;
     case Product::Depth:
-        writeDepth(setup, file);
+        writeImage(file, depthTo16Bit(savedDepth(sceneOf(setup))));
         break;
     case Product::SwayVideo:
         if (!writeSwayVideo(setup, file, progress)) return {};

@@ -23,7 +23,6 @@ struct Setup {
     Knobs knobs;
     std::shared_ptr<const Display> display;
     DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
-    std::optional<DepthFlaws> flaws{};      ///< Of the depth, if an earlier picture gave them.
     bool isDraft = false;      ///< Natives of views' px without the lens filter, to be quick.
     bool isChosen = false;     ///< `knobs` holds what chooseAutomatic() has chosen.
     tools::EyesOptions eyes{}; ///< For Product::Eyes.
@@ -42,6 +41,9 @@ PhotoFit fitOf(const Setup& setup, cv::Size size);
 
 /// Photo and depth on the panel; empty for quilts and Natives. @param size of the views
 Placement placed(const Setup& setup, cv::Size size);
+
+/// As above, of a video's frame. @param kept as for placeFrame()
+Placement placed(const Setup& setup, cv::Size size, std::optional<DepthFlaws>& kept);
 
 /// The photo alone, fitted in this way.
 cv::Mat fittedPhoto(const Setup& setup, cv::Size size);

@@ -161,12 +161,8 @@ struct Studio::State {
             const std::tuple now(document.source.file.string(), document.scene, how, size.width,
                                  size.height);
             if (now != kept.flawsOf) kept.flaws.reset();
-            Setup known = setup;
-            known.flaws = kept.flaws;
-            const Placement placement = placed(known, size);
-            kept.flaws = placement.flaws;
             kept.flawsOf = now;
-            return placement.scene;
+            return placed(setup, size, kept.flaws).scene;
         });
     }
 
@@ -200,7 +196,7 @@ struct Studio::State {
     // What is automatic. A video keeps the choice of the picture of a scene that came first with
     // these settings, so that it stays steady.
     void choose(Setup& setup) {
-        if (!setup.knobs.automatic.any()) return;
+        if (!setup.knobs.choices.any()) return;
         const Document& document = *setup.document;
         std::string video;
         if (document.video)

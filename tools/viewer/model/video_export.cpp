@@ -89,13 +89,9 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
         job.quilt.grid = QuiltGrid{document.layout.columns, document.layout.rows};
         return job;
     }
-    NativeOptions& native = job.scene.native;
-    native.views = knobs.views;
-    native.fit = knobs.fit;
-    native.depthCurve = knobs.depthCurve;
-    job.scene.choices = knobs.automatic;
-    if (!knobs.automatic.framing)
-        native.framing =
+    job.scene.recipe = knobs;
+    if (!knobs.choices.framing)
+        job.scene.recipe.framing =
             allowed(knobs.framing, {document.picture.size(), display.aspect(), knobs.fit});
     job.depth.medium = tools::Medium::Video;
     job.depth.isFlat = document.source.reading == Reading::Photo;

@@ -4,6 +4,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_maker.hpp"
+#include "altiro3D/products.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/model/depth_maker.hpp"
@@ -29,30 +30,26 @@ constexpr int kRescan = 10000; // ms otherwise: folders on other machines do not
 std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, const Display& display,
                                                       const std::shared_ptr<DepthMaker>& maker) {
     const Knobs knobs;
-    NativeOptions options;
-    options.views = knobs.views;
-    options.fit = knobs.fit;
-    const NativeMaker toNative(display, layoutOf(knobs, display), options);
+    const NativeMaker toNative(display, layoutOf(knobs, display), knobs);
     const auto depth = std::make_shared<PlayedDepth>(maker);
     const DepthEdges edges = first.eyes               ? DepthEdges::Matched
                              : first.rawDepth.empty() ? DepthEdges::Aligned
                                                       : DepthEdges::Unknown;
     Source source = first.source;
     if (first.rawDepth.empty()) source.reading = Reading::Photo; // no search for a quilt in each
-    return
-        [=, eyes = first.eyes, aspect = display.aspect(), scene = 0](const cv::Mat& frame) mutable {
-            Document document = documentOf(source, frame, display, eyes);
-            depth->next(document, knobs.depth);
-            if (document.depth.empty()) document.readDepth(document.depth);
-            if (document.scene != scene) options.refine.flaws.reset();
-            scene = document.scene;
-            const Placement placed = placeScene({document.picture, document.depth, {}, {}, edges},
-                                                aspect, toNative.workSize(), options);
-            options.refine.flaws = placed.flaws; // until the next scene
-            cv::Mat native;
-            toNative.makeNative(placed, native);
-            return native;
-        };
+    return [=, eyes = first.eyes, aspect = display.aspect(), scene = 0,
+            flaws = std::optional<DepthFlaws>()](const cv::Mat& frame) mutable {
+        Document document = documentOf(source, frame, display, eyes);
+        depth->next(document, knobs.depth);
+        if (document.depth.empty()) document.readDepth(document.depth);
+        if (document.scene != scene) flaws.reset();
+        scene = document.scene;
+        cv::Mat native;
+        toNative.makeNative(placeFrame({document.picture, document.depth, {}, {}, edges}, aspect,
+                                       toNative.workSize(), knobs, flaws),
+                            native);
+        return native;
+    };
 }
 
 } // namespace

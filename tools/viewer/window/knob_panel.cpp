@@ -27,9 +27,8 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr double kMaxStrength = 40;     // of the slider
-constexpr double kMostStrength = 10000; // of numbers, as validate() allows
-constexpr int kAutoFit = -1;            // cover, with the part that is chosen
+constexpr double kMaxStrength = 40; // of the slider
+constexpr int kAutoFit = -1;        // cover, with the part that is chosen
 
 struct Tip {
     const char* object;
@@ -146,7 +145,7 @@ QLabel* faintLabel(const QString& name) {
 }
 
 bool choosesStrength(const Knobs& knobs) {
-    return knobs.automatic.strength || knobs.automatic.limit;
+    return knobs.choices.strength || knobs.choices.limit;
 }
 
 QFormLayout* formOf(QWidget* widget) {
@@ -241,20 +240,23 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     betterDepth_ = named(new QToolButton, "betterDepth", tr("Better depth"));
     betterDepth_->setText(tr("Better depth…"));
     depthSource_ = faintLabel("depthSource");
-    depthCurve_ = new KnobSlider("depthCurve", tr("Depth curve"), kMinDepthCurve, kMaxDepthCurve, 2,
+    const RecipeField& curve = recipeField("depth-curve");
+    depthCurve_ = new KnobSlider("depthCurve", tr("Depth curve"), curve.least, curve.most, 2,
                                  standard.depthCurve, {});
     method_ = choices("method", tr("Method of views"),
                       {{tr("Layered"), int(ViewMethod::Layered)},
                        {tr("Fast"), int(ViewMethod::Fast)},
                        {tr("Real"), int(ViewMethod::Real)}});
-    strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
-                               standard.views.strengthPercent, tr(" %"), kMostStrength);
+    strength_ =
+        new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
+                       standard.views.strengthPercent, tr(" %"), recipeField("strength").most);
     eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
                                    kMaxEyesStrength, 2, kEyesStrength, tr(" %"));
     autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));
     autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"));
     focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.views.focus, {});
-    refinement_ = numbers("refinement", tr("Refinement"), 0, 16);
+    refinement_ =
+        numbers("refinement", tr("Refinement"), 0, static_cast<int>(recipeField("refine").most));
     fill_ = choices("fill", tr("Content behind edges"),
                     {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
                      {tr("Continued rows"), int(LayeredFill::Continue)}});
@@ -329,7 +331,7 @@ void KnobPanel::connectKnobs() {
                 [this, slider, automatic, what](double, int gesture) {
                     const QSignalBlocker blocker(automatic);
                     automatic->setChecked(false);
-                    if (slider == strength_) shown_.automatic.limit = false;
+                    if (slider == strength_) shown_.choices.limit = false;
                     turn(what, gesture);
                 });
         connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
@@ -432,15 +434,15 @@ Knobs KnobPanel::read() const {
     Knobs knobs = shown_;
     ViewOptions& views = knobs.views;
     views.method = static_cast<ViewMethod>(method_->currentData().toInt());
-    knobs.automatic = {fit_->currentData().toInt() == kAutoFit, autoFocus_->isChecked(),
-                       autoStrength_->isChecked(), shown_.automatic.limit};
+    knobs.choices = {fit_->currentData().toInt() == kAutoFit, autoFocus_->isChecked(),
+                     autoStrength_->isChecked(), shown_.choices.limit};
     // sliders show what was chosen
     if (!choosesStrength(knobs)) views.strengthPercent = strength_->value();
-    if (!knobs.automatic.focus) views.focus = focus_->value();
+    if (!knobs.choices.focus) views.focus = focus_->value();
     views.refinement = refinement_->value();
     views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
-    knobs.fit = knobs.automatic.framing ? FitMode::Cover
-                                        : static_cast<FitMode>(fit_->currentData().toInt());
+    knobs.fit =
+        knobs.choices.framing ? FitMode::Cover : static_cast<FitMode>(fit_->currentData().toInt());
     knobs.depthCurve = depthCurve_->value();
     knobs.depth = depth_->currentData().toString().toStdString();
     return knobs;
@@ -456,13 +458,13 @@ void KnobPanel::show(const Knobs& knobs) {
     shown_ = knobs;
     const ViewOptions& views = knobs.views;
     choose(*method_, int(views.method));
-    autoStrength_->setChecked(knobs.automatic.strength);
-    autoFocus_->setChecked(knobs.automatic.focus);
-    if (!knobs.automatic.strength) strength_->setValue(views.strengthPercent);
-    if (!knobs.automatic.focus) focus_->setValue(views.focus);
+    autoStrength_->setChecked(knobs.choices.strength);
+    autoFocus_->setChecked(knobs.choices.focus);
+    if (!knobs.choices.strength) strength_->setValue(views.strengthPercent);
+    if (!knobs.choices.focus) focus_->setValue(views.focus);
     refinement_->setValue(views.refinement);
     choose(*fill_, int(views.layered.fill));
-    choose(*fit_, knobs.automatic.framing ? kAutoFit : int(knobs.fit));
+    choose(*fit_, knobs.choices.framing ? kAutoFit : int(knobs.fit));
     depthCurve_->setValue(knobs.depthCurve);
     choose(*depth_, QString::fromStdString(knobs.depth));
     for (const auto& [method, widget] : ofMethod_)
@@ -473,7 +475,7 @@ void KnobPanel::show(const Knobs& knobs) {
 
 void KnobPanel::showChosen(const Knobs& chosen) {
     if (choosesStrength(shown_)) strength_->setValue(chosen.views.strengthPercent);
-    if (shown_.automatic.focus) focus_->setValue(chosen.views.focus);
+    if (shown_.choices.focus) focus_->setValue(chosen.views.focus);
 }
 
 void KnobPanel::show(const Document* document, const QString& depthSource) {

@@ -416,25 +416,12 @@ void MainWindow::fillScreens() {
 void MainWindow::readSettings() {
     const QSettings settings;
     Knobs knobs;
-    ViewOptions& views = knobs.views;
-    views.method = knownOr(views.method, settings.value("method"),
-                           {ViewMethod::Fast, ViewMethod::Real, ViewMethod::Layered});
-    views.strengthPercent = settings.value("strength", views.strengthPercent).toDouble();
-    views.focus = settings.value("focus", views.focus).toDouble();
-    knobs.fit = knownOr(knobs.fit, settings.value("fit"),
-                        {FitMode::Cover, FitMode::Contain, FitMode::Stretch});
-    const AutoChoices standard = knobs.automatic;
-    knobs.automatic = {settings.value("autoFit", standard.framing).toBool() &&
-                           knobs.fit == FitMode::Cover,
-                       settings.value("autoFocus", standard.focus).toBool(),
-                       settings.value("autoStrength", standard.strength).toBool(),
-                       settings.value("limitStrength", standard.limit).toBool()};
-    knobs.depthCurve = std::clamp(settings.value("depthCurve", knobs.depthCurve).toDouble(),
-                                  kMinDepthCurve, kMaxDepthCurve);
     knobs.depth =
         settings.value("depth", QString::fromStdString(knobs.depth)).toString().toStdString();
-    try {
-        validate(views); // the file may contain anything
+    try { // the file may contain anything
+        const QString recipe = settings.value("recipe").toString();
+        if (!recipe.isEmpty())
+            static_cast<Recipe&>(knobs) = parseRecipe(recipe.toStdString(), "recipe");
         controller_.restoreKnobs(knobs);
     } catch (const Error&) {
         // then the defaults stay
@@ -464,15 +451,7 @@ void MainWindow::readSettings() {
 void MainWindow::writeSettings() const {
     QSettings settings;
     const Knobs& knobs = controller_.standardKnobs();
-    settings.setValue("method", int(knobs.views.method));
-    settings.setValue("strength", knobs.views.strengthPercent);
-    settings.setValue("focus", knobs.views.focus);
-    settings.setValue("fit", int(knobs.fit));
-    settings.setValue("autoFit", knobs.automatic.framing);
-    settings.setValue("autoFocus", knobs.automatic.focus);
-    settings.setValue("autoStrength", knobs.automatic.strength);
-    settings.setValue("limitStrength", knobs.automatic.limit);
-    settings.setValue("depthCurve", knobs.depthCurve);
+    settings.setValue("recipe", QString::fromStdString(recipeText(knobs)));
     settings.setValue("depth", QString::fromStdString(knobs.depth));
     const tools::EyesOptions& eyes = controller_.eyes();
     settings.setValue("eyes", altiro3D::nameOf(eyes.picture).option);

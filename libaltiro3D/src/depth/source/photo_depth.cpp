@@ -3,6 +3,7 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
+#include "image/picture_halves.hpp"
 
 namespace altiro3D {
 
@@ -21,9 +22,11 @@ PhotoDepth matchedDepth(const StereoPair& pair, Notes& notes) {
 }
 
 std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture,
-                                       const PhotoFile& file, Notes* notes) {
+                                       const std::filesystem::path& file, std::string_view bytes,
+                                       Notes* notes) {
     Notes remarks;
-    const StereoPair pair = splitStereoFile(picture, name.layout, name.halves, file, &remarks);
+    const StereoPair pair =
+        splitNamedHalves(picture, name.layout, name.halves, file, bytes, &remarks);
     PhotoDepth halves;
     const StereoMatch match = matchStereo(pair.left, pair.right, halves.rawDepth, &halves.hidden);
     if (!match.areEyes()) { // a name is weak evidence, so it needs more than a match

@@ -7,6 +7,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace altiro3D {
 
@@ -18,10 +19,12 @@ namespace altiro3D {
 PhotoDepth matchedDepth(const StereoPair& pair, Notes& notes);
 
 /// The left half of a picture whose name says that it holds both eyes, with its depth by matching.
-/// @param file the picture's @param notes if given, receives remarks
+/// @param file name of the picture's file @param bytes its contents
+/// @param notes if given, receives remarks
 /// @return nothing, and a remark, if the halves do not match so well that they are surely eyes
 std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture,
-                                       const PhotoFile& file, Notes* notes);
+                                       const std::filesystem::path& file, std::string_view bytes,
+                                       Notes* notes);
 
 /// Adds a remark that a picture is not what its name says. @param why "says that it holds ..."
 void addReadAsPhoto(Notes* notes, const SceneName& name, const std::string& why);

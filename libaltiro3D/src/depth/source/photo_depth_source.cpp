@@ -254,7 +254,7 @@ std::optional<PhotoDepth> readNamedHalves(const PhotoFile& file, const cv::Mat& 
     refuseVrName(file.path());
     try {
         return name->contents == SceneName::Contents::Eyes
-                   ? matchedDepth(*name, picture, file, notes)
+                   ? matchedDepth(*name, picture, file.path(), file.look(), notes)
                    : readRgbd(file, *name, picture, notes);
     } catch (const Error& error) {
         if (std::string(error.what()).find(file.path().string()) == 0) throw;

@@ -1,6 +1,7 @@
 #include "video/conversion/frame_renderer.hpp"
 
 #include "altiro3D/error.hpp"
+#include "altiro3D/products.hpp"
 #include "base/state_bytes.hpp"
 #include "native/quilt_shape.hpp"
 #include "video/conversion/frame_depth.hpp"
@@ -109,8 +110,8 @@ class ViewsRenderer : public FrameRenderer {
     std::vector<SceneChoice> choices() const override { return choices_; }
 
     void keepState(SavedState& state) const override {
-        const bool areKnown = isMeasuring_ && options_.refine.flaws;
-        const DepthFlaws flaws = options_.refine.flaws.value_or(DepthFlaws());
+        const bool areKnown = isMeasuring_ && flaws_;
+        const DepthFlaws flaws = areKnown ? *flaws_ : DepthFlaws();
         std::vector<double> numbers = {areKnown ? 1.0 : 0.0};
         std::apply([&](auto... fields) { (numbers.push_back(static_cast<double>(fields)), ...); },
                    DepthFlaws::fields(flaws));
@@ -142,14 +143,14 @@ class ViewsRenderer : public FrameRenderer {
             useChosen();
         }
         if (!isMeasuring_) return;
-        options_.refine.flaws.reset();
+        flaws_.reset();
         if (*numbers++ == 0) return;
         std::apply(
             [&](auto&... fields) {
                 ((fields = static_cast<std::remove_reference_t<decltype(fields)>>(*numbers++)),
                  ...);
             },
-            DepthFlaws::fields(options_.refine.flaws.emplace()));
+            DepthFlaws::fields(flaws_.emplace()));
     }
 
   private:
@@ -179,23 +180,21 @@ class ViewsRenderer : public FrameRenderer {
             choices_.push_back({static_cast<double>(frame.source.pts), options.framing,
                                 options.views.focus, options.views.strengthPercent});
         }
-        if (isMeasured(frame)) options.refine.flaws.reset();
-        const Placement result = placeScene(scene, aspect, workSize_, options);
-        options.refine.flaws = result.flaws;
-        return result.scene;
+        if (isMeasured(frame)) flaws_.reset();
+        return placeFrame(scene, aspect, workSize_, options, flaws_).scene;
     }
 
     bool isChosenBy(const PipelineFrame& frame) const {
         return wanted_.any() && (!isChosen_ || frame.step.cut);
     }
 
-    // What is wrong with the depth belongs to its source. It is measured at the start of a scene,
-    // so edges do not waver from frame to frame.
+    // What is wrong with the depth belongs to its source.
     bool isMeasured(const PipelineFrame& frame) const {
-        return isMeasuring_ && (!options_.refine.flaws || frame.step.cut);
+        return isMeasuring_ && (!flaws_ || frame.step.cut);
     }
 
-    NativeOptions options_; // with the choices for the scene, and its flaws
+    NativeOptions options_;           // with the choices for the scene
+    std::optional<DepthFlaws> flaws_; // of the scene
     VideoTarget target_;
     DepthEdges edges_;
     bool isMeasuring_; // the flaws of the depth were not given

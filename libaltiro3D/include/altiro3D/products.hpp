@@ -1,0 +1,94 @@
+#pragma once
+
+#include "altiro3D/export.hpp"
+#include "altiro3D/photo_fit.hpp"
+#include "altiro3D/placement.hpp"
+#include "altiro3D/quilt.hpp"
+#include "altiro3D/scene.hpp"
+#include "altiro3D/stereo_views.hpp"
+#include "altiro3D/sway.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <optional>
+
+namespace altiro3D {
+
+// What becomes of a scene besides its Native and its quilt, which NativeMaker makes. All of it
+// shows the whole photo, unless it is told otherwise.
+
+/// Places a frame of a video as placeScene() does. The flaws of the depth are measured in the first
+/// frame of a scene of the video and kept for the others, so that edges do not waver.
+///
+/// @param frame, aspect, size as for placeScene()
+/// @param options as for placeScene(); flaws that they state are used as they are
+/// @param kept the flaws of the scene so far; nothing: measure them in this frame
+/// @return the placed frame
+/// @throws Error as placeScene()
+[[nodiscard]] ALTIRO3D_EXPORT Placement placeFrame(const Scene& frame, double aspect, cv::Size size,
+                                                   PlacementOptions options,
+                                                   std::optional<DepthFlaws>& kept);
+
+/// Longer side of a depth map that is saved, px: depth has less detail than a photo.
+constexpr int kSavedDepthSide = 4096;
+
+/// The depth of a scene as it is saved: aligned with the whole photo.
+///
+/// @param scene photo and depth of any size. If it is moved here, its photo is released early.
+/// @param longerSide the longer side of the result in px, if the photo is larger
+/// @return [rows x cols, CV_32FC1, 0..1, 1 = nearest] with the shape of the photo
+/// @throws Error as fitDepth()
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat savedDepth(Scene scene, int longerSide = kSavedDepthSide);
+
+/// The pictures of both eyes of a whole photo, in its own shape.
+///
+/// @param scene photo and depth
+/// @param options method, focus and the depth; fit, framing and strength are replaced
+/// @param strengthPercent parallax between the eyes, % of the width (kEyesStrength)
+/// @param from which eyes are rendered
+/// @return both pictures, of the photo's size
+/// @throws Error as placeScene() and renderEyes(); Unsupported (one side of the photo is more than
+///         100 times the other)
+[[nodiscard]] ALTIRO3D_EXPORT StereoPair photoEyes(const Scene& scene, PlacementOptions options,
+                                                   double strengthPercent,
+                                                   EyesFrom from = EyesFrom::Both);
+
+/// The fit of a photo to its swaying video, with the margins that its views show.
+///
+/// @param photo its size in px
+/// @param options fit, strength and focus
+/// @param part the part to show, in px of the photo; empty: all of it
+/// @param size of the video in px; empty: swaySize()
+/// @return the fit; its size is that of the video
+/// @throws Error as photoSwayFit() and withMargins()
+[[nodiscard]] ALTIRO3D_EXPORT PhotoFit swayFitOf(cv::Size photo, const PlacementOptions& options,
+                                                 const std::optional<cv::Rect>& part = {},
+                                                 cv::Size size = {});
+
+/// The views of a photo for its swaying video.
+///
+/// @param scene photo and depth
+/// @param options method, strength, focus and the depth
+/// @param fit from swayFitOf()
+/// @return renders pictures of the fit's size, for writeSway()
+/// @throws Error as fitScene() and photoViews()
+[[nodiscard]] ALTIRO3D_EXPORT SwayView swayViewsOf(const Scene& scene,
+                                                   const PlacementOptions& options,
+                                                   const PhotoFit& fit);
+
+/// Writes the views of a quilt as pictures, several at a time.
+///
+/// @param fileOf the file of a view; it is called by several threads
+/// @param quilt [layout size, CV_8UC3, BGR]
+/// @param layout its layout
+/// @param goOn receives the part that is written, 0..1, from one thread at a time; false cancels.
+///        May be empty.
+/// @return false if the work was cancelled; then no view is left, and neither after an error
+/// @throws Error as writeImage()
+ALTIRO3D_EXPORT bool writeViews(const std::function<std::filesystem::path(int view)>& fileOf,
+                                const cv::Mat& quilt, const QuiltLayout& layout,
+                                const std::function<bool(double)>& goOn = {});
+
+} // namespace altiro3D

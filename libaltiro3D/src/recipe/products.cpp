@@ -1,0 +1,109 @@
+#include "altiro3D/products.hpp"
+
+#include "altiro3D/depth_map.hpp"
+#include "altiro3D/error.hpp"
+#include "altiro3D/image_io.hpp"
+#include "base/text.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace altiro3D {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// The photo, shrunk if its longer side exceeds a length.
+cv::Mat smallerPhoto(const cv::Mat& photo, int longerSide) {
+    const double scale = static_cast<double>(longerSide) / std::max(photo.cols, photo.rows);
+    if (scale >= 1) return photo;
+    const auto scaled = [scale](int side) { return std::max(1, cvRound(side * scale)); };
+    cv::Mat smaller;
+    cv::resize(photo, smaller, {scaled(photo.cols), scaled(photo.rows)}, 0, 0, cv::INTER_AREA);
+    return smaller;
+}
+
+} // namespace
+
+Placement placeFrame(const Scene& frame, double aspect, cv::Size size, PlacementOptions options,
+                     std::optional<DepthFlaws>& kept) {
+    if (!options.refine.flaws) options.refine.flaws = kept;
+    Placement placed = placeScene(frame, aspect, size, options);
+    kept = placed.flaws;
+    return placed;
+}
+
+cv::Mat savedDepth(Scene scene, int longerSide) {
+    const cv::Mat guide = smallerPhoto(scene.photo, longerSide);
+    scene.photo.release();
+    cv::Mat depth;
+    fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)}, guide, depth);
+    return depth;
+}
+
+StereoPair photoEyes(const Scene& scene, PlacementOptions options, double strengthPercent,
+                     EyesFrom from) {
+    const cv::Size size = scene.photo.size();
+    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
+        throw Error(ErrorCode::Unsupported, "pictures for two eyes",
+                    "the photo has " + sizeText(size) +
+                        ", expected at most 100 px of one side to 1 px of the other");
+    options.fit = FitMode::Stretch; // to its own shape
+    options.framing = {};
+    options.views.strengthPercent = strengthPercent;
+    const double aspect = static_cast<double>(size.width) / size.height;
+    return renderEyes(placeScene(scene, aspect, size, options).scene, options.views, from);
+}
+
+PhotoFit swayFitOf(cv::Size photo, const PlacementOptions& options,
+                   const std::optional<cv::Rect>& part, cv::Size size) {
+    const PhotoFit fit =
+        part ? photoSwayFit(*part, options.fit, size) : photoSwayFit(photo, options.fit, size);
+    return withMargins(fit, photo, options.views);
+}
+
+SwayView swayViewsOf(const Scene& scene, const PlacementOptions& options, const PhotoFit& fit) {
+    Scene fitted;
+    fitScene(withDepthCurve(scene, options.depthCurve), fit, options.views.focus, fitted,
+             options.refine);
+    return photoViews(fitted, options.views);
+}
+
+bool writeViews(const std::function<fs::path(int)>& fileOf, const cv::Mat& quilt,
+                const QuiltLayout& layout, const std::function<bool(double)>& goOn) {
+    std::mutex mutex;
+    std::vector<fs::path> written;
+    bool isCancelled = false;
+    const auto removeAll = [&] {
+        std::error_code ignored;
+        for (const fs::path& file : written)
+            fs::remove(file, ignored);
+    };
+    try {
+        cv::parallel_for_(cv::Range(0, layout.viewCount), [&](const cv::Range& range) {
+            for (int view = range.start; view < range.end; ++view) {
+                {
+                    const std::lock_guard<std::mutex> lock(mutex);
+                    const double done = static_cast<double>(written.size()) / layout.viewCount;
+                    isCancelled = isCancelled || (goOn && !goOn(done));
+                    if (isCancelled) return;
+                }
+                const fs::path file = fileOf(view);
+                writeImage(file, quilt(layout.tile(view)));
+                const std::lock_guard<std::mutex> lock(mutex);
+                written.push_back(file);
+            }
+        });
+    } catch (...) {
+        removeAll();
+        throw;
+    }
+    if (isCancelled) removeAll();
+    return !isCancelled;
+}
+
+} // namespace altiro3D

@@ -171,10 +171,10 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
             convertPicture(job, quilt, native, true, display, messages);
             return kExitDone;
         }
-        videos.plan.input = quilt;
-        videos.plan.output = native;
-        videos.plan.isFile = videos.plan.isFromFolder = videos.plan.isChecked = true;
-        videos.plan.place = run.place() + " ";
+        videos.job.plan.input = quilt;
+        videos.job.plan.output = native;
+        videos.job.plan.isFile = videos.job.plan.isFromFolder = videos.job.plan.isChecked = true;
+        videos.job.plan.place = run.place() + " ";
         return makeVideo(videos, nullptr, messages);
     };
     return run.convert(files, convert, [](std::size_t, const FolderEnd&) {});

@@ -22,7 +22,12 @@ void addOptions(CommandLine& commandLine) {
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
     commandLine.addSection("Profile");
-    addProfileOption(commandLine);
+    commandLine.add(
+        {"profile"},
+        "balanced (default): method layered, depth as often as the picture needs it, --preset "
+        "superfast --crf 16; live: method fast, --preset ultrafast --crf 20; best: layered with "
+        "-k --continuous, --depth-every 1, --preset medium --crf 12. Other options override it.",
+        "live|balanced|best");
     addDepthOptions(commandLine, Medium::Video);
     commandLine.addAdvanced(
         {"depth-every"},
@@ -39,7 +44,17 @@ void addOptions(CommandLine& commandLine) {
     addPhotoFitOptions(commandLine, AutoUse::Named);
     commandLine.addSection("Input");
     commandLine.addAdvanced({"from-quilt"}, "The frames of IN are quilts.");
-    addVideoInputOptions(commandLine);
+    commandLine.add({"from"}, "Begin at this time: seconds, or [h:]mm:ss.", "TIME");
+    commandLine.add({"to"}, "End at this time.", "TIME");
+    commandLine.add({"preview"}, "Make only the first SECONDS seconds.", "SECONDS");
+    commandLine.addAdvanced({"input-format"},
+                            "FFmpeg's name of the format or device of IN, if it is not detected "
+                            "(v4l2, x11grab, lavfi).",
+                            "NAME");
+    commandLine.addAdvanced({"input-options"},
+                            "Settings of that format, such as video_size=1280x720,framerate=30.",
+                            "LIST");
+    commandLine.addAdvanced({"no-deinterlace"}, "Leave interlaced frames as they are.");
     commandLine.addSection("Output");
     commandLine.add({"quilt-out"},
                     "Write a quilt video (named ..._qs<columns>x<rows>a<aspect>, 4:2:0) "

@@ -11,6 +11,8 @@
 
 namespace altiro3D::tools {
 
+namespace fs = std::filesystem;
+
 namespace {
 
 constexpr std::size_t kMaxTypos = 2;
@@ -353,6 +355,19 @@ std::optional<std::size_t> CommandLine::choice(const std::string& option,
     const auto found = std::find(words.begin(), words.end(), *text);
     if (found == words.end()) failValue(option, joined(words, ", ", " or "));
     return static_cast<std::size_t>(found - words.begin());
+}
+
+void CommandLine::take(std::initializer_list<OptionField> options) const {
+    for (const OptionField& option : options)
+        option.take(*this);
+}
+
+void CommandLine::takeNames(const std::string& expected,
+                            std::initializer_list<fs::path*> names) const {
+    if (files_.size() != names.size()) failNames(expected, names.size());
+    auto file = files_.begin();
+    for (fs::path* name : names)
+        *name = *file++;
 }
 
 void CommandLine::failValue(const std::string& option, const std::string& expected) const {

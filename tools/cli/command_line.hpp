@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,8 @@ std::string counted(WholeNumber count, const std::string& noun) {
 /// The words with a text between them, and perhaps another before the last one.
 std::string joined(const std::vector<std::string>& words, const std::string& between = ", ",
                    const std::optional<std::string>& beforeLast = {});
+
+class OptionField;
 
 /// The options of one tool, their help and their values.
 ///
@@ -111,6 +114,13 @@ class CommandLine {
         const auto index = choice(option, words);
         return index ? std::optional<Value>(named[*index].second) : std::nullopt;
     }
+    /// Reads options into fields, in this order. The field of an option that was not given stays as
+    /// it is. @throws UsageError
+    void take(std::initializer_list<OptionField> options) const;
+    /// Reads the names that do not belong to an option. @param expected "QUILT and OUT"
+    /// @throws UsageError if there are more or fewer
+    void takeNames(const std::string& expected,
+                   std::initializer_list<std::filesystem::path*> names) const;
     /// Throws a UsageError because the number of names is wrong.
     /// @param expected "PHOTO and OUT" @param count number of names in `expected`
     [[noreturn]] void failNames(const std::string& expected, std::size_t count) const;
@@ -121,6 +131,11 @@ class CommandLine {
     void exclude(const std::string& option, std::initializer_list<const char*> others) const;
     /// Refuses options. @param why follows the option's name @throws UsageError
     void refuse(std::initializer_list<const char*> options, const std::string& why) const;
+    /// Refuses options that describe another one, if that is not given. @throws UsageError
+    void refuseWithout(const std::string& other, std::initializer_list<const char*> options,
+                       const std::string& why) const {
+        if (!has(other)) refuse(options, why);
+    }
 
   private:
     struct HelpEntry {
@@ -156,6 +171,59 @@ class CommandLine {
     std::set<std::string> options_;
     QCommandLineParser parser_;
     std::vector<std::filesystem::path> files_;
+};
+
+/// An option and the field that it sets, for CommandLine::take().
+class OptionField {
+  public:
+    /// A text or the name of a file.
+    template <typename Value>
+    OptionField(const char* option, Value& field)
+        : take_([=, &field](const CommandLine& given) {
+              if (const auto text = given.value(option)) field = *text;
+          }) {}
+    /// An option without a value. @param meant what it stands for
+    template <typename Value, typename Meant>
+    OptionField(const char* option, Value& field, const Meant& meant)
+        : take_([=, &field](const CommandLine& given) {
+              if (given.has(option)) field = meant;
+          }) {}
+    OptionField(const char* option, bool& field) : OptionField(option, field, true) {}
+    /// One of a few words.
+    template <typename Value, typename Meant, std::size_t N>
+    OptionField(const char* option, Value& field, const std::pair<const char*, Meant> (&words)[N])
+        : take_([=, &field, &words](const CommandLine& given) {
+              if (const auto meant = given.oneOf(option, words)) field = *meant;
+          }) {}
+    /// A number in a range, for an int a whole one.
+    template <typename Value>
+    OptionField(const char* option, Value& field, double low, double high)
+        : take_([=, &field](const CommandLine& given) {
+              if constexpr (std::is_same_v<Value, int> ||
+                            std::is_same_v<Value, std::optional<int>>) {
+                  const auto least = static_cast<int>(low);
+                  if (const auto number = given.wholeNumber(option, least, static_cast<int>(high)))
+                      field = *number;
+              } else if (const auto number = given.number(option, low, high)) {
+                  field = *number;
+              }
+          }) {}
+    /// A text that a function reads. @param expected what it takes, for the error
+    template <typename Value, typename Read>
+    OptionField(const char* option, Value& field,
+                std::optional<Read> (&read)(const std::string& text), const char* expected)
+        : take_([=, &field, &read](const CommandLine& given) {
+              const auto text = given.value(option);
+              if (!text) return;
+              const std::optional<Read> value = read(*text);
+              if (!value) given.failValue(option, expected);
+              field = *value;
+          }) {}
+
+    void take(const CommandLine& given) const { take_(given); }
+
+  private:
+    std::function<void(const CommandLine& given)> take_;
 };
 
 } // namespace altiro3D::tools

@@ -19,25 +19,6 @@ namespace {
 constexpr const char* kLength = "chunk-seconds";
 constexpr const char* kJoined = "joined"; // size and time of the output that was written
 
-// The part of a run that its plan states.
-struct PlannedRun {
-    std::optional<VideoRun> run;
-    VideoConversion conversion;
-};
-
-// Opens the run of a plan as the plan's command line did, in its working directory.
-void openPlanned(const fs::path& folder, const std::string& tool,
-                 const std::function<void(CommandLine&)>& addOptions, PlannedRun& planned,
-                 Messages& messages) {
-    const int threads = readVideoChunks(folder).threads;
-    openCommandLine(folder, tool, threads, addOptions, [&](const CommandLine& commandLine) {
-        VideoJob job = videoJob(commandLine);
-        job.plan.isChecked = true; // the plan has checked the names
-        planned.run.emplace(job, messages);
-        planned.conversion = openVideo(*planned.run, messages);
-    });
-}
-
 // Does work that shows its progress and that Ctrl-C stops.
 // @param work takes the receiver of progress and returns a result with `cancelled`
 template <typename Work>
@@ -112,7 +93,7 @@ int plan(const VideoJob& job, const VideoChunkOptions& options,
                  "; depth that is made twice: " + fixed(repeated, 1) + " %; planned in " +
                  fixed(made.seconds, 1) + " s");
     tellGain(made, options, messages);
-    const double most = run.encoding.maxRate;
+    const double most = run.job.encoding.maxRate;
     if (most > 0) {
         messages.say("the pictures take at most about " + bytesText(1e6 / 8 * most * made.end) +
                      " (--max-rate " + fixed(most, 0) + ")");
@@ -121,13 +102,14 @@ int plan(const VideoJob& job, const VideoChunkOptions& options,
     return kExitDone;
 }
 
-int makeChunk(const ChunkCall& call, PlannedRun& run, bool json, Messages& messages) {
-    repeatEncoder(run.run->encoding);
+int makeChunk(const ChunkCall& call, const VideoRun& run, VideoConversion conversion, bool json,
+              Messages& messages) {
+    repeatEncoder(run.job.encoding);
     const std::string task = std::to_string(call.number);
     const std::string name = call.folder.string() + ": chunk " + task;
     logLine(call, "begins chunk " + task);
     const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
-        return makeVideoChunk(std::move(run.conversion), call.folder, call.number, progress);
+        return makeVideoChunk(std::move(conversion), call.folder, call.number, progress);
     });
     messages.warn(result.notes);
     if (result.cancelled) {
@@ -152,20 +134,21 @@ int makeChunk(const ChunkCall& call, PlannedRun& run, bool json, Messages& messa
     return kExitDone;
 }
 
-int join(const ChunkCall& call, PlannedRun& run, bool replace, bool json, Messages& messages) {
-    const fs::path output = run.conversion.output;
+int join(const ChunkCall& call, const VideoRun& run, VideoConversion conversion, bool json,
+         Messages& messages) {
+    const fs::path output = conversion.output;
     const fs::path mark = call.folder / kJoined;
     const std::string there = fileStamp(output);
     if (!there.empty() && isThere(mark) && readFile(mark, 1000) == there) {
         messages.say(output.string() + " is made already");
         return kExitDone;
     }
-    Outputs outputs(replace || run.run->job.replace);
-    outputs.addInputs({run.run->plan.input});
+    Outputs outputs(run.job.replace);
+    outputs.addInputs({run.job.plan.input});
     outputs.addOutputs({output});
     outputs.check();
     const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
-        return joinVideoChunks(std::move(run.conversion), call.folder, progress);
+        return joinVideoChunks(std::move(conversion), call.folder, progress);
     });
     if (result.cancelled) {
         messages.warn("stopped; " + output.string() + " was not made");
@@ -205,17 +188,23 @@ std::optional<int> runVideoChunks(const CommandLine& commandLine,
             throw UsageError(
                 "--plan applies to one video, expected a single video instead of a folder");
         VideoChunkOptions options;
-        options.seconds = commandLine.number(kLength, 1, 86400).value_or(options.seconds);
+        commandLine.take({{kLength, options.seconds, 1, 86400}});
         return plan(job, options, arguments, call.folder, messages);
     }
     return runLogged(call, [&] {
-        PlannedRun run;
+        std::optional<VideoRun> run;
+        VideoConversion conversion;
         messages.setQuiet(true); // the plan has said this
-        openPlanned(call.folder, commandLine.name(), addOptions, run, messages);
+        openCommandLine(call.folder, commandLine.name(), readVideoChunks(call.folder).threads,
+                        addOptions, [&](const CommandLine& planned) {
+                            VideoJob job = videoJob(planned);
+                            job.plan.isChecked = true; // the plan has checked the names
+                            conversion = openVideo(run.emplace(job, messages), messages);
+                        });
         messages.setQuiet(false);
-        return call.task == ChunkCall::Task::Chunk
-                   ? makeChunk(call, run, json, messages)
-                   : join(call, run, commandLine.has("y"), json, messages);
+        commandLine.take({{"y", run->job.replace}});
+        const auto work = call.task == ChunkCall::Task::Chunk ? makeChunk : join;
+        return work(call, *run, std::move(conversion), json, messages);
     });
 }
 

@@ -67,8 +67,8 @@ std::vector<VideoPlan> planVideos(const VideoRun& run, const std::vector<FolderF
     for (std::size_t i = 0; i < videos.size(); ++i) {
         VideoPlan plan = all;
         plan.input = videos[i].file;
-        plan.output =
-            all.output / (stems[i] + entryOf(kSuffixes, product) + endingOf(run.encoding, plan));
+        plan.output = all.output /
+                      (stems[i] + entryOf(kSuffixes, product) + endingOf(run.job.encoding, plan));
         if (layout) plan.output = quiltFileName(plan.output, *layout, run.display.aspect());
         plan.report.clear();
         plan.isFile = true;
@@ -115,8 +115,9 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     Json reports = Json::array();
     std::string text; // of the report
     const auto make = [&](std::size_t i) {
-        videoRun.plan = plans[i];
-        videoRun.plan.place = run.place() + " " + oneLine(plans[i].input.filename().string()) + " ";
+        videoRun.job.plan = plans[i];
+        videoRun.job.plan.place =
+            run.place() + " " + oneLine(plans[i].input.filename().string()) + " ";
         return makeVideo(videoRun, &text, messages);
     };
     const int status = run.convert(files, make, [&](std::size_t i, const FolderEnd& end) {

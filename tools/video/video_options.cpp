@@ -9,8 +9,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <set>
 
 namespace altiro3D::tools {
 
@@ -25,11 +23,16 @@ const std::array<VideoProfile, 3> kProfiles = {{
     {"best", ViewMethod::Layered, true, 1, EncoderPreset::Medium, 12, 50},
 }};
 
+constexpr std::pair<const char*, std::size_t> kProfileNames[] = {
+    {"live", 0}, {"balanced", 1}, {"best", 2}};
+constexpr std::pair<const char*, VideoCodec> kCodecs[] = {{"h264", VideoCodec::H264},
+                                                          {"hevc", VideoCodec::Hevc},
+                                                          {"h264rgb", VideoCodec::H264Rgb},
+                                                          {"ffv1", VideoCodec::Ffv1},
+                                                          {"prores", VideoCodec::ProRes}};
+
 // Seconds as "90", "1:30" or "0:01:30.5".
-std::optional<double> secondsOption(const CommandLine& commandLine, const std::string& option) {
-    const auto given = commandLine.value(option);
-    if (!given) return std::nullopt;
-    const std::string& text = *given;
+std::optional<double> readSeconds(const std::string& text) {
     double seconds = 0;
     const char* at = text.data();
     const char* const end = at + text.size();
@@ -43,52 +46,137 @@ std::optional<double> secondsOption(const CommandLine& commandLine, const std::s
         if (*parsed.ptr != ':' || value != std::floor(value)) break;
         at = parsed.ptr + 1;
     }
-    commandLine.failValue(option, "seconds, as 12.5, or [h:]mm:ss");
+    return std::nullopt;
 }
 
-double maxRateOption(const CommandLine& commandLine, const VideoWriterOptions& options) {
-    const double rate = commandLine.number("max-rate", 0, 100000).value_or(0);
-    if (rate == 0) return 0;
-    if (rate < 1) {
+std::optional<DepthRange> readRange(const std::string& text) {
+    DepthRange range;
+    char rest = 0;
+    const bool isRead = std::sscanf(text.c_str(), "%lf:%lf%c", &range.low, &range.high, &rest) == 2;
+    const bool isRange = range.low >= 0 && range.high > range.low && range.high <= 65535;
+    return isRead && isRange ? std::optional(range) : std::nullopt;
+}
+
+// The part of the input, and how it is opened.
+VideoReaderOptions readerOptions(const CommandLine& commandLine) {
+    constexpr const char* kExpected = "seconds, as 12.5, or [h:]mm:ss";
+    VideoReaderOptions options;
+    std::optional<double> to;
+    std::optional<double> preview;
+    std::string list;
+    commandLine.exclude("to", "preview");
+    commandLine.take({{"from", options.from, readSeconds, kExpected},
+                      {"to", to, readSeconds, kExpected},
+                      {"preview", preview, readSeconds, kExpected},
+                      {"input-format", options.format},
+                      {"no-deinterlace", options.deinterlace, false},
+                      {"input-options", list}});
+    if (to && *to <= options.from)
+        throw UsageError("--to is " + *commandLine.value("to") + ", expected a time after --from");
+    if (preview && *preview <= 0) commandLine.failValue("preview", "more than 0");
+    options.to = to ? *to : preview ? options.from + *preview : options.to;
+    for (std::size_t at = 0; !list.empty() && at <= list.size();) {
+        const std::size_t comma = std::min(list.find(',', at), list.size());
+        const std::string entry = list.substr(at, comma - at);
+        const std::size_t equals = entry.find('=');
+        if (equals == 0 || equals == std::string::npos)
+            throw UsageError("--input-options has \"" + entry + "\", expected name=value");
+        options.formatOptions.emplace_back(entry.substr(0, equals), entry.substr(equals + 1));
+        at = comma + 1;
+    }
+    return options;
+}
+
+void requireRate(const CommandLine& commandLine, const VideoWriterOptions& options) {
+    if (options.maxRate == 0) return;
+    if (options.maxRate < 1)
         throw UsageError("--max-rate is " + *commandLine.value("max-rate") +
                          ", expected 0 or 1..100000");
-    }
     if (options.codec == VideoCodec::Hevc)
         throw UsageError("--max-rate goes with --codec h264 or h264rgb, not with hevc");
     if (options.crf < 1)
         throw UsageError("--max-rate goes with --crf 1 or more, which need not be lossless");
-    return rate;
 }
 
-// Whether the input is a folder of videos.
-bool takesFolder(const CommandLine& commandLine) {
-    const std::vector<fs::path>& names = commandLine.files();
-    return names.size() == 2 && isDirectory(names.front());
+// How frames are encoded; the video sets size and times, and its size the default of maxRate.
+VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile) {
+    VideoWriterOptions options;
+    options.crf = profile.crf;
+    options.preset = profile.preset;
+    std::string codec;
+    commandLine.take(
+        {{"codec", options.codec, kCodecs}, {"codec", codec}, {"compat", options.compatible}});
+    if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes)
+        commandLine.refuse({"crf", "preset", "max-rate"},
+                           " does not apply to --codec " + codec + "; leave it out");
+    if (options.compatible && options.codec != VideoCodec::H264 &&
+        options.codec != VideoCodec::Hevc)
+        throw UsageError("--compat goes with --codec h264 or hevc, not with " + codec);
+    commandLine.take({{"crf", options.crf, 0, 51}, {"max-rate", options.maxRate, 0, 100000}});
+    requireRate(commandLine, options);
+    std::vector<std::string> presets;
+    for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
+        presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
+    if (const auto preset = commandLine.choice("preset", presets))
+        options.preset = static_cast<EncoderPreset>(*preset);
+    commandLine.take(
+        {{"no-audio", options.audio, false}, {"no-subtitles", options.subtitles, false}});
+    return options;
 }
 
-VideoPlan planVideo(const CommandLine& commandLine) {
+// What --from-quilt leaves nothing to do for.
+constexpr const char* kOfScenes[] = {"quilt-out",
+                                     "rgbd-out",
+                                     "d",
+                                     "depth",
+                                     "rgbd",
+                                     "n",
+                                     "l",
+                                     "net-profile",
+                                     "network-size",
+                                     "depth-every",
+                                     "k",
+                                     "g",
+                                     "method",
+                                     "continuous",
+                                     "strength",
+                                     "focus",
+                                     "stereo",
+                                     "depth-curve",
+                                     "fill",
+                                     "borders",
+                                     "refine",
+                                     "inpaint-from",
+                                     "exact-depth",
+                                     "stereo-layout",
+                                     "stereo-keep",
+                                     "stereo-swap"};
+
+VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
     const std::vector<fs::path>& names = commandLine.files();
-    const bool pair = commandLine.has("d");
-    const bool show = commandLine.has("show");
-    const auto stereo = commandLine.value("stereo-out");
-    const std::size_t expected = (pair ? 3 : 2) - (show ? 1 : 0);
-    const bool isStereoAlone = stereo && names.size() + 1 == expected;
+    VideoPlan plan;
+    bool pair = false;
+    fs::path stereo;
+    commandLine.take({{"d", pair}, {"show", plan.show}, {"stereo-out", stereo}});
+    const std::size_t expected = (pair ? 3 : 2) - (plan.show ? 1 : 0);
+    const bool isStereoAlone = !stereo.empty() && names.size() + 1 == expected;
     if (names.size() != expected && !isStereoAlone) {
         const std::string in = pair ? "IN DEPTH" : "IN";
-        commandLine.failNames(show ? in : in + (pair ? " OUT" : " and OUT"), expected);
+        commandLine.failNames(plan.show ? in : in + (pair ? " OUT" : " and OUT"), expected);
     }
-    VideoPlan plan;
     plan.input = names.front();
-    plan.show = show;
-    if (!show && !isStereoAlone) plan.output = names.back();
+    if (!plan.show && !isStereoAlone) plan.output = names.back();
     if (pair) plan.depth = names[1];
-    if (const auto depth = commandLine.value("depth")) plan.depth = *depth;
-    plan.report = commandLine.value("report").value_or("");
     commandLine.exclude("quilt-out", "rgbd-out");
-    if (stereo) {
+    commandLine.take({{"depth", plan.depth},
+                      {"report", plan.report},
+                      {"stereo-out", plan.product, VideoProduct::Stereo},
+                      {"quilt-out", plan.product, VideoProduct::Quilt},
+                      {"rgbd-out", plan.product, VideoProduct::Rgbd},
+                      {"from-quilt", plan.fromQuilt}});
+    if (!stereo.empty()) {
         commandLine.exclude("stereo-out", {"quilt-out", "rgbd-out", "from-quilt", "show"});
-        if (takesFolder(commandLine))
-            commandLine.refuse({"stereo-out"}, " names one video, expected one as input");
+        if (isFolder) commandLine.refuse({"stereo-out"}, " names one video, expected one as input");
         plan.native = plan.output;
         if (!plan.native.empty()) {
             commandLine.refuse({"plan", "resume", "report"},
@@ -98,44 +186,13 @@ VideoPlan planVideo(const CommandLine& commandLine) {
                                  ": is read twice for --stereo-out and OUT, expected a file, or "
                                  "one of them");
         }
-        plan.output = *stereo;
-        plan.product = VideoProduct::Stereo;
+        plan.output = stereo;
     }
-    if (commandLine.has("quilt-out")) plan.product = VideoProduct::Quilt;
-    if (commandLine.has("rgbd-out")) plan.product = VideoProduct::Rgbd;
-    plan.fromQuilt = commandLine.has("from-quilt");
-    if (plan.fromQuilt) {
-        constexpr const char* kOfScenes[] = {"quilt-out",
-                                             "rgbd-out",
-                                             "d",
-                                             "depth",
-                                             "rgbd",
-                                             "n",
-                                             "l",
-                                             "net-profile",
-                                             "network-size",
-                                             "depth-every",
-                                             "k",
-                                             "g",
-                                             "method",
-                                             "continuous",
-                                             "strength",
-                                             "focus",
-                                             "stereo",
-                                             "depth-curve",
-                                             "fill",
-                                             "borders",
-                                             "refine",
-                                             "inpaint-from",
-                                             "exact-depth",
-                                             "stereo-layout",
-                                             "stereo-keep",
-                                             "stereo-swap"};
+    if (plan.fromQuilt)
         for (const char* other : kOfScenes)
             commandLine.exclude("from-quilt", other);
-    }
-    plan.part = videoReaderOptions(commandLine);
-    if (show) {
+    plan.part = readerOptions(commandLine);
+    if (plan.show) {
         commandLine.exclude("show", {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset",
                                      "max-rate", "compat", "progress"});
         return plan;
@@ -150,7 +207,7 @@ VideoPlan planVideo(const CommandLine& commandLine) {
         commandLine.refuse({"progress"}, " writes to standard output, expected the name of a file "
                                          "for the video");
     }
-    if (takesFolder(commandLine)) {
+    if (isFolder) {
         if (isStream) throw UsageError("- stands for one video, expected a directory for several");
         return plan;
     }
@@ -158,20 +215,6 @@ VideoPlan planVideo(const CommandLine& commandLine) {
     if (!plan.native.empty()) requireVideoName(plan.native);
     plan.isFile = !isStream && isFile(plan.input);
     return plan;
-}
-
-std::optional<DepthRange> depthRangeOption(const CommandLine& commandLine) {
-    const auto text = commandLine.value("depth-range");
-    if (!text) return std::nullopt;
-    if (!commandLine.has("depth") && !commandLine.has("d"))
-        commandLine.refuse({"depth-range"}, " goes with --depth, expected a depth video or images");
-    DepthRange range;
-    char rest = 0;
-    const bool isRead =
-        std::sscanf(text->c_str(), "%lf:%lf%c", &range.low, &range.high, &rest) == 2;
-    if (!isRead || !(range.low >= 0) || !(range.high > range.low) || !(range.high <= 65535))
-        commandLine.failValue("depth-range", "two numbers of 0..65535, as 0:4095");
-    return range;
 }
 
 RunSettings settingsOf(const std::vector<std::pair<std::string, std::string>>& given) {
@@ -191,65 +234,6 @@ RunSettings settingsOf(const std::vector<std::pair<std::string, std::string>>& g
 
 const VideoProfile& standardVideoProfile() {
     return kProfiles[1];
-}
-
-void addProfileOption(CommandLine& commandLine) {
-    commandLine.add(
-        {"profile"},
-        "balanced (default): method layered, depth as often as the picture needs it, --preset "
-        "superfast --crf 16; live: method fast, --preset ultrafast --crf 20; best: layered with "
-        "-k --continuous, --depth-every 1, --preset medium --crf 12. Other options override it.",
-        "live|balanced|best");
-}
-
-VideoProfile videoProfile(const CommandLine& commandLine, bool show) {
-    return kProfiles[commandLine.choice("profile", {"live", "balanced", "best"})
-                         .value_or(show ? 0 : 1)];
-}
-
-void addVideoInputOptions(CommandLine& commandLine) {
-    commandLine.add({"from"}, "Begin at this time: seconds, or [h:]mm:ss.", "TIME");
-    commandLine.add({"to"}, "End at this time.", "TIME");
-    commandLine.add({"preview"}, "Make only the first SECONDS seconds.", "SECONDS");
-    commandLine.addAdvanced({"input-format"},
-                            "FFmpeg's name of the format or device of IN, if it is not detected "
-                            "(v4l2, x11grab, lavfi).",
-                            "NAME");
-    commandLine.addAdvanced({"input-options"},
-                            "Settings of that format, such as video_size=1280x720,framerate=30.",
-                            "LIST");
-    commandLine.addAdvanced({"no-deinterlace"}, "Leave interlaced frames as they are.");
-}
-
-VideoReaderOptions videoReaderOptions(const CommandLine& commandLine) {
-    VideoReaderOptions options;
-    options.from = secondsOption(commandLine, "from").value_or(options.from);
-    commandLine.exclude("to", "preview");
-    if (const auto to = secondsOption(commandLine, "to")) {
-        options.to = *to;
-        if (*to <= options.from)
-            throw UsageError("--to is " + *commandLine.value("to") +
-                             ", expected a time after --from");
-    }
-    if (const auto preview = secondsOption(commandLine, "preview")) {
-        if (*preview <= 0) commandLine.failValue("preview", "more than 0");
-        options.to = options.from + *preview;
-    }
-    options.format = commandLine.value("input-format").value_or("");
-    options.deinterlace = !commandLine.has("no-deinterlace");
-    if (const auto list = commandLine.value("input-options")) {
-        for (std::size_t at = 0; at <= list->size();) {
-            const std::size_t comma = std::min(list->find(',', at), list->size());
-            const std::string entry = list->substr(at, comma - at);
-            const std::size_t equals = entry.find('=');
-            if (equals == 0 || equals == std::string::npos) {
-                throw UsageError("--input-options has \"" + entry + "\", expected name=value");
-            }
-            options.formatOptions.emplace_back(entry.substr(0, equals), entry.substr(equals + 1));
-            at = comma + 1;
-        }
-    }
-    return options;
 }
 
 void addEncoderOptions(CommandLine& commandLine) {
@@ -273,74 +257,13 @@ void addEncoderOptions(CommandLine& commandLine) {
     commandLine.addAdvanced({"no-subtitles"}, "Leave the subtitles out.");
 }
 
-VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile) {
-    VideoWriterOptions options;
-    options.codec = commandLine
-                        .oneOf<VideoCodec>("codec", {{"h264", VideoCodec::H264},
-                                                     {"hevc", VideoCodec::Hevc},
-                                                     {"h264rgb", VideoCodec::H264Rgb},
-                                                     {"ffv1", VideoCodec::Ffv1},
-                                                     {"prores", VideoCodec::ProRes}})
-                        .value_or(VideoCodec::H264);
-    if (options.codec == VideoCodec::Ffv1 || options.codec == VideoCodec::ProRes) {
-        commandLine.refuse({"crf", "preset", "max-rate"},
-                           " does not apply to --codec " + commandLine.value("codec").value_or("") +
-                               "; leave it out");
-    }
-    options.compatible = commandLine.has("compat");
-    if (options.compatible && options.codec != VideoCodec::H264 &&
-        options.codec != VideoCodec::Hevc) {
-        throw UsageError("--compat goes with --codec h264 or hevc, not with " +
-                         *commandLine.value("codec"));
-    }
-    options.crf = commandLine.number("crf", 0, 51).value_or(profile.crf);
-    options.maxRate = maxRateOption(commandLine, options);
-    std::vector<std::string> presets;
-    for (int i = 0; i <= static_cast<int>(EncoderPreset::VerySlow); ++i)
-        presets.emplace_back(presetName(static_cast<EncoderPreset>(i)));
-    const auto preset = commandLine.choice("preset", presets);
-    options.preset = preset ? static_cast<EncoderPreset>(*preset) : profile.preset;
-    options.audio = !commandLine.has("no-audio");
-    options.subtitles = !commandLine.has("no-subtitles");
-    return options;
-}
-
-double defaultMaxRate(const VideoProfile& profile, cv::Size panel) {
-    if (profile.bitsPerPixel == 0) return 0;
-    return std::max(1.0, std::round(1e-6 * profile.bitsPerPixel * panel.area()));
-}
-
-bool isHeifPicture(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    std::string start(12, '\0');
-    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
-    if (!stream || start.compare(4, 4, "ftyp") != 0) return false;
-    const std::set<std::string> brands = {"heic", "heix", "heim", "heis", "mif1", "mif2", "avif"};
-    return brands.count(start.substr(8)) > 0;
-}
-
-bool isPicture(const std::filesystem::path& file, const VideoFacts& facts) {
-    if (isHeifPicture(file)) return true;
-    const std::string& format = facts.format;
-    const std::string ending = "_pipe";
-    const bool mayBe = format == "image2" ||
-                       (format.size() > ending.size() &&
-                        format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
-    if (!mayBe) return false;
-    try {
-        VideoReader reader(file);
-        return !reader.next() || !reader.next(); // pictures may also stand one after the other
-    } catch (const Error&) {
-        return true; // a broken one
-    }
-}
-
 VideoJob videoJob(const CommandLine& commandLine) {
-    const bool isFolder = takesFolder(commandLine);
+    const std::vector<fs::path>& names = commandLine.files();
+    const bool isFolder = names.size() == 2 && isDirectory(names.front());
     if (isFolder)
         commandLine.refuse({"show", "d", "depth"},
                            " applies to one video, expected a single video instead of a folder");
-    VideoJob job = videoJob(commandLine, planVideo(commandLine));
+    VideoJob job = videoJob(commandLine, planVideo(commandLine, isFolder));
     job.isFolder = isFolder;
     return job;
 }
@@ -349,84 +272,66 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     VideoJob job;
     job.plan = plan;
     job.tool = commandLine.name();
-    job.replace = commandLine.has("y");
-    job.resume = commandLine.has("resume");
-    job.recursive = commandLine.has("recursive");
     job.jsonProgress = wantsJsonProgress(commandLine);
-    job.isPreview = commandLine.has("preview");
-    job.isMaxRateGiven = commandLine.has("max-rate");
-    job.profile = videoProfile(commandLine, plan.show);
+    std::size_t profile = plan.show ? 0 : 1;
+    commandLine.take({{"y", job.replace},
+                      {"resume", job.resume},
+                      {"recursive", job.recursive},
+                      {"preview", job.isPreview},
+                      {"max-rate", job.isMaxRateGiven},
+                      {"screen", job.screen},
+                      {"profile", profile, kProfileNames},
+                      {"strength", job.keepsEyes, false},
+                      {"focus", job.keepsEyes, false},
+                      {"depth-curve", job.keepsEyes, false},
+                      {"stereo-keep", job.keepsEyes, false},
+                      {"method", job.keepsEyes, false}});
+    job.profile = kProfiles[profile];
     job.scene = sceneOptions(commandLine, AutoUse::Named, job.profile.method);
     NativeOptions& native = job.scene.recipe;
-    if ((native.framing != Framing() || job.scene.recipe.choices.any()) &&
-        (plan.fromQuilt || plan.product == VideoProduct::Rgbd)) {
+    commandLine.take({{"fit", job.fit, native.fit}});
+    const bool isRgbd = plan.product == VideoProduct::Rgbd;
+    if ((native.framing != Framing() || job.scene.recipe.choices.any()) && (plan.fromQuilt || isRgbd))
         throw UsageError(
             std::string(
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +
             (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
-    }
     if (!plan.fromQuilt) job.eyes = eyesOptions(commandLine, "stereo-out");
     if (job.eyes.areFiles)
         commandLine.failValue("stereo-layout", "a layout of one video; files is for pictures");
-    for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
-        job.keepsEyes = job.keepsEyes && !commandLine.has(other);
-    if (plan.product == VideoProduct::Rgbd)
+    if (isRgbd)
         commandLine.refuse({"depth-curve"}, " is for views, but --rgbd-out writes depth as it is");
-    if (plan.product == VideoProduct::Stereo) {
+    if (plan.product == VideoProduct::Stereo)
         commandLine.refuse({"center", "zoom", "fit"},
                            " chooses a part for a panel, but eyes see whole frames; leave it out");
-    }
     if (job.profile.keep) native.detail = Detail::Panel;
     if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
-    if (commandLine.has("fit")) job.fit = native.fit;
     job.display = displayOptions(commandLine);
-    job.screen = commandLine.value("screen").value_or("");
     job.bridge = bridgeJob(commandLine);
-    const bool isForBridge =
-        plan.product == VideoProduct::Quilt || plan.product == VideoProduct::Rgbd;
-    if (job.bridge && (!isForBridge || job.isFolder || isStandardStream(plan.output)))
+    if (job.bridge &&
+        ((plan.product != VideoProduct::Quilt && !isRgbd) || isStandardStream(plan.output)))
         throw UsageError("--bridge shows a quilt or RGB-D video, expected --quilt-out or "
                          "--rgbd-out with one file as OUT");
     job.quilt = quiltRequest(commandLine);
     job.encoding = encoderOptions(commandLine, job.profile);
-    if (!plan.fromQuilt) {
-        job.depth = depthOptions(commandLine, Medium::Video);
-        job.depthRange = depthRangeOption(commandLine);
-        const auto every = commandLine.value("depth-every");
-        const bool isGiven = !job.depth.given.empty();
-        job.depthOptions.every = isGiven ? 1 : job.profile.depthEvery;
-        if (every) {
-            job.depthOptions.every =
-                *every == "auto" ? 0 : *commandLine.wholeNumber("depth-every", 1, 1000);
-            if (isGiven)
-                commandLine.refuse({"depth-every"}, " says how often depth is estimated, but here "
-                                                    "it is given; leave it out");
-        }
-    }
     job.given = commandLine.given();
     job.settings = settingsOf(job.given);
+    if (plan.fromQuilt) return job;
+    job.depth = depthOptions(commandLine, Medium::Video);
+    if (!job.depth.fromFiles)
+        commandLine.refuse({"depth-range"}, " goes with --depth, expected a depth video or images");
+    const bool isGiven = !job.depth.given.empty();
+    job.depthOptions.every = isGiven ? 1 : job.profile.depthEvery;
+    std::string every;
+    commandLine.take(
+        {{"depth-range", job.depthRange, readRange, "two numbers of 0..65535, as 0:4095"},
+         {"depth-every", every}});
+    if (every == "auto") job.depthOptions.every = 0;
+    if (every != "auto") commandLine.take({{"depth-every", job.depthOptions.every, 1, 1000}});
+    if (isGiven)
+        commandLine.refuse({"depth-every"}, " says how often depth is estimated, but here "
+                                            "it is given; leave it out");
     return job;
-}
-
-void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDisplay& display) {
-    if (plan.isChecked) return;
-    if (job.resume && !plan.isFile) {
-        throw UsageError("--resume reads the input again, expected a file, not " +
-                         plan.inputName());
-    }
-    // The interrupted run may have left these files; without any, --resume starts a new run.
-    const bool goesOn = job.resume && !plan.show && isVideoUnfinished(plan.output);
-    Outputs outputs(job.replace || goesOn);
-    if (job.resume && !goesOn)
-        outputs.explainExisting(plan.output,
-                                "and no unfinished run of it is kept, so it may be complete");
-    outputs.addInputs(display.files);
-    outputs.addInputs({job.depth.network, job.depth.profile});
-    outputs.addInputs({plan.input, plan.depth});
-    if (!plan.show) outputs.addResult(plan.output);
-    outputs.addOutputs({plan.native});
-    outputs.addOutputs({plan.report});
-    outputs.check();
 }
 
 } // namespace altiro3D::tools

@@ -31,32 +31,8 @@ struct VideoProfile {
 /// The profile "balanced".
 const VideoProfile& standardVideoProfile();
 
-/// --profile
-void addProfileOption(CommandLine& commandLine);
-/// "live", "balanced" or "best"; without --profile live to show a video, else balanced.
-/// @throws UsageError
-VideoProfile videoProfile(const CommandLine& commandLine, bool show);
-
-/// --from --to --preview, --input-format --input-options
-void addVideoInputOptions(CommandLine& commandLine);
-/// @throws UsageError
-VideoReaderOptions videoReaderOptions(const CommandLine& commandLine);
-
 /// --codec --crf --preset --max-rate --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
-/// Reads the encoder options; the video sets size and times, and its size the default of maxRate.
-/// @throws UsageError
-VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoProfile& profile);
-
-/// The cap of a Native's rate by its profile, Mbit/s; 0: none.
-double defaultMaxRate(const VideoProfile& profile, cv::Size panel);
-
-/// Whether a file is a HEIC or AVIF picture, by its first bytes. FFmpeg opens some as videos.
-bool isHeifPicture(const std::filesystem::path& file);
-
-/// Whether a file is a single picture, which FFmpeg reads as a video of one frame.
-/// @param facts of the file; if they do not decide it, the file is read
-bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
 
 /// Names and kinds of the input and outputs of one run. An empty path: not given.
 struct VideoPlan {
@@ -70,7 +46,7 @@ struct VideoPlan {
     bool show = false;         ///< shown on the display, no output
     bool isFile = false;       ///< the input can be read again, so that a run can be resumed
     bool isFromFolder = false; ///< Left out if it turns out to be a Native video.
-    bool isChecked = false;    ///< checkOutputs() is not needed: the folder's run has done it.
+    bool isChecked = false;    ///< The names of inputs and outputs are checked.
     std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line
     VideoReaderOptions part;
 
@@ -81,7 +57,7 @@ struct VideoPlan {
 
 /// The command line of a run.
 struct VideoJob {
-    VideoPlan plan;        ///< Of one video; of a folder, the plan of each begins with it.
+    VideoPlan plan;        ///< Of the present video; of a folder at first its own names.
     bool isFolder = false; ///< The input is a folder of videos.
     bool replace = false;  ///< `-y`
     bool resume = false;
@@ -111,9 +87,5 @@ struct VideoJob {
 VideoJob videoJob(const CommandLine& commandLine);
 /// The same for a command line that names no videos, or those of a plan.
 VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan);
-
-/// Checks the names of a run before any work, see Outputs::check().
-/// @throws UsageError, Error
-void checkOutputs(const VideoJob& job, const VideoPlan& plan, const ChosenDisplay& display);
 
 } // namespace altiro3D::tools

@@ -129,11 +129,11 @@ Json settingsJson(const VideoRun& run) {
                      {"display", run.display.source},
                      {"quilt", run.layout.text()},
                      {"encoder",
-                      {{"preset", presetName(run.encoding.preset)},
-                       {"crf", run.encoding.crf},
-                       {"maxRate", run.encoding.maxRate}}}};
+                      {{"preset", presetName(run.job.encoding.preset)},
+                       {"crf", run.job.encoding.crf},
+                       {"maxRate", run.job.encoding.maxRate}}}};
     if (run.depth) {
-        const NativeOptions& native = run.scene.recipe;
+        const NativeOptions& native = run.job.scene.recipe;
         settings["method"] = methodName(native.views.method);
         const AutoChoices& choices = job.scene.recipe.choices; // those are in "choices"
         if (!choices.strength) settings["strengthPercent"] = native.views.strengthPercent;
@@ -166,8 +166,8 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"version", version()},
                        {"openCv", CV_VERSION},
                        {"threads", cv::getNumThreads()},
-                       {"input", run.plan.input.string()},
-                       {"output", run.plan.output.string()},
+                       {"input", run.job.plan.input.string()},
+                       {"output", run.job.plan.output.string()},
                        {"state", outcome.state()},
                        {"width", outcome.size.width},
                        {"height", outcome.size.height},
@@ -199,8 +199,8 @@ std::string failedReport(const VideoRun& run, const std::exception& error,
                          const Messages& messages) {
     const Json json = {{"tool", run.job.tool},
                        {"version", version()},
-                       {"input", run.plan.input.string()},
-                       {"output", run.plan.output.string()},
+                       {"input", run.job.plan.input.string()},
+                       {"output", run.job.plan.output.string()},
                        {"state", stateName(kExitFailed)},
                        {"error", sentenceOf(error)},
                        {"code", codeOf(error)},
@@ -218,9 +218,9 @@ void tellRate(const VideoRun& run, const VideoOutcome& outcome, Messages& messag
                      bytesText(outcome.bytes * *whole / outcome.result.end) + " at this rate");
     }
     constexpr double kNear = 0.9;
-    if (run.encoding.maxRate > 0 && rate > kNear * run.encoding.maxRate) {
+    if (run.job.encoding.maxRate > 0 && rate > kNear * run.job.encoding.maxRate) {
         messages.say("the quality is lowered where it would take more than " +
-                     fixed(run.encoding.maxRate, 0) +
+                     fixed(run.job.encoding.maxRate, 0) +
                      " Mbit/s; --max-rate sets another limit, 0 none");
     }
     tellDecoding(run, rate, messages);
@@ -235,7 +235,7 @@ void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages
                  fixed(millisecondsPerFrame(stage), 1) + " ms";
     }
     messages.detail("a frame takes: " + times);
-    if (!run.plan.show)
+    if (!run.job.plan.show)
         messages.detail("finishing the file took " + fixed(result.finishSeconds, 1) + " s");
     if (run.depth) {
         messages.detail("depth was inferred for " + std::to_string(result.inferences) + " of " +
@@ -243,7 +243,7 @@ void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages
                         std::to_string(result.cuts.size()) + " scene cuts, " +
                         std::to_string(result.repeated) + " repeated frames");
     }
-    if (!run.plan.show && result.pipeline.dropped > 0) {
+    if (!run.job.plan.show && result.pipeline.dropped > 0) {
         messages.say(counted(result.pipeline.dropped, "frame") +
                      " came too fast and were left out");
     }
@@ -282,16 +282,16 @@ void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages)
     }
     messages.warn(notes);
     const std::vector<SceneChoice>& choices = outcome.result.choices;
-    ViewOptions views = run.scene.recipe.views;
+    ViewOptions views = run.job.scene.recipe.views;
     if (!choices.empty()) {
         views.focus = choices.front().focus;
         views.strengthPercent = choices.front().strengthPercent;
         const std::string first =
             choices.size() == 1 ? "" : " (first of " + std::to_string(choices.size()) + " scenes)";
-        messages.say("auto: " + autoText(run.scene.recipe.choices, choices.front().framing, views) +
+        messages.say("auto: " + autoText(run.job.scene.recipe.choices, choices.front().framing, views) +
                      first);
     }
-    if (!run.depth || run.plan.product != VideoProduct::Native) return;
+    if (!run.depth || run.job.plan.product != VideoProduct::Native) return;
     const auto parallaxOf = [&] {
         return adjacentParallax(views, run.layout, run.display.panelSize(), {0, 1});
     };
@@ -306,10 +306,10 @@ void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages)
 
 // Makes the file.
 VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& messages) {
-    const VideoPlan& plan = run.plan;
+    const VideoPlan& plan = run.job.plan;
     VideoConverter converter = openConverter(plan, std::move(conversion));
     messages.warn(converter.notes());
-    repeatEncoder(run.encoding);
+    repeatEncoder(run.job.encoding);
     const VideoProgress begun = converter.progress();
     if (begun.keptFrames > 0) {
         messages.say("continues at " + clockText(begun.end) +
@@ -357,7 +357,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
 VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& messages) {
     DisplayPlayer screen(run.job, run.display);
     conversion.show = [&screen](const cv::Mat& native) { return screen.show(native); };
-    VideoConverter converter = openConverter(run.plan, std::move(conversion));
+    VideoConverter converter = openConverter(run.job.plan, std::move(conversion));
     VideoOutcome outcome;
     outcome.size = converter.size();
     outcome.result = converter.run([](const VideoProgress&) { return !isStopWanted(); });
@@ -370,7 +370,7 @@ VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& mes
     outcome.failed = status != kExitDone && !outcome.stopped; // altiro3Dview has reported why
     if (outcome.failed) return outcome;
     tellRemarks(run, outcome, messages);
-    messages.say(run.plan.inputName() + ": " + counted(outcome.result.frames, "frame") +
+    messages.say(run.job.plan.inputName() + ": " + counted(outcome.result.frames, "frame") +
                  " shown, " + std::to_string(outcome.result.pipeline.dropped) + " dropped; " +
                  fixed(outcome.rate(), 1) + " fps");
     return outcome;
@@ -387,8 +387,8 @@ std::string bytesAndRateText(double bytes, double seconds) {
 }
 
 void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
-    const VideoWriterOptions& encoding = run.encoding;
-    if (run.plan.product != VideoProduct::Native || encoding.codec != VideoCodec::H264 ||
+    const VideoWriterOptions& encoding = run.job.encoding;
+    if (run.job.plan.product != VideoProduct::Native || encoding.codec != VideoCodec::H264 ||
         encoding.compatible)
         return;
     // Measured: docs/performance.md.
@@ -423,15 +423,15 @@ int runVideo(const VideoJob& job, Messages& messages) {
         status = makeVideo(run, job.plan.report.empty() ? nullptr : &report, messages);
     } catch (const std::exception& error) {
         // before its name is checked, the report may replace a file
-        if (run.isChecked && !job.plan.report.empty())
+        if (run.job.plan.isChecked && !job.plan.report.empty())
             writeFile(job.plan.report, failedReport(run, error, messages));
         throw;
     }
     if (!report.empty()) writeFile(job.plan.report, report);
     if (status == kExitDone && job.bridge) {
-        const std::filesystem::path& file = run.plan.output;
+        const std::filesystem::path& file = run.job.plan.output;
         const bool isSqueezed = savedRgbdLayout(file).halves == StereoHalves::Squeezed;
-        const bool isRgbd = run.plan.product == VideoProduct::Rgbd;
+        const bool isRgbd = run.job.plan.product == VideoProduct::Rgbd;
         showOnBridge(
             *job.bridge,
             {isRgbd ? rgbdEntry(file, isSqueezed) : bridgeEntry(file, run.display.aspect())},
@@ -447,7 +447,7 @@ int runVideo(const VideoJob& job, Messages& messages) {
 
 int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
     VideoConversion conversion = openVideo(run, messages);
-    const VideoPlan& plan = run.plan;
+    const VideoPlan& plan = run.job.plan;
     catchStop();
     const VideoOutcome outcome = plan.show ? show(run, std::move(conversion), messages)
                                            : convert(run, std::move(conversion), messages);

@@ -6,28 +6,29 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace altiro3D::tools {
 
 /// Everything that is determined about a run. It may make several videos, one after the other.
 struct VideoRun {
+    /// @param of what the command line says @param chosen its display
+    VideoRun(VideoJob of, ChosenDisplay chosen) : job(std::move(of)), display(std::move(chosen)) {}
     /// Finds the display. @throws UsageError, Error
-    VideoRun(const VideoJob& options, Messages& messages);
-    /// For a display that is found already.
-    VideoRun(const VideoJob& options, ChosenDisplay display);
+    VideoRun(const VideoJob& of, Messages& messages);
 
-    VideoJob job;
-    VideoPlan plan; ///< Of the present video.
+    VideoJob job; ///< Of the present video, with what its input determines.
     ChosenDisplay display;
     QuiltLayout layout;               ///< Layout of quilts.
-    SceneOptions scene;               ///< How Natives are made.
     std::string path;                 ///< "direct" or "quilt", for reports.
     std::optional<ChosenDepth> depth; ///< Absent if frames are quilts.
-    VideoWriterOptions encoding;      ///< How frames are encoded.
     VideoFacts inputFacts;            ///< Of the input that was opened last.
-    bool isChecked = false;           ///< The names of the outputs are checked.
 };
+
+/// Whether a file is a single picture, which FFmpeg reads as a video of one frame.
+/// @param facts of the file; if they do not decide it, the file is read
+bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
 
 /// Chooses the source of depth, unless the run has one already or the frames are quilts.
 /// @throws UsageError, Error
@@ -40,7 +41,7 @@ QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages);
 
 /// Opens the input and determines everything about a run except the output. Reports all errors of
 /// the input.
-/// @param run `plan` is that of this video; the conversion uses `depth`, so keep the run alive
+/// @param run `job.plan` is that of this video; the conversion uses `depth`, so keep the run alive
 /// @return the conversion
 /// @throws UsageError, Error, NotTaken
 VideoConversion openVideo(VideoRun& run, Messages& messages);

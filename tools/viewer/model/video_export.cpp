@@ -116,7 +116,7 @@ VideoExportResult exportVideo(const tools::VideoJob& job, const Display& display
     static_cast<Display&>(chosen) = display;
     tools::VideoRun run(job, std::move(chosen));
     VideoConverter converter(tools::openVideo(run, messages));
-    tools::repeatEncoder(run.encoding);
+    tools::repeatEncoder(run.job.encoding);
     Teller teller(converter.progress(), job.plan.output, goOn);
     VideoExportResult result;
     try {

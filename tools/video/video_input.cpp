@@ -7,8 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <opencv2/core.hpp>
+#include <set>
 #include <utility>
 
 namespace altiro3D::tools {
@@ -16,6 +18,16 @@ namespace altiro3D::tools {
 namespace fs = std::filesystem;
 
 namespace {
+
+// By its first bytes, HEIC or AVIF, which FFmpeg may open as a video.
+bool isHeifPicture(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string start(12, '\0');
+    stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+    if (!stream || start.compare(4, 4, "ftyp") != 0) return false;
+    const std::set<std::string> brands = {"heic", "heix", "heim", "heis", "mif1", "mif2", "avif"};
+    return brands.count(start.substr(8)) > 0;
+}
 
 std::string factsText(const VideoFacts& facts) {
     std::string text = sizeText(facts.size);
@@ -131,23 +143,23 @@ void takeDepthTrack(VideoRun& run, Messages& messages) {
     const auto videos = std::count_if(
         facts.streams.begin(), facts.streams.end(),
         [](const VideoStreamFacts& stream) { return stream.kind == StreamKind::Video; });
-    if (!options.isDefault || options.isFlat || options.stereo || run.plan.fromQuilt ||
-        videos < 2 || !isFile(run.plan.input))
+    if (!options.isDefault || options.isFlat || options.stereo || run.job.plan.fromQuilt ||
+        videos < 2 || !isFile(run.job.plan.input))
         return;
-    VideoReaderOptions reading = run.plan.part;
+    VideoReaderOptions reading = run.job.plan.part;
     reading.isDepth = true;
     reading.bothEyes = false;
-    const VideoFacts depth = VideoReader(run.plan.input, reading).facts();
+    const VideoFacts depth = VideoReader(run.job.plan.input, reading).facts();
     const bool isDeep = isDeepGrey(depth) && !isDeepGrey(facts);
     if (!isDeep && std::none_of(facts.streams.begin(), facts.streams.end(), isNamed)) return;
-    const std::string asGiven = "--depth " + shellWord(run.plan.input.string());
+    const std::string asGiven = "--depth " + shellWord(run.job.plan.input.string());
     const auto shapeOf = [](const VideoFacts& of) {
         return of.sampleAspect.value() * aspectOf(of.size);
     };
     constexpr double kTolerance = 0.02;
-    if (run.plan.isFromFolder || std::abs(shapeOf(depth) / shapeOf(facts) - 1) > kTolerance)
+    if (run.job.plan.isFromFolder || std::abs(shapeOf(depth) / shapeOf(facts) - 1) > kTolerance)
         return messages.warn("the depth in the file is not used, because " +
-                             std::string(run.plan.isFromFolder
+                             std::string(run.job.plan.isFromFolder
                                              ? "the videos of a folder are made alike"
                                              : "it has another shape than the colours") +
                              "; " + asGiven + " uses it");
@@ -155,7 +167,7 @@ void takeDepthTrack(VideoRun& run, Messages& messages) {
     options.given = "depth in the video";
     options.kind = isDeep ? DepthKind::Metric : DepthKind::NearWhite;
     run.job.depthOptions.every = 1;
-    run.plan.depth = run.plan.input;
+    run.job.plan.depth = run.job.plan.input;
     messages.warn(std::string("the depth in the file is used, ") +
                   (isDeep ? "as distances, because it has 16 bits" : "white as near") + "; " +
                   asGiven + " --depth-kind says otherwise, -n altiro3d estimates it");
@@ -167,13 +179,13 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     if (options.isFlat || !options.given.empty()) return std::nullopt;
     FoundEyes found;
     if (options.stereo) {
-        found.eyes =
-            StereoVideo{options.stereo->layout, halvesOf(run.plan.input, options.stereo->halves)};
+        found.eyes = StereoVideo{options.stereo->layout,
+                                 halvesOf(run.job.plan.input, options.stereo->halves)};
         found.eyes->halves = halvesAsShown(*found.eyes, run.inputFacts);
         found.evidence = "--stereo says it";
     } else {
-        refuseVrName(run.plan.input);
-        found = findEyes(run.plan.input, run.inputFacts, run.plan.part);
+        refuseVrName(run.job.plan.input);
+        found = findEyes(run.job.plan.input, run.inputFacts, run.job.plan.part);
         messages.warn(found.notes);
     }
     if (!found.eyes) return std::nullopt;
@@ -205,13 +217,36 @@ void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
 // @param seenAspect width : height of the scene as it is shown
 void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
     run.path = "quilt";
-    if (run.plan.product == VideoProduct::Rgbd || run.plan.product == VideoProduct::Stereo) return;
-    tellCut(seenAspect, run.display.aspect(), run.scene.recipe, messages);
-    if (run.plan.product == VideoProduct::Quilt) return;
+    if (run.job.plan.product == VideoProduct::Rgbd || run.job.plan.product == VideoProduct::Stereo)
+        return;
+    tellCut(seenAspect, run.display.aspect(), run.job.scene.recipe, messages);
+    if (run.job.plan.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
-        makeNativeMaker(run.scene, run.display, run.layout, messages, run.job.profile.keep);
+        makeNativeMaker(run.job.scene, run.display, run.layout, messages, run.job.profile.keep);
     run.path = pathName(maker);
-    run.scene.recipe.positions = maker.options().positions;
+    run.job.scene.recipe.positions = maker.options().positions;
+}
+
+// Checks the names before any work, see Outputs::check().
+void checkOutputs(VideoRun& run) {
+    const VideoJob& job = run.job;
+    VideoPlan& plan = run.job.plan;
+    if (plan.isChecked) return;
+    if (job.resume && !plan.isFile)
+        throw UsageError("--resume reads the input again, expected a file, not " +
+                         plan.inputName());
+    // The interrupted run may have left these files; without any, --resume starts a new run.
+    const bool goesOn = job.resume && !plan.show && isVideoUnfinished(plan.output);
+    Outputs outputs(job.replace || goesOn);
+    if (job.resume && !goesOn)
+        outputs.explainExisting(plan.output,
+                                "and no unfinished run of it is kept, so it may be complete");
+    outputs.addInputs(run.display.files);
+    outputs.addInputs({job.depth.network, job.depth.profile, plan.input, plan.depth});
+    if (!plan.show) outputs.addResult(plan.output);
+    outputs.addOutputs({plan.native, plan.report});
+    outputs.check();
+    plan.isChecked = true;
 }
 
 void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {
@@ -222,7 +257,7 @@ void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConver
         return;
     }
     GivenVideoDepth& given = conversion.given.emplace();
-    if (options.fromFiles) given.source = run.plan.depth;
+    if (options.fromFiles) given.source = run.job.plan.depth;
     given.rgbd = rgbd;
     given.kind = run.depth->kind();
     given.range = run.job.depthRange;
@@ -234,21 +269,33 @@ void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConver
 
 } // namespace
 
-VideoRun::VideoRun(const VideoJob& options, ChosenDisplay chosen)
-    : job(options), plan(options.plan), display(std::move(chosen)), scene(options.scene),
-      encoding(options.encoding) {}
+bool isPicture(const fs::path& file, const VideoFacts& facts) {
+    if (isHeifPicture(file)) return true;
+    const std::string& format = facts.format;
+    const std::string ending = "_pipe";
+    const bool mayBe = format == "image2" ||
+                       (format.size() > ending.size() &&
+                        format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
+    if (!mayBe) return false;
+    try {
+        VideoReader reader(file);
+        return !reader.next() || !reader.next(); // pictures may also stand one after the other
+    } catch (const Error&) {
+        return true; // a broken one
+    }
+}
 
-VideoRun::VideoRun(const VideoJob& options, Messages& messages)
-    : VideoRun(options,
-               findDisplay(options.display, messages, {}, entryOf(kUses, options.plan.product))) {}
+VideoRun::VideoRun(const VideoJob& of, Messages& messages)
+    : VideoRun(of, findDisplay(of.display, messages, {}, entryOf(kUses, of.plan.product))) {}
 
 void openDepth(VideoRun& run, Messages& messages) {
-    if (!run.depth && !run.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);
+    if (!run.depth && !run.job.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);
 }
 
 QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
     QuiltLayout layout = chooseQuilt(run.job.quilt, run.display, messages);
-    if (run.plan.product == VideoProduct::Quilt && !run.job.quilt.tileSize && !run.display.map) {
+    if (run.job.plan.product == VideoProduct::Quilt && !run.job.quilt.tileSize &&
+        !run.display.map) {
         cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
         tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
     }
@@ -256,9 +303,9 @@ QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
 }
 
 VideoConversion openVideo(VideoRun& run, Messages& messages) {
-    const VideoJob& job = run.job;
-    VideoPlan& plan = run.plan;
-    NativeOptions& native = run.scene.recipe;
+    VideoJob& job = run.job;
+    VideoPlan& plan = job.plan;
+    NativeOptions& native = job.scene.recipe;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     plan.part.bothEyes = !plan.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
@@ -292,8 +339,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
                      : layoutOfViews(run, messages);
     if (plan.product == VideoProduct::Quilt && !isStandardStream(plan.output))
         plan.output = quiltFileName(plan.output, run.layout, run.display.aspect());
-    checkOutputs(job, plan, run.display);
-    run.isChecked = true;
+    checkOutputs(run);
     if (plan.fromQuilt) {
         const QuiltShape shape(plan.input, run.layout, run.display, job.fit);
         messages.say("quilt: " + quiltText(run.layout, shape.shownAspect()) +
@@ -326,19 +372,22 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
         if (conversion.stereo) photo = photoSize(*conversion.stereo, facts.size);
         choosePath(run, facts.sampleAspect.value() * aspectOf(photo), messages);
     }
-    if (plan.product == VideoProduct::Native && run.encoding.compatible)
+    if (plan.product == VideoProduct::Native && job.encoding.compatible)
         messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
                       "sub-pixels belong to different views, so views are mixed and depth blurs; "
                       "use it only for players that refuse the usual file");
     const EyesPicture picture = job.eyes.picture;
     const bool isMixed = picture == EyesPicture::Rows || isAnaglyph(picture);
-    if (plan.product == VideoProduct::Stereo && isMixed && run.encoding.compatible)
+    if (plan.product == VideoProduct::Stereo && isMixed && job.encoding.compatible)
         messages.warn("--compat halves the colour resolution (4:2:0), which mixes the eyes of " +
                       std::string(nameOf(picture).words) + ": each sees a trace of the other");
-    if (plan.product == VideoProduct::Native && run.encoding.codec == VideoCodec::H264 &&
-        run.encoding.crf >= 1 && !job.isMaxRateGiven)
-        run.encoding.maxRate = defaultMaxRate(job.profile, run.display.panelSize());
-    run.encoding.threads = cv::getNumThreads();
+    if (plan.product == VideoProduct::Native && job.encoding.codec == VideoCodec::H264 &&
+        job.encoding.crf >= 1 && !job.isMaxRateGiven)
+        job.encoding.maxRate = job.profile.bitsPerPixel == 0
+                                   ? 0
+                                   : std::max(1.0, std::round(1e-6 * job.profile.bitsPerPixel *
+                                                              run.display.panelSize().area()));
+    job.encoding.threads = cv::getNumThreads();
 
     conversion.input = plan.input;
     conversion.part = plan.part;
@@ -354,7 +403,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     conversion.fromQuilt = plan.fromQuilt;
     takeDepth(run, rgbd, conversion);
     conversion.depthOptions = job.depthOptions;
-    conversion.encoding = run.encoding;
+    conversion.encoding = job.encoding;
     conversion.settings = job.settings;
     if (job.resume) {
         conversion.unfinished = UnfinishedRun::Resume;

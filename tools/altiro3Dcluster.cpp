@@ -174,73 +174,83 @@ int status(const ClusterPlan& plan, Messages& messages) {
     return kExitDone;
 }
 
-std::vector<std::string> siteArguments(const CommandLine& commandLine) {
-    std::vector<std::string> words;
-    for (const char* option : {"partition", "account", "qos", "time"}) {
-        if (const auto value = commandLine.value(option))
-            words.push_back("--" + std::string(option) + "=" + *value);
+// The command line.
+struct ClusterJob {
+    fs::path folder;    // of the plan
+    std::string action; // the option that chooses it: "slurm", "hosts", ...
+    fs::path hosts;
+    int local = 1; // chunks at a time
+    SlurmOptions slurm;
+    bool dryRun = false;
+};
+
+ClusterJob clusterJob(const CommandLine& commandLine) {
+    ClusterJob job;
+    commandLine.takeNames("PLAN", {&job.folder});
+    for (const std::string option : {"slurm", "hosts", "local", "status", "resume", "cancel"}) {
+        std::string action;
+        commandLine.take({{option.c_str(), action, option}});
+        if (action.empty()) continue;
+        if (!job.action.empty()) commandLine.exclude(job.action, action);
+        job.action = action;
     }
-    if (const auto memory = commandLine.value("memory")) words.push_back("--mem=" + *memory);
+    if (job.action.empty())
+        throw UsageError("expected one of --slurm, --hosts, --local, --status, --resume, --cancel");
+    commandLine.refuseWithout(
+        "slurm", {"partition", "account", "qos", "time", "memory", "cpus", "slurm-arg", "limit"},
+        " belongs to --slurm");
+    if (job.action != "slurm" && job.action != "resume")
+        commandLine.refuse({"dry-run"}, " belongs to --slurm and --resume");
+    job.slurm.cpus = 0; // those of the plan
+    commandLine.take({{"hosts", job.hosts},
+                      {"local", job.local, 1, 1024},
+                      {"dry-run", job.dryRun},
+                      {"cpus", job.slurm.cpus, 1, 4096},
+                      {"limit", job.slurm.limit, 1, 1000000}});
+    constexpr std::pair<const char*, const char*> kSite[] = {{"partition", "--partition="},
+                                                             {"account", "--account="},
+                                                             {"qos", "--qos="},
+                                                             {"time", "--time="},
+                                                             {"memory", "--mem="}};
+    for (const auto& [option, argument] : kSite) {
+        std::string value;
+        commandLine.take({{option, value}});
+        if (!value.empty()) job.slurm.site.push_back(argument + value);
+    }
     for (const std::string& word : commandLine.values("slurm-arg"))
-        words.push_back(word);
-    return words;
+        job.slurm.site.push_back(word);
+    return job;
 }
 
-int run(const CommandLine& commandLine, Messages& messages) {
-    if (commandLine.files().size() != 1) commandLine.failNames("PLAN", 1);
-    std::string action;
-    for (const char* option : {"slurm", "hosts", "local", "status", "resume", "cancel"}) {
-        if (!commandLine.has(option)) continue;
-        if (!action.empty()) commandLine.exclude(action, option);
-        action = option;
-    }
-    if (action.empty())
-        throw UsageError("expected one of --slurm, --hosts, --local, --status, --resume, --cancel");
-    if (action != "slurm") {
-        commandLine.refuse(
-            {"partition", "account", "qos", "time", "memory", "cpus", "slurm-arg", "limit"},
-            " belongs to --slurm");
-        if (action != "resume") commandLine.refuse({"dry-run"}, " belongs to --slurm and --resume");
-    }
-    const ClusterPlan plan = readClusterPlan(commandLine.files().front());
-    if (action == "status") return status(plan, messages);
-    if (action == "local") {
-        const int atOnce = *commandLine.wholeNumber("local", 1, 1024);
+int run(const ClusterJob& job, Messages& messages) {
+    const ClusterPlan plan = readClusterPlan(job.folder);
+    if (job.action == "status") return status(plan, messages);
+    if (job.action == "local") {
         messages.say(plan.folder.string() + ": " +
                      counted(missingChunks(plan, 1, plan.chunks()).size(), "chunk") +
-                     " to make by " + plan.tool + ", " + std::to_string(atOnce) + " at a time");
+                     " to make by " + plan.tool + ", " + std::to_string(job.local) + " at a time");
         return makeAll(plan,
-                       [&](const std::vector<int>& numbers) { runHere(plan, numbers, atOnce); });
+                       [&](const std::vector<int>& numbers) { runHere(plan, numbers, job.local); });
     }
     const std::string local = localText(plan.folder);
-    if (action == "hosts") {
-        const std::string hosts = fs::absolute(*commandLine.value("hosts")).string();
+    if (!local.empty() && job.action != "cancel") messages.warn(local);
+    if (job.action == "hosts") {
+        const std::string hosts = fs::absolute(job.hosts).string();
         static_cast<void>(readFile(hosts, 1 << 24)); // a clear error if it is not there
-        if (!local.empty()) messages.warn(local);
         messages.flushWarnings();
         return makeAll(plan,
                        [&](const std::vector<int>& numbers) { runOnHosts(plan, numbers, hosts); });
     }
-    if (action == "cancel" || action == "resume") {
-        if (!wasSubmitted(plan)) {
-            throw Error(ErrorCode::NotFound, plan.folder.string(),
-                        "was not submitted, expected --slurm before --" + action);
-        }
-        if (action == "cancel") {
-            cancelSlurm(plan, messages);
-            return kExitDone;
-        }
+    if (job.action != "slurm" && !wasSubmitted(plan))
+        throw Error(ErrorCode::NotFound, plan.folder.string(),
+                    "was not submitted, expected --slurm before --" + job.action);
+    if (job.action == "cancel") {
+        cancelSlurm(plan, messages);
+        return kExitDone;
     }
-    SlurmOptions options;
-    if (action == "resume") {
-        options = readSlurmRun(plan).options;
-    } else {
-        options.site = siteArguments(commandLine);
-        options.cpus = commandLine.wholeNumber("cpus", 1, 4096).value_or(plan.threads);
-        options.limit = commandLine.wholeNumber("limit", 1, 1000000).value_or(0);
-    }
-    if (!local.empty()) messages.warn(local);
-    submitToSlurm(plan, options, commandLine.has("dry-run"), messages);
+    SlurmOptions options = job.action == "resume" ? readSlurmRun(plan).options : job.slurm;
+    if (options.cpus == 0) options.cpus = plan.threads;
+    submitToSlurm(plan, options, job.dryRun, messages);
     return kExitDone;
 }
 
@@ -286,5 +296,7 @@ int main(int argc, char** argv) {
                         "slurm.json says what was submitted.");
     commandLine.addTerm(CommandLine::Chapter::Environment, "SLURM_CONF",
                         "Read by the commands of Slurm; see slurm.conf(5).");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return run(clusterJob(given), messages);
+    });
 }

@@ -126,97 +126,103 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-void checkOutput(const std::filesystem::path& file, bool replace) {
-    Outputs outputs(replace);
-    outputs.addOutputs({file});
-    outputs.check();
-}
-
-// A calibration by the numbers of --lens.
-int makeLensFile(const CommandLine& commandLine, Messages& messages) {
-    const std::filesystem::path pitchSheet = commandLine.value("pitch-sheet").value_or("");
-    const std::size_t least = pitchSheet.empty() ? 1 : 0;
-    if (commandLine.files().size() < least || commandLine.files().size() > 1)
-        commandLine.failNames("the calibration to write", 1);
-    commandLine.refuse({"info", "json", "map", "layout", "resolution", "serial", "invert",
-                        "mpv-shader", "read-usb", "read-bridge", "bridge", "view-filter",
-                        "sampling"},
-                       " is about a calibration that exists, expected --lens without it");
-    const std::filesystem::path file =
-        commandLine.files().empty() ? "" : commandLine.files().front();
-    if (pitchSheet.empty())
-        commandLine.refuse({"around", "step"}, " is of a pitch sheet, expected --pitch-sheet");
-    else
-        requireNativeName(pitchSheet, true);
-    PitchSheetOptions pitches;
-    pitches.around = commandLine.number("around", 1, 5000).value_or(0);
-    pitches.step = commandLine.number("step", 1e-6, 100).value_or(0);
-    const Calibration calibration = calibrationOf(lensOption(commandLine));
-    Outputs outputs(commandLine.has("y"));
-    outputs.addOutputs({file, pitchSheet});
-    outputs.check();
-    tellSheet(calibration, messages);
-    if (!pitchSheet.empty()) {
-        writePitchSheet(pitchSheet, calibration, pitches);
-        const double lenses = pitchSheetReach(calibration, pitches);
-        if (lenses < 1) {
-            messages.warn("the outermost bands differ from the middle one by only " +
-                          fixed(lenses, 2) +
-                          " of a lens over the width: make the sheet wider or "
-                          "the step larger to see where the tone changes");
-        }
-        messages.say(pitchSheet.string() + ": pitch sheet of " + std::to_string(kPitchBands) +
-                     " bands; under the lenses the right one has one tone from end to end");
-    }
-    if (file.empty()) return kExitDone;
-    writeFile(file, calibrationText(calibration));
-    messages.say(file.string() + ": calibration of a " + sheetText(calibration));
-    return kExitDone;
-}
-
 // The command line.
 struct TableJob {
     DisplayOptions display; // calibration: empty with --info to find one
     QuiltRequest layout;
     std::filesystem::path table;  // empty: named after the display
     std::filesystem::path shader; // instead of a table; empty: none
-    std::filesystem::path saved;  // with --read-usb and --read-bridge: the file to write
+    std::filesystem::path saved;  // with --read-usb, --read-bridge and --lens: the file to write
     bool readsUsb = false;
     QuiltSampling sampling; // of the shader
     bool replace = false;
     bool info = false;
     bool json = false;
+    std::optional<LensNumbers> lens;
+    std::filesystem::path pitchSheet; // with --lens; empty: none
+    PitchSheetOptions pitches;
 };
 
+// The numbers of --lens and the files to make of them.
+void takeLens(const CommandLine& commandLine, TableJob& job) {
+    const std::vector<std::filesystem::path>& names = commandLine.files();
+    commandLine.take({{"pitch-sheet", job.pitchSheet}});
+    if (names.size() > 1 || (names.empty() && job.pitchSheet.empty()))
+        commandLine.failNames("the calibration to write", 1);
+    commandLine.refuse({"info", "json", "map", "layout", "resolution", "serial", "invert",
+                        "mpv-shader", "read-usb", "read-bridge", "bridge", "view-filter",
+                        "sampling"},
+                       " is about a calibration that exists, expected --lens without it");
+    if (!names.empty()) job.saved = names.front();
+    commandLine.refuseWithout("pitch-sheet", {"around", "step"},
+                              " is of a pitch sheet, expected --pitch-sheet");
+    if (!job.pitchSheet.empty()) requireNativeName(job.pitchSheet, true);
+    commandLine.take(
+        {{"around", job.pitches.around, 1, 5000}, {"step", job.pitches.step, 1e-6, 100}});
+    job.lens = lensOption(commandLine);
+}
+
 TableJob tableJob(const CommandLine& commandLine) {
+    const std::vector<std::filesystem::path>& names = commandLine.files();
     TableJob job;
-    job.display.serial = commandLine.value("serial").value_or("");
-    job.display.bridge = commandLine.value("bridge").value_or("auto");
-    job.replace = commandLine.has("y");
-    for (const char* option : {"read-usb", "read-bridge"}) {
-        if (!commandLine.has(option)) continue;
-        commandLine.exclude(option, {"info", "json", "m", "q", "r", "invert", "mpv-shader"});
-        if (commandLine.files().size() != 1) commandLine.failNames("one file to write", 1);
-        job.saved = commandLine.files().front();
-        job.readsUsb = commandLine.has("read-usb");
+    bool isLens = false;
+    bool readsBridge = false;
+    commandLine.take({{"lens", isLens}, {"y", job.replace}});
+    commandLine.refuseWithout("lens", {"pitch-sheet", "around", "step"},
+                              " is for the numbers of a lens, expected --lens with it");
+    if (isLens) {
+        takeLens(commandLine, job);
+        return job;
     }
+    commandLine.take({{"serial", job.display.serial},
+                      {"bridge", job.display.bridge},
+                      {"read-usb", job.readsUsb},
+                      {"read-bridge", readsBridge},
+                      {"info", job.info},
+                      {"json", job.info},
+                      {"json", job.json},
+                      {"m", job.table},
+                      {"mpv-shader", job.shader}});
+    for (const char* option : {"read-usb", "read-bridge"})
+        commandLine.exclude(option, {"info", "json", "m", "q", "r", "invert", "mpv-shader"});
+    if (job.readsUsb || readsBridge) commandLine.takeNames("one file to write", {&job.saved});
     commandLine.exclude("read-usb", "read-bridge");
     if (!job.saved.empty()) return job;
-    job.json = commandLine.has("json");
-    job.info = commandLine.has("info") || job.json;
     commandLine.exclude("mpv-shader", {"m", "r", "info", "json"});
-    if (!commandLine.has("mpv-shader"))
-        commandLine.refuse({"view-filter", "sampling"}, " applies to --mpv-shader");
-    const bool isNamed = !job.info || !commandLine.files().empty(); // else it is found
-    if (isNamed && commandLine.files().size() != 1)
-        commandLine.failNames("one calibration (the table's name goes with -m)", 1);
-    if (isNamed) job.display.calibration = commandLine.files().front();
+    commandLine.refuseWithout("mpv-shader", {"view-filter", "sampling"},
+                              " applies to --mpv-shader");
+    if (!job.info || !names.empty()) // else it is found
+        commandLine.takeNames("one calibration (the table's name goes with -m)",
+                              {&job.display.calibration});
     job.display.invert = invertOption(commandLine);
     job.layout = quiltRequest(commandLine);
-    job.table = commandLine.value("m").value_or("");
-    job.shader = commandLine.value("mpv-shader").value_or("");
     job.sampling = samplingOption(commandLine, TileSampling::Linear);
     return job;
+}
+
+// A calibration by the numbers of --lens.
+int makeLensFile(const TableJob& job, Messages& messages) {
+    const Calibration calibration = calibrationOf(*job.lens);
+    Outputs outputs(job.replace);
+    outputs.addOutputs({job.saved, job.pitchSheet});
+    outputs.check();
+    tellSheet(calibration, messages);
+    if (!job.pitchSheet.empty()) {
+        writePitchSheet(job.pitchSheet, calibration, job.pitches);
+        const double lenses = pitchSheetReach(calibration, job.pitches);
+        if (lenses < 1) {
+            messages.warn("the outermost bands differ from the middle one by only " +
+                          fixed(lenses, 2) +
+                          " of a lens over the width: make the sheet wider or "
+                          "the step larger to see where the tone changes");
+        }
+        messages.say(job.pitchSheet.string() + ": pitch sheet of " + std::to_string(kPitchBands) +
+                     " bands; under the lenses the right one has one tone from end to end");
+    }
+    if (job.saved.empty()) return kExitDone;
+    writeFile(job.saved, calibrationText(calibration));
+    messages.say(job.saved.string() + ": calibration of a " + sheetText(calibration));
+    return kExitDone;
 }
 
 // Writes the calibration in the memory of a display, all of which is read.
@@ -362,13 +368,12 @@ int main(int argc, char** argv) {
                         "where none is named. The word bridge stands for that of "
                         "Looking Glass Bridge.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
-        if (!given.has("lens"))
-            given.refuse({"pitch-sheet", "around", "step"},
-                         " is for the numbers of a lens, expected --lens with it");
-        if (given.has("lens")) return makeLensFile(given, messages);
         const TableJob job = tableJob(given);
+        if (job.lens) return makeLensFile(job, messages);
         if (job.saved.empty()) return makeTable(job, messages);
-        checkOutput(job.saved, job.replace);
+        Outputs outputs(job.replace);
+        outputs.addOutputs({job.saved});
+        outputs.check();
         return job.readsUsb ? saveUsbCalibration(job, messages)
                             : saveBridgeCalibration(job, messages);
     });

@@ -422,26 +422,27 @@ void checkOptions(const CommandLine& commandLine, bool truth) {
         if (truth && forTruth.count(option) == 0)
             throw UsageError(name + " does not apply to scenes with a true view; leave it out");
     }
-    if (!commandLine.has("photo"))
-        commandLine.refuse({"disparity-scale"},
-                           " applies to --disparity, expected --photo with it");
+    commandLine.refuseWithout("photo", {"disparity-scale"},
+                              " applies to --disparity, expected --photo with it");
 }
 
 TradeJob tradeJob(const CommandLine& commandLine) {
     commandLine.exclude("photo", "scenes");
     TradeJob job;
-    const std::pair<const char*, fs::path*> files[] = {
-        {"photo", &job.photo},   {"disparity", &job.disparity}, {"truth", &job.truth},
-        {"scenes", &job.scenes}, {"report", &job.report},       {"csv", &job.csv},
-        {"plot", &job.plot},     {"save-views", &job.saveViews}};
-    for (const auto& [option, file] : files)
-        *file = commandLine.value(option).value_or("");
+    commandLine.take({{"photo", job.photo},
+                      {"disparity", job.disparity},
+                      {"truth", job.truth},
+                      {"scenes", job.scenes},
+                      {"report", job.report},
+                      {"csv", job.csv},
+                      {"plot", job.plot},
+                      {"save-views", job.saveViews},
+                      {"y", job.replace}});
     checkOptions(commandLine, job.hasTruth());
     if (job.photo.empty() != job.disparity.empty() || job.photo.empty() != job.truth.empty())
         throw UsageError("--photo, --disparity and --truth belong together; see "
                          "altiro3Dtradeoff --help");
-    job.disparityScale =
-        commandLine.number("disparity-scale", 1e-6, 1e6).value_or(job.disparityScale);
+    commandLine.take({{"disparity-scale", job.disparityScale, 1e-6, 1e6}});
     const SceneOptions scene = sceneOptions(commandLine, AutoUse::None);
     if (scene.recipe.choices.any())
         throw UsageError("--strength and --focus: auto is not possible here, expected a number");
@@ -457,7 +458,6 @@ TradeJob tradeJob(const CommandLine& commandLine) {
                               wanted);
     if (!job.saveViews.empty() && job.photo.empty())
         throw UsageError("--save-views shows one scene, expected --photo, --disparity and --truth");
-    job.replace = commandLine.has("y");
     return job;
 }
 

@@ -64,20 +64,18 @@ struct ViewJob {
 };
 
 ViewJob viewJob(const CommandLine& commandLine) {
-    if (commandLine.files().size() != 2) commandLine.failNames("NATIVE and OUT", 2);
+    ViewJob job;
+    commandLine.takeNames("NATIVE and OUT", {&job.native, &job.output});
     commandLine.exclude("angle", {"view", "quilt-out"});
     commandLine.exclude("view", "quilt-out");
-    ViewJob job;
-    job.native = commandLine.files()[0];
-    job.output = commandLine.files()[1];
-    job.replace = commandLine.has("y");
-    job.angle = commandLine.number("angle", -kWidestAngle, kWidestAngle).value_or(0);
-    job.quilt = commandLine.has("quilt-out");
-    job.views = job.quilt ? "all" : commandLine.value("view").value_or("");
-    job.isBlurred = commandLine.has("eye");
-    if (!job.isBlurred)
-        commandLine.refuse({"distance"}, " is that of the eye, expected --eye with it");
-    job.distance = commandLine.number("distance", 10, 1000).value_or(job.distance);
+    commandLine.take({{"y", job.replace},
+                      {"angle", job.angle, -kWidestAngle, kWidestAngle},
+                      {"quilt-out", job.quilt},
+                      {"quilt-out", job.views, "all"},
+                      {"view", job.views},
+                      {"eye", job.isBlurred},
+                      {"distance", job.distance, 10, 1000}});
+    commandLine.refuseWithout("eye", {"distance"}, " is that of the eye, expected --eye with it");
     job.display = displayOptions(commandLine);
     job.layout = quiltRequest(commandLine);
     return job;

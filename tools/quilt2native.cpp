@@ -22,7 +22,8 @@ namespace {
 
 // The command line.
 struct QuiltJob {
-    fs::path quilt; // or a folder of quilts
+    std::vector<fs::path> names; // with --go and --bridge: of quilts and their folders
+    fs::path quilt;              // or a folder of quilts
     fs::path native;
     bool replace = false;
     bool skipExisting = false;
@@ -37,6 +38,12 @@ struct QuiltJob {
     EyesFiles eyes;
     std::optional<PrintOptions> print;
     VideoJob video;
+    std::optional<GoFolder> go;
+    std::optional<BridgeJob> bridge;
+    double bridgeSeconds = 0; // for which it shows each picture
+    bool isFolder = false;
+    bool makesVideo = false;
+    bool tellsKind = false; // and does nothing else
 };
 
 StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect,
@@ -152,14 +159,13 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
     requireDirectoryName(outputFolder, "quilts");
     VideoRun videos(job.video, messages);
     const ChosenDisplay& display = videos.display;
-    const bool skip = job.skipExisting;
-    Outputs outputs(job.replace || skip);
+    Outputs outputs(job.replace || job.skipExisting);
     outputs.addInputs(display.files);
     std::vector<FolderItem> files;
     const std::vector<std::string> stems = outputStems(quilts);
     for (std::size_t i = 0; i < quilts.size(); ++i) {
         const fs::path native = outputFolder / (stems[i] + "_native" + endingOf(quilts[i].file));
-        files.push_back({quilts[i].file, native, skip && isFileWithContents(native)});
+        files.push_back({quilts[i].file, native, job.skipExisting && isFileWithContents(native)});
         outputs.addPair(quilts[i].file, native);
     }
     outputs.check();
@@ -212,14 +218,14 @@ cv::Mat laidOut(const cv::Mat& quilt, const QuiltLayout& from, const QuiltLayout
 }
 
 // The quilts that are named, and those of the folders among the names.
-std::vector<FolderFile> listQuilts(const QuiltJob& job, const std::vector<fs::path>& names,
-                                   std::vector<LeftOutFile>& leftOut, Messages& messages) {
+std::vector<FolderFile> listQuilts(const QuiltJob& job, std::vector<LeftOutFile>& leftOut,
+                                   Messages& messages) {
     FolderSearch search;
     search.wanted = {FileKind::Photo, FileKind::Quilt};
     search.recursive = job.recursive;
     search.pairDepth = false;
     std::vector<FolderFile> quilts;
-    for (const fs::path& name : names) {
+    for (const fs::path& name : job.names) {
         if (isDirectory(name)) {
             for (const FolderFile& file : listFiles(name, search, leftOut, messages))
                 quilts.push_back(file);
@@ -228,18 +234,17 @@ std::vector<FolderFile> listQuilts(const QuiltJob& job, const std::vector<fs::pa
         }
     }
     if (quilts.empty())
-        throw Error(ErrorCode::NotFound, names.front().string(),
+        throw Error(ErrorCode::NotFound, job.names.front().string(),
                     "holds no pictures, expected quilts");
     return quilts;
 }
 
 // Shows quilts where they lie. Exit status.
-int showQuilts(const QuiltJob& job, const BridgeJob& bridge, double seconds,
-               const std::vector<fs::path>& names, Messages& messages) {
+int showQuilts(const QuiltJob& job, Messages& messages) {
     const ChosenDisplay display = findDisplay(job.display, messages, {}, DisplayUse::Quilt);
     std::vector<LeftOutFile> leftOut;
     std::vector<BridgeEntry> entries;
-    for (const FolderFile& quilt : listQuilts(job, names, leftOut, messages)) {
+    for (const FolderFile& quilt : listQuilts(job, leftOut, messages)) {
         requireFile(quilt.file);
         if (parseQuiltName(quilt.file)) {
             entries.push_back(bridgeEntry(quilt.file, display.aspect()));
@@ -250,17 +255,17 @@ int showQuilts(const QuiltJob& job, const BridgeJob& bridge, double seconds,
             entries.back().grid = {read.layout.columns, read.layout.rows};
             entries.back().aspect = read.shape.shownAspect();
         }
-        if (!isVideoFileName(quilt.file)) entries.back().seconds = seconds;
+        if (!isVideoFileName(quilt.file)) entries.back().seconds = job.bridgeSeconds;
     }
-    showOnBridge(bridge, entries, messages);
+    showOnBridge(*job.bridge, entries, messages);
     return kExitDone;
 }
 
 // Writes quilts to the storage of a Go. Exit status.
-int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>& names,
-           Messages& messages) {
+int fillGo(const QuiltJob& job, Messages& messages) {
+    const GoFolder& go = *job.go;
     std::vector<LeftOutFile> leftOut;
-    const std::vector<FolderFile> quilts = listQuilts(job, names, leftOut, messages);
+    const std::vector<FolderFile> quilts = listQuilts(job, leftOut, messages);
     go.requireSpace(quilts.size());
     const ChosenDisplay display = goDisplay();
     const std::vector<std::string> stems = outputStems(quilts);
@@ -275,7 +280,8 @@ int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>&
     std::vector<fs::path> made;
     FolderRun run("quilt", leftOut, messages);
     const auto convert = [&](std::size_t i) {
-        const bool isNamed = std::find(names.begin(), names.end(), files[i].input) != names.end();
+        const bool isNamed =
+            std::find(job.names.begin(), job.names.end(), files[i].input) != job.names.end();
         const ReadQuilt read = readQuilt(job, files[i].input, !isNamed, display, messages);
         const int views = read.layout.viewCount;
         if (views != display.quilt.viewCount)
@@ -291,77 +297,50 @@ int fillGo(const QuiltJob& job, const GoFolder& go, const std::vector<fs::path>&
     return status;
 }
 
-QuiltJob quiltJob(const CommandLine& commandLine) {
-    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
-    commandLine.exclude("y", "skip-existing");
-    requireSwayFile(commandLine);
-    QuiltJob job;
-    job.quilt = commandLine.files()[0];
-    job.native = commandLine.files()[1];
-    job.replace = commandLine.has("y");
-    job.skipExisting = commandLine.has("skip-existing");
-    job.recursive = commandLine.has("recursive");
+// What is wanted of all quilts.
+void takeCommon(const CommandLine& commandLine, QuiltJob& job) {
+    commandLine.take({{"recursive", job.recursive}});
     job.display = displayOptions(commandLine);
     job.layout = quiltRequest(commandLine);
-    job.sampling = pictureSampling(commandLine);
     job.fit = fitOption(commandLine);
-    job.swayFile = commandLine.value("lg").value_or("");
-    job.sway = swayOptions(commandLine);
-    job.swaySize = swaySizeOption(commandLine);
-    job.eyes = EyesFiles(commandLine);
-    job.print = printOptions(commandLine);
-    return job;
 }
 
-// Converts what a command line names.
-int run(const CommandLine& commandLine, Messages& messages) {
-    const auto go = GoFolder::of(commandLine);
-    const auto bridge = bridgeJob(commandLine);
-    if (go || bridge) {
-        for (const char* option :
-             {"y", "skip-existing", "lg", "save-stereo", "m", "invert", "view-filter", "sampling",
-              "codec", "resume", "report", "progress", "print"})
-            commandLine.exclude(go ? "go" : "bridge", option);
-        if (commandLine.files().empty()) commandLine.failNames("QUILT", 1);
-        QuiltJob job;
-        job.display = displayOptions(commandLine);
-        job.layout = quiltRequest(commandLine);
-        job.fit = fitOption(commandLine);
-        job.recursive = commandLine.has("recursive");
-        const std::vector<fs::path>& names = commandLine.files();
-        if (bridge) return showQuilts(job, *bridge, secondsOfEach(commandLine), names, messages);
-        commandLine.exclude("go", {"c", "serial"});
-        return fillGo(job, *go, names, messages);
-    }
-    QuiltJob job = quiltJob(commandLine);
-    if (commandLine.has("tell-kind")) {
-        messages.leaveStandardOutput();
-        messages.print(isQuilt(job, messages) ? "quilt" : "photo");
-        messages.dropWarnings(); // the following run shows them
-        return kExitDone;
-    }
+// The job of --go or --bridge.
+void takeShow(const CommandLine& commandLine, QuiltJob& job) {
+    for (const char* option :
+         {"y", "skip-existing", "lg", "save-stereo", "m", "invert", "view-filter", "sampling",
+          "codec", "resume", "report", "progress", "print"})
+        commandLine.exclude(job.go ? "go" : "bridge", option);
+    job.names = commandLine.files();
+    if (job.names.empty()) commandLine.failNames("QUILT", 1);
+    takeCommon(commandLine, job);
+    if (job.bridge) job.bridgeSeconds = secondsOfEach(commandLine);
+    if (job.go) commandLine.exclude("go", {"c", "serial"});
+}
+
+// Refuses names and options that do not go together, and takes the options of videos.
+void takeKind(const CommandLine& commandLine, QuiltJob& job) {
     const bool isStream = isStandardStream(job.native);
-    if (isStream) messages.useStandardError();
     requireNoTerminal(job.native);
-    const bool isFolder = !isStandardStream(job.quilt) && isDirectory(job.quilt);
-    if (isFolder && isStream)
+    job.isFolder = !isStandardStream(job.quilt) && isDirectory(job.quilt);
+    if (job.isFolder && isStream)
         throw UsageError("- stands for one picture, expected a directory for several");
-    if (isFolder && !job.swayFile.empty())
+    if (job.isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
-    if (isFolder || canWriteVideo(job.native))
+    if (job.isFolder || canWriteVideo(job.native))
         commandLine.refuse({"save-stereo", "print"},
                            " is made of one quilt, expected a single picture");
-    if (!isFolder)
+    if (!job.isFolder)
         commandLine.refuse({"skip-existing", "recursive"},
                            " applies to folders, expected a directory of quilts");
-    const bool makesVideo = !isFolder && canWriteVideo(job.native);
-    if (makesVideo && !job.swayFile.empty())
+    job.makesVideo = !job.isFolder && canWriteVideo(job.native);
+    if (job.makesVideo && !job.swayFile.empty())
         throw UsageError(job.native.string() +
                          ": is a video's name, expected a picture's with --lg, such as .png");
-    if (!isFolder && !makesVideo && isVideo(job.quilt))
+    if (!job.isFolder && !job.makesVideo && isVideo(job.quilt))
         throw UsageError(job.native.string() + ": is not the name of a video, but " +
                          job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
-    if (!makesVideo)
+    if (!job.makesVideo)
         commandLine.refuse({"codec", "crf", "preset", "max-rate", "compat", "no-audio",
                             "no-subtitles", "resume", "progress", "report"},
                            " applies to videos, expected a video as output");
@@ -370,14 +349,52 @@ int run(const CommandLine& commandLine, Messages& messages) {
     plan.output = job.native;
     plan.fromQuilt = true;
     plan.isFile = isFile(plan.input);
-    plan.report = commandLine.value("report").value_or("");
+    commandLine.take({{"report", plan.report}});
     job.video = videoJob(commandLine, plan);
-    if (isFolder) return convertFolder(job, messages);
-    if (makesVideo) return runVideo(job.video, messages);
+    if (job.isFolder || job.makesVideo) return;
     if (job.print || !isStream) requireNativeName(job.native, job.print.has_value());
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     if (!job.eyes.files().empty()) requirePictureName(job.eyes.name());
     if (!isStandardStream(job.quilt)) requireFile(job.quilt);
+}
+
+QuiltJob quiltJob(const CommandLine& commandLine) {
+    QuiltJob job;
+    job.go = GoFolder::of(commandLine);
+    job.bridge = bridgeJob(commandLine);
+    if (job.go || job.bridge) {
+        takeShow(commandLine, job);
+        return job;
+    }
+    commandLine.takeNames("QUILT and OUT", {&job.quilt, &job.native});
+    commandLine.exclude("y", "skip-existing");
+    requireSwayFile(commandLine);
+    commandLine.take({{"y", job.replace},
+                      {"skip-existing", job.skipExisting},
+                      {"lg", job.swayFile},
+                      {"tell-kind", job.tellsKind}});
+    takeCommon(commandLine, job);
+    job.sampling = pictureSampling(commandLine);
+    job.sway = swayOptions(commandLine);
+    job.swaySize = swaySizeOption(commandLine);
+    job.eyes = EyesFiles(commandLine);
+    job.print = printOptions(commandLine);
+    if (!job.tellsKind) takeKind(commandLine, job);
+    return job;
+}
+
+int run(const QuiltJob& job, Messages& messages) {
+    if (job.bridge) return showQuilts(job, messages);
+    if (job.go) return fillGo(job, messages);
+    if (job.tellsKind) {
+        messages.leaveStandardOutput();
+        messages.print(isQuilt(job, messages) ? "quilt" : "photo");
+        messages.dropWarnings(); // the following run shows them
+        return kExitDone;
+    }
+    if (isStandardStream(job.native)) messages.useStandardError();
+    if (job.isFolder) return convertFolder(job, messages);
+    if (job.makesVideo) return runVideo(job.video, messages);
     ChosenDisplay display = findDisplay(job.display, messages);
     const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
     Outputs outputs(job.replace);
@@ -443,5 +460,7 @@ int main(int argc, char** argv) {
     commandLine.addExample("-q 6x8 quilt.png native-q.png", "Read the quilt as 6 rows of 8 views.");
     commandLine.addExample("--lg swing.mp4 holiday_qs8x6a0.75.png native-lg.png",
                            "Also write a video of the views for any screen.");
-    return runTool(argc, argv, commandLine, run);
+    return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
+        return run(quiltJob(given), messages);
+    });
 }

@@ -36,21 +36,17 @@ struct SwayJob {
 };
 
 SwayJob swayJob(const CommandLine& commandLine) {
-    if (commandLine.files().size() != 2) commandLine.failNames("QUILT and OUT", 2);
     SwayJob job;
-    job.quilt = commandLine.files()[0];
-    job.video = commandLine.files()[1];
-    job.replace = commandLine.has("y");
+    commandLine.takeNames("QUILT and OUT", {&job.quilt, &job.video});
+    commandLine.take({{"y", job.replace}, {"aspect", job.aspect, 0.1, 10}});
     job.fit = fitOption(commandLine).value_or(job.fit);
     job.sway = swayOptions(commandLine);
     job.size = swaySizeOption(commandLine);
     job.between = viewFilterOption(commandLine);
     job.layout = quiltRequest(commandLine);
-    job.aspect = commandLine.number("aspect", 0.1, 10);
     job.display = displayOptions(commandLine);
     requireVideoName(job.video);
-    if (job.display.calibration.empty())
-        commandLine.refuse({"serial"}, " chooses in the file of -c, expected -c with it");
+    commandLine.refuseWithout("c", {"serial"}, " chooses in the file of -c, expected -c with it");
     return job;
 }
 

@@ -47,23 +47,23 @@ SlideJob slideJob(const CommandLine& commandLine) {
     job.native = names.back();
     job.print = printOptions(commandLine);
     requireNativeName(job.native, job.print.has_value());
-    job.quilt = commandLine.value("save-quilt").value_or("");
-    job.views = commandLine.value("save-views").value_or("");
-    job.photo = commandLine.value("save-photo").value_or("");
-    job.depth = commandLine.value("save-depth").value_or("");
+    constexpr std::pair<const char*, SlideViews> kMethods[] = {{"between", SlideViews::Between},
+                                                               {"nearest", SlideViews::Nearest}};
+    commandLine.take({{"save-quilt", job.quilt},
+                      {"save-views", job.views},
+                      {"save-photo", job.photo},
+                      {"save-depth", job.depth},
+                      {"lg", job.video},
+                      {"y", job.replace},
+                      {"method", job.slide.views, kMethods},
+                      {"focus", job.slide.focus, 0, 1},
+                      {"turntable", job.slide.turntable},
+                      {"view-angle", job.slide.viewDegrees, 1, 150}});
     if (!job.photo.empty()) requirePictureName(job.photo);
     if (!job.depth.empty()) requirePictureName(job.depth, false);
-    job.video = commandLine.value("lg").value_or("");
     requireSwayFile(commandLine);
     if (!job.video.empty()) requireVideoName(job.video);
     job.eyes = EyesFiles(commandLine);
-    job.replace = commandLine.has("y");
-    constexpr std::pair<const char*, SlideViews> kMethods[] = {{"between", SlideViews::Between},
-                                                               {"nearest", SlideViews::Nearest}};
-    job.slide.views = commandLine.oneOf("method", kMethods).value_or(job.slide.views);
-    job.slide.focus = commandLine.number("focus", 0, 1);
-    job.slide.turntable = commandLine.has("turntable");
-    job.slide.viewDegrees = commandLine.number("view-angle", 1, 150).value_or(0);
     job.fit = fitOption(commandLine).value_or(job.fit);
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine);

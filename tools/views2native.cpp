@@ -65,14 +65,15 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     } else {
         job.views.assign(names.begin(), names.end() - 1);
     }
-    job.isReversed = commandLine.has("reverse");
-    job.quilt = commandLine.value("save-quilt").value_or("");
-    job.replace = commandLine.has("y");
+    constexpr std::pair<const char*, FlipKind> kFlips[] = {{"hard", FlipKind::Hard},
+                                                           {"soft", FlipKind::Soft}};
+    commandLine.take({{"reverse", job.isReversed},
+                      {"save-quilt", job.quilt},
+                      {"y", job.replace},
+                      {"flip", job.flip, kFlips}});
     job.display = displayOptions(commandLine);
     job.layout = quiltRequest(commandLine);
     job.sampling = pictureSampling(commandLine);
-    job.flip =
-        commandLine.oneOf<FlipKind>("flip", {{"hard", FlipKind::Hard}, {"soft", FlipKind::Soft}});
     return job;
 }
 

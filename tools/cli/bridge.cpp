@@ -194,14 +194,12 @@ void addBridgeOptions(CommandLine& commandLine, const std::string& what, bool sh
 }
 
 std::optional<BridgeJob> bridgeJob(const CommandLine& commandLine) {
-    const auto address = commandLine.value("bridge");
-    if (!address) {
-        commandLine.refuse({"serve"}, " applies to --bridge, expected both");
-        return std::nullopt;
-    }
-    (void)addressOf(*address);
-    return BridgeJob{*address, commandLine.value("serve").value_or(""),
-                     commandLine.value("serial").value_or("")};
+    BridgeJob job;
+    commandLine.refuseWithout("bridge", {"serve"}, " applies to --bridge, expected both");
+    commandLine.take({{"bridge", job.address}, {"serve", job.serve}, {"serial", job.serial}});
+    if (job.address.empty()) return std::nullopt;
+    (void)addressOf(job.address);
+    return job;
 }
 
 std::string bridgeName(const std::string& address) {

@@ -82,12 +82,12 @@ void Budget::add(CommandLine& commandLine) {
         "MS");
 }
 
-Budget::Budget(const CommandLine& commandLine)
-    : milliseconds_(commandLine.number("budget", 0.1, 1e6)) {
+Budget::Budget(const CommandLine& commandLine) : advice_("smaller views (-r) take less") {
+    commandLine.take({{"budget", milliseconds_, 0.1, 1e6},
+                      {"k", advice_, "it takes less without -k"},
+                      {"best", advice_, "it takes less without --best"}});
     commandLine.exclude("budget",
                         {"method", "g", "fill", "borders", "refine", "inpaint-from", "camera"});
-    advice_ = "smaller views (-r) take less";
-    if (commandLine.has("k")) advice_ = "it takes less without -k";
 }
 
 void Budget::measure(const std::string& work, const std::vector<NamedViewOptions>& settings,

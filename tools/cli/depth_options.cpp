@@ -14,72 +14,67 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::pair<const char*, DepthSide> kSides[] = {{"right", DepthSide::Right},
+                                                        {"left", DepthSide::Left},
+                                                        {"top", DepthSide::Top},
+                                                        {"bottom", DepthSide::Bottom}};
+constexpr std::pair<const char*, StereoLayout> kLayouts[] = {
+    {"left-right", StereoLayout::LeftRight},
+    {"right-left", StereoLayout::RightLeft},
+    {"top-bottom", StereoLayout::TopBottom},
+    {"bottom-top", StereoLayout::BottomTop}};
+constexpr std::pair<const char*, InferenceEngine> kEngines[] = {
+    {"opencv", InferenceEngine::OpenCv}, {"onnxruntime", InferenceEngine::OnnxRuntime}};
+constexpr std::pair<const char*, bool> kUses[] = {{"auto", true}, {"off", false}};
+
 // near-white | far-white | metric[:SCALE]. SCALE states the unit, which relative depth does not
 // need.
-DepthKind kindOption(const CommandLine& commandLine) {
-    const auto text = commandLine.value("depth-kind");
-    if (!text || *text == "near-white") return DepthKind::NearWhite;
-    if (*text == "far-white") return DepthKind::FarWhite;
+std::optional<DepthKind> readKind(const std::string& text) {
+    if (text == "near-white") return DepthKind::NearWhite;
+    if (text == "far-white") return DepthKind::FarWhite;
+    if (text == "metric") return DepthKind::Metric;
     const std::string prefix = "metric:";
-    if (*text == "metric") return DepthKind::Metric;
-    if (text->compare(0, prefix.size(), prefix) == 0) {
-        double scale = 0;
-        const char* end = text->data() + text->size();
-        const auto parsed = std::from_chars(text->data() + prefix.size(), end, scale);
-        if (parsed.ec == std::errc() && parsed.ptr == end && scale > 0 && scale < 1e12)
-            return DepthKind::Metric;
-    }
-    commandLine.failValue("depth-kind",
-                          "near-white, far-white, metric or metric:SCALE (units of a metre)");
+    double scale = 0;
+    const char* end = text.data() + text.size();
+    if (text.compare(0, prefix.size(), prefix) != 0) return std::nullopt;
+    const auto parsed = std::from_chars(text.data() + prefix.size(), end, scale);
+    const bool isScale = parsed.ec == std::errc() && parsed.ptr == end && scale > 0 && scale < 1e12;
+    return isScale ? std::optional(DepthKind::Metric) : std::nullopt;
 }
 
 // A place with the shape of the halves: "right", "left-right:full", "top:squeezed".
-struct LayoutChoice {
-    std::size_t place = 0; // of the names
-    StereoHalves halves = StereoHalves::Automatic;
-};
-
 // @param others what else the option accepts, for the message
-std::optional<LayoutChoice> layoutOption(const CommandLine& commandLine, const std::string& option,
-                                         const std::vector<std::string>& places,
-                                         const std::string& others = {}) {
-    const auto value = commandLine.value(option);
-    if (!value) return std::nullopt;
-    const std::size_t colon = value->find(':');
-    const std::string halves = colon == std::string::npos ? "" : value->substr(colon + 1);
-    const auto found = std::find(places.begin(), places.end(), value->substr(0, colon));
-    LayoutChoice choice;
-    choice.place = static_cast<std::size_t>(found - places.begin());
-    if (halves == "full") choice.halves = StereoHalves::Full;
-    if (halves == "squeezed") choice.halves = StereoHalves::Squeezed;
-    const bool areHalves = colon == std::string::npos || choice.halves != StereoHalves::Automatic;
-    if (found != places.end() && areHalves) return choice;
-    commandLine.failValue(option, joined(places, ", ", " or ") +
+template <typename Place, std::size_t N>
+std::optional<std::pair<Place, StereoHalves>>
+placeOption(const CommandLine& commandLine, const char* option,
+            const std::pair<const char*, Place> (&places)[N], const std::string& others = {}) {
+    std::string text;
+    commandLine.take({{option, text}});
+    if (text.empty()) return std::nullopt;
+    const std::size_t colon = std::min(text.find(':'), text.size());
+    std::vector<std::string> words;
+    for (const auto& [word, place] : places) {
+        words.emplace_back(word);
+        for (const auto& [end, halves] :
+             {std::pair("", StereoHalves::Automatic), std::pair(":full", StereoHalves::Full),
+              std::pair(":squeezed", StereoHalves::Squeezed)})
+            if (text.substr(0, colon) == word && text.substr(colon) == end)
+                return std::pair(place, halves);
+    }
+    commandLine.failValue(option, joined(words, ", ", " or ") +
                                       ", with :full or :squeezed if needed" + others);
 }
 
-std::optional<RgbdLayout> rgbdOption(const CommandLine& commandLine) {
-    constexpr DepthSide kSides[] = {DepthSide::Right, DepthSide::Left, DepthSide::Top,
-                                    DepthSide::Bottom};
-    const auto choice = layoutOption(commandLine, "rgbd", {"right", "left", "top", "bottom"});
-    if (!choice) return std::nullopt;
-    return RgbdLayout(kSides[choice->place], choice->halves);
-}
-
 // left-right | right-left | top-bottom | bottom-top | files | videos
-void readStereoOption(const CommandLine& commandLine, DepthOptions& options) {
-    constexpr StereoLayout kLayouts[] = {StereoLayout::LeftRight, StereoLayout::RightLeft,
-                                         StereoLayout::TopBottom, StereoLayout::BottomTop};
-    options.isPair = commandLine.value("stereo") == "files";
-    options.areVideos = commandLine.value("stereo") == "videos";
+void readStereoOption(const CommandLine& commandLine, const std::string& text,
+                      DepthOptions& options) {
+    options.isPair = text == "files";
+    options.areVideos = text == "videos";
     if (options.isPair || options.areVideos) {
         options.stereo = {StereoLayout::LeftRight, StereoHalves::Full, {}};
-        return;
+    } else if (const auto layout = placeOption(commandLine, "stereo", kLayouts, ", or files")) {
+        options.stereo = {layout->first, layout->second, {}};
     }
-    const auto layout =
-        layoutOption(commandLine, "stereo",
-                     {"left-right", "right-left", "top-bottom", "bottom-top"}, ", or files");
-    if (layout) options.stereo = {kLayouts[layout->place], layout->halves, {}};
 }
 
 } // namespace
@@ -177,61 +172,61 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
 }
 
 DepthOptions depthOptions(const CommandLine& commandLine, Medium medium) {
-    constexpr const char* kNetworkOptions[] = {"n", "l", "net-profile", "network-size", "engine"};
-    const auto has = [&](const char* option) { return commandLine.has(option); };
     const bool isVideo = medium == Medium::Video;
-    const char* const filesOption = isVideo && has("depth") ? "depth" : "d";
-    if (isVideo) commandLine.exclude("d", "depth");
+    std::string filesOption = "d";
+    std::string rgbd;
     DepthOptions options;
     options.medium = medium;
-    options.fromFiles = has(filesOption);
-    options.rgbd = rgbdOption(commandLine);
-    options.kind = kindOption(commandLine);
+    commandLine.take({{"d", options.fromFiles}, {"rgbd", rgbd}});
+    if (isVideo) {
+        commandLine.exclude("d", "depth");
+        commandLine.take({{"depth", options.fromFiles}, {"depth", filesOption, "depth"}});
+    }
+    if (const auto side = placeOption(commandLine, "rgbd", kSides))
+        options.rgbd = RgbdLayout(side->first, side->second);
+    commandLine.take({{"depth-kind", options.kind, readKind,
+                       "near-white, far-white, metric or metric:SCALE (units of a metre)"}});
     commandLine.exclude(filesOption, "rgbd");
     commandLine.exclude("l", "net-profile"); // the profile itself describes the network
-    for (const char* networkOption : kNetworkOptions) {
+    if (options.fromFiles) options.given = isVideo ? "given depth" : "depth image";
+    if (options.rgbd) options.given = "depth half of the picture (" + rgbd + ")";
+    options.isDefault = options.given.empty();
+    for (const char* networkOption : {"n", "l", "net-profile", "network-size", "engine"}) {
         commandLine.exclude(filesOption, networkOption);
         commandLine.exclude("rgbd", networkOption);
+        commandLine.take({{networkOption, options.isDefault, false}});
     }
-    if (options.fromFiles) options.given = isVideo ? "given depth" : "depth image";
-    if (options.rgbd)
-        options.given = "depth half of the picture (" + *commandLine.value("rgbd") + ")";
     if (options.given.empty())
         commandLine.refuse({"depth-kind"}, " describes given depth, expected -d or --rgbd with it");
-    options.network = commandLine.value("n").value_or("");
+    std::string stereo;
+    commandLine.take(
+        {{"n", options.network}, {"l", options.isLarge}, {"net-profile", options.profile}});
     if (options.network == "cues")
         throw UsageError("-n cues: depth without a network no longer exists, expected -n altiro3d");
-    options.isLarge = has("l");
-    options.profile = commandLine.value("net-profile").value_or("");
     if (options.network.empty())
         commandLine.refuse({"net-profile"}, " describes a network file, expected -n FILE with it");
-    options.networkSize = commandLine.wholeNumber("network-size", 16, 4096);
-    options.engine =
-        commandLine
-            .oneOf<InferenceEngine>("engine", {{"opencv", InferenceEngine::OpenCv},
-                                               {"onnxruntime", InferenceEngine::OnnxRuntime}})
-            .value_or(InferenceEngine::Best);
-    options.isDefault = options.given.empty() &&
-                        std::none_of(std::begin(kNetworkOptions), std::end(kNetworkOptions), has);
+    commandLine.take({{"network-size", options.networkSize, 16, 4096},
+                      {"engine", options.engine, kEngines},
+                      {"stereo", stereo}});
     if (isVideo) {
         commandLine.exclude("stereo", {"d", "depth", "rgbd"});
-        options.isFlat = commandLine.value("stereo") == "off";
+        options.isFlat = stereo == "off";
         if (options.isFlat) return options;
     }
-    readStereoOption(commandLine, options);
+    readStereoOption(commandLine, stereo, options);
     if (isVideo && options.isPair)
         commandLine.failValue("stereo", "an order of halves, videos, or off; files are for photos");
     if (isVideo) return options;
     if (options.areVideos)
         commandLine.failValue("stereo", "an order of halves, or files; videos are of a video");
-    const auto use = commandLine.choice("embedded-depth", {"auto", "off"});
+    std::optional<bool> use;
+    commandLine.take({{"embedded-depth", use, kUses}, {"unblurred", options.stored.unblurred}});
     commandLine.exclude("stereo", {"d", "rgbd", "embedded-depth", "unblurred"});
     for (const char* other : {"d", "rgbd"})
         commandLine.exclude(other, {"embedded-depth", "unblurred"});
-    options.stored.unblurred = has("unblurred");
     if (!options.given.empty() || options.stereo) return options;
-    options.stored.useDepth = use ? *use == 0 : options.network.empty() && !options.isLarge;
-    options.refusesVr = !use || *use == 0;
+    options.stored.useDepth = use.value_or(options.network.empty() && !options.isLarge);
+    options.refusesVr = use.value_or(true);
     return options;
 }
 

@@ -267,26 +267,29 @@ void addInvertOption(CommandLine& commandLine) {
 }
 
 InvertViews invertOption(const CommandLine& commandLine) {
-    return commandLine
-        .oneOf<InvertViews>(
-            "invert",
-            {{"auto", InvertViews::Auto}, {"on", InvertViews::On}, {"off", InvertViews::Off}})
-        .value_or(InvertViews::Auto);
+    constexpr std::pair<const char*, InvertViews> kWords[] = {
+        {"auto", InvertViews::Auto}, {"on", InvertViews::On}, {"off", InvertViews::Off}};
+    InvertViews invert = InvertViews::Auto;
+    commandLine.take({{"invert", invert, kWords}});
+    return invert;
 }
 
 DisplayOptions displayOptions(const CommandLine& commandLine) {
-    const fs::path map = commandLine.value("m").value_or("");
-    if (map.extension() == ".json") {
-        throw UsageError(map.string() + ": is a calibration, expected a look-up table (.map); "
-                                        "calibrations are given with -c");
-    }
+    DisplayOptions options;
+    commandLine.take({{"m", options.map}});
+    if (options.map.extension() == ".json")
+        throw UsageError(options.map.string() +
+                         ": is a calibration, expected a look-up table (.map); "
+                         "calibrations are given with -c");
     commandLine.exclude("m", {"invert", "view-filter", "sampling"});
-    DisplayOptions options{map, commandLine.value("c").value_or(""),
-                           commandLine.value("serial").value_or(""), invertOption(commandLine)};
-    if (const auto bridge = commandLine.value("bridge")) {
-        options.bridge = *bridge;
-        if (map.empty() && options.calibration.empty()) options.calibration = "bridge";
-    }
+    bool isBridge = false;
+    commandLine.take({{"c", options.calibration},
+                      {"serial", options.serial},
+                      {"bridge", options.bridge},
+                      {"bridge", isBridge}});
+    options.invert = invertOption(commandLine);
+    if (isBridge && options.map.empty() && options.calibration.empty())
+        options.calibration = "bridge";
     return options;
 }
 

@@ -51,18 +51,18 @@ void addEyesOptions(CommandLine& commandLine, const std::string& output, bool fi
 }
 
 EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output) {
-    if (!commandLine.has(output)) {
-        commandLine.refuse({"stereo-layout", "stereo-keep", "stereo-swap"},
-                           " describes --" + output + ", expected that option with it");
-    }
+    constexpr std::pair<const char*, EyesFrom> kKeeps[] = {{"left", EyesFrom::KeepLeft}};
+    commandLine.refuseWithout(output, {"stereo-layout", "stereo-keep", "stereo-swap"},
+                              " describes --" + output + ", expected that option with it");
     EyesOptions options;
     const std::size_t layout = commandLine.choice("stereo-layout", layoutNames()).value_or(0);
     options.areFiles = layout == static_cast<std::size_t>(kLayouts);
     if (!options.areFiles) options.picture = static_cast<EyesPicture>(layout);
-    if (commandLine.choice("stereo-keep", {"left"})) options.from = EyesFrom::KeepLeft;
-    options.swapped = commandLine.has("stereo-swap");
-    if (commandLine.has("strength") && commandLine.value("strength") != "auto")
-        options.strengthPercent = commandLine.number("strength", 0, 100).value_or(kEyesStrength);
+    std::string strength;
+    commandLine.take({{"stereo-keep", options.from, kKeeps},
+                      {"stereo-swap", options.swapped},
+                      {"strength", strength}});
+    if (strength != "auto") commandLine.take({{"strength", options.strengthPercent, 0, 100}});
     return options;
 }
 
@@ -120,8 +120,9 @@ void EyesFiles::add(CommandLine& commandLine, const std::string& of, bool keep) 
 }
 
 EyesFiles::EyesFiles(const CommandLine& commandLine)
-    : options_(eyesOptions(commandLine, "save-stereo")),
-      file_(commandLine.value("save-stereo").value_or("")) {}
+    : options_(eyesOptions(commandLine, "save-stereo")) {
+    commandLine.take({{"save-stereo", file_}});
+}
 
 EyesFiles::EyesFiles(const EyesFiles& same, std::filesystem::path file)
     : options_(same.options_), file_(std::move(file)) {}

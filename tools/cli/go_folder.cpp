@@ -64,18 +64,21 @@ void GoFolder::addOptions(CommandLine& commandLine, const std::string& things) {
 }
 
 double secondsOfEach(const CommandLine& commandLine) {
-    return commandLine.number("each", 0.1, 1e6).value_or(20);
+    double seconds = 20;
+    commandLine.take({{"each", seconds, 0.1, 1e6}});
+    return seconds;
 }
 
 std::optional<GoFolder> GoFolder::of(const CommandLine& commandLine) {
-    const auto storage = commandLine.value("go");
-    if (!storage) {
-        if (!commandLine.has("bridge"))
-            commandLine.refuse({"each"}, " applies to --go and --bridge, expected one of them");
+    fs::path storage;
+    commandLine.take({{"go", storage}});
+    if (storage.empty()) {
+        commandLine.refuseWithout("bridge", {"each"},
+                                  " applies to --go and --bridge, expected one of them");
         return std::nullopt;
     }
     commandLine.exclude("go", "bridge");
-    return GoFolder(*storage, secondsOfEach(commandLine));
+    return GoFolder(storage, secondsOfEach(commandLine));
 }
 
 GoFolder::GoFolder(fs::path storage, double seconds)

@@ -56,7 +56,10 @@ void addProgressOption(CommandLine& commandLine) {
 }
 
 bool wantsJsonProgress(const CommandLine& commandLine) {
-    return commandLine.choice("progress", {"bar", "json"}).value_or(0) == 1;
+    constexpr std::pair<const char*, bool> kWords[] = {{"bar", false}, {"json", true}};
+    bool isJson = false;
+    commandLine.take({{"progress", isJson, kWords}});
+    return isJson;
 }
 
 void writeProgress(const Json& line) {
@@ -65,17 +68,19 @@ void writeProgress(const Json& line) {
 }
 
 void tellEarlyFailure(const CommandLine& commandLine, const std::exception& error) {
-    if (hasWrittenProgress || !commandLine.has("progress") || !wantsJsonProgress(commandLine))
-        return;
+    if (hasWrittenProgress || !wantsJsonProgress(commandLine)) return;
     writeProgress(
         {{"state", stateName(kExitFailed)}, {"error", sentenceOf(error)}, {"code", codeOf(error)}});
 }
 
 void outdateReport(const CommandLine& commandLine, const std::string& before, int exitStatus,
                    const std::exception* error) try {
-    const std::filesystem::path file = commandLine.value("report").value_or("");
-    const bool mayReplace =
-        commandLine.has("y") || commandLine.has("resume") || commandLine.has("skip-existing");
+    std::filesystem::path file;
+    bool mayReplace = false;
+    commandLine.take({{"report", file},
+                      {"y", mayReplace},
+                      {"resume", mayReplace},
+                      {"skip-existing", mayReplace}});
     if (!mayReplace || !isFile(file)) return;
     const Json old = Json::parse(readFile(file, std::size_t{1} << 28));
     if (old.at("tool") != commandLine.name()) return;

@@ -46,7 +46,9 @@ void addLensOption(CommandLine& commandLine) {
 
 LensNumbers lensOption(const CommandLine& commandLine) {
     LensNumbers numbers;
-    std::istringstream parts(*commandLine.value("lens"));
+    std::string list;
+    commandLine.take({{"lens", list}});
+    std::istringstream parts(list);
     const auto fail = [](const std::string& part, const std::string& expected) {
         throw UsageError("--lens: " + part + " is not one of its numbers, expected " + expected);
     };

@@ -20,17 +20,15 @@ void addPrintOptions(CommandLine& commandLine) {
 }
 
 std::optional<PrintOptions> printOptions(const CommandLine& commandLine) {
-    if (!commandLine.has("print")) {
-        commandLine.refuse({"bleed", "no-marks", "print-text"},
-                           " is for prints, expected --print with it");
-        return std::nullopt;
-    }
+    commandLine.refuseWithout("print", {"bleed", "no-marks", "print-text"},
+                              " is for prints, expected --print with it");
+    if (!commandLine.has("print")) return std::nullopt;
     commandLine.exclude("print", "m");
     commandLine.exclude("no-marks", "print-text");
     PrintOptions options;
-    options.bleed = commandLine.number("bleed", 0, 50).value_or(options.bleed);
-    options.hasMarks = !commandLine.has("no-marks");
-    options.text = commandLine.value("print-text").value_or("");
+    commandLine.take({{"bleed", options.bleed, 0, 50},
+                      {"no-marks", options.hasMarks, false},
+                      {"print-text", options.text}});
     return options;
 }
 

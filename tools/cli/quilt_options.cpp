@@ -149,25 +149,25 @@ void addSamplingOptions(CommandLine& commandLine, const std::string& standard) {
 }
 
 QuiltSampling samplingOption(const CommandLine& commandLine, TileSampling standard) {
-    QuiltSampling sampling;
-    sampling.views = viewFilterOption(commandLine);
-    sampling.inTile = commandLine
-                          .oneOf<TileSampling>("sampling", {{"nearest", TileSampling::Nearest},
-                                                            {"linear", TileSampling::Linear}})
-                          .value_or(standard);
+    constexpr std::pair<const char*, TileSampling> kWords[] = {{"nearest", TileSampling::Nearest},
+                                                               {"linear", TileSampling::Linear}};
+    QuiltSampling sampling{viewFilterOption(commandLine), standard};
+    commandLine.take({{"sampling", sampling.inTile, kWords}});
     return sampling;
 }
 
 QuiltSampling pictureSampling(const CommandLine& commandLine) {
-    return samplingOption(commandLine,
-                          commandLine.has("m") ? TileSampling::Nearest : TileSampling::Linear);
+    TileSampling standard = TileSampling::Linear;
+    commandLine.take({{"m", standard, TileSampling::Nearest}});
+    return samplingOption(commandLine, standard);
 }
 
 ViewFilter viewFilterOption(const CommandLine& commandLine) {
-    return commandLine
-        .oneOf<ViewFilter>("view-filter",
-                           {{"nearest", ViewFilter::Nearest}, {"linear", ViewFilter::Linear}})
-        .value_or(ViewFilter::Nearest);
+    constexpr std::pair<const char*, ViewFilter> kWords[] = {{"nearest", ViewFilter::Nearest},
+                                                             {"linear", ViewFilter::Linear}};
+    ViewFilter filter = ViewFilter::Nearest;
+    commandLine.take({{"view-filter", filter, kWords}});
+    return filter;
 }
 
 void tellShape(const QuiltShape& shape, Messages& messages) {
@@ -206,9 +206,12 @@ ResolvedQuilt resolveLayout(const QuiltRequest& request, const QuiltLayout& stan
 
 QuiltRequest quiltRequest(const CommandLine& commandLine) {
     QuiltRequest request;
+    std::string grid;
+    std::string tile;
+    commandLine.take({{"q", grid}, {"r", tile}});
     try {
-        if (const auto grid = commandLine.value("q")) request.grid = parseQuiltGrid(*grid);
-        if (const auto tile = commandLine.value("r")) request.tileSize = parseTileSize(*tile);
+        if (!grid.empty()) request.grid = parseQuiltGrid(grid);
+        if (!tile.empty()) request.tileSize = parseTileSize(tile);
     } catch (const Error& error) {
         throw UsageError(inOptions(error).what());
     }

@@ -179,7 +179,8 @@ int runBody(int argc, char** argv, CommandLine& commandLine,
     };
     try {
         commandLine.parse(argc, argv);
-        report = fileStamp(commandLine.value("report").value_or(""));
+        commandLine.take({{"report", report}});
+        report = fileStamp(report);
         if (commandLine.has("help-all")) return answer(messages, commandLine.help(true));
         if (commandLine.has("help")) return answer(messages, commandLine.help(false));
         if (commandLine.has("help-man")) return answer(messages, commandLine.manPage(version()));

@@ -87,24 +87,32 @@ void addChunkOptions(CommandLine& commandLine, const std::string& length,
 }
 
 std::optional<ChunkCall> chunkCall(const CommandLine& commandLine, const std::string& length) {
-    if (!commandLine.has("plan"))
-        commandLine.refuse({length.c_str()}, " is a setting of --plan, expected --plan DIR");
+    commandLine.refuseWithout("plan", {length.c_str()},
+                              " is a setting of --plan, expected --plan DIR");
     commandLine.exclude("plan", {"chunk", "join"});
     commandLine.exclude("chunk", "join");
-    if (const auto folder = commandLine.value("plan"))
-        return ChunkCall{ChunkCall::Task::Plan, fs::absolute(*folder), 0};
-    const bool isChunk = commandLine.has("chunk");
-    if (!isChunk && !commandLine.has("join")) return std::nullopt;
-    requireNoOthers(commandLine, isChunk ? "chunk" : "join");
-    const std::size_t names = isChunk ? 1 : 0;
-    if (commandLine.files().size() != names) {
-        throw UsageError(isChunk ? "--chunk takes the folder of a plan, expected --chunk K PLAN"
+    using Task = ChunkCall::Task;
+    std::optional<Task> task;
+    ChunkCall call;
+    commandLine.take({{"plan", task, Task::Plan},
+                      {"plan", call.folder},
+                      {"join", task, Task::Join},
+                      {"join", call.folder},
+                      {"chunk", task, Task::Chunk}});
+    if (!task) return std::nullopt;
+    call.task = *task;
+    if (call.task != Task::Plan) {
+        const bool isChunk = call.task == Task::Chunk;
+        requireNoOthers(commandLine, isChunk ? "chunk" : "join");
+        if (commandLine.files().size() != (isChunk ? 1 : 0))
+            throw UsageError(isChunk
+                                 ? "--chunk takes the folder of a plan, expected --chunk K PLAN"
                                  : "--join takes all names from the plan, expected --join PLAN");
+        if (isChunk) call.folder = commandLine.files().front();
     }
-    if (!isChunk)
-        return ChunkCall{ChunkCall::Task::Join, fs::absolute(*commandLine.value("join")), 0};
-    return ChunkCall{ChunkCall::Task::Chunk, fs::absolute(commandLine.files().front()),
-                     *commandLine.wholeNumber("chunk", 1, 1000000)};
+    commandLine.take({{"chunk", call.number, 1, 1000000}});
+    call.folder = fs::absolute(call.folder);
+    return call;
 }
 
 void keepCommandLine(const fs::path& folder, std::vector<std::string> words,

@@ -249,11 +249,12 @@ runPhotoChunks(const CommandLine& commandLine, const Words& arguments,
     if (json) messages.leaveStandardOutput();
     if (call.task == ChunkCall::Task::Plan) {
         commandLine.exclude("plan", "budget");
-        const auto photos = commandLine.wholeNumber(kLength, 1, kMaxChunkPhotos);
+        int photos = kChunkPhotos;
+        commandLine.take({{kLength, photos, 1, kMaxChunkPhotos}});
         const PhotoJob job = photoJob(commandLine);
         if (job.outputs.native.empty())
             throw UsageError("--plan takes photos and a folder for the Natives, expected its name");
-        return plan(job, photos.value_or(kChunkPhotos), arguments, call.folder, messages);
+        return plan(job, photos, arguments, call.folder, messages);
     }
     return runLogged(call, [&] {
         PhotoPart part;

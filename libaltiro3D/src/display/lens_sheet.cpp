@@ -11,7 +11,6 @@ namespace altiro3D {
 namespace {
 
 constexpr double kMmPerInch = 25.4;
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kVertical = 1e9; // slope: `visual.json` has no infinite one
 
 // Lens periods per px, across and down.
@@ -78,7 +77,7 @@ Calibration calibrationOf(const LensNumbers& n) {
     c.screenW = sideOf("width", n.width, n.dpi, longest);
     c.screenH = sideOf("height", n.height, dpiDown, longest);
     // lens periods per px; with unequal dpi, slope and pitch are those in px of the width
-    const double turn = n.angle * kPi / 180;
+    const double turn = n.angle * CV_PI / 180;
     const double along = n.lpi * std::cos(turn);
     const double aside = n.lpi * std::sin(turn);
     const double across = (n.isHorizontal ? std::abs(aside) : along) / n.dpi;
@@ -149,7 +148,7 @@ LensFacts lensFacts(const Calibration& c) {
     if (sheet.thickness == 0) return facts;
     const double pitch = kMmPerInch / facts.lpi;
     const double inside = std::sin(std::atan(pitch / (2 * sheet.thickness)));
-    facts.viewCone = 360 / kPi * std::asin(std::min(1.0, sheet.index * inside));
+    facts.viewCone = 360 / CV_PI * std::asin(std::min(1.0, sheet.index * inside));
     if (sheet.distance > 0)
         facts.visualLpi = facts.lpi / (1 + sheet.thickness / (sheet.index * sheet.distance));
     const double views =

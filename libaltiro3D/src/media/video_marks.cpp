@@ -414,9 +414,8 @@ void refuseSpherical(const VideoInput& input, std::string_view head) {
     const bool isBeside = layout == Layout::LeftRight || layout == Layout::RightLeft;
     const bool isInverted = layout == Layout::RightLeft || layout == Layout::BottomTop;
     // a part of 90 x 58.7 degrees, 16:9, as sharp as the middle of the video
-    constexpr double kPi = 3.14159265358979;
     const double eye = facts.size.width / (isPair && isBeside ? 2.0 : 1.0);
-    const int unit = 2 * std::max(1, static_cast<int>(eye * 360 / (kPi * found->degrees) / 32));
+    const int unit = 2 * std::max(1, static_cast<int>(eye * 360 / (CV_PI * found->degrees) / 32));
     const std::string pair = isBeside ? ":in_stereo=sbs" : ":in_stereo=tb";
     throw Error(ErrorCode::Unsupported, input.subject,
                 "is a video of " + numberText(found->degrees) + " degrees (" + found->words +

@@ -17,8 +17,6 @@ namespace altiro3D {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 // The eye's blur of luminance, in lens periods: 2 px on a Portrait, a fine eye at 50 cm. Colour is
 // blurred by 3 times as much.
 constexpr double kEyeLuminance = 1.0 / 3.1;
@@ -35,7 +33,7 @@ constexpr double kLeastPower = 1e-12; // what has less is left out
 constexpr double kLeftOut = 4e-3;
 
 double sinc(double x) {
-    return x == 0 ? 1 : std::sin(kPi * x) / (kPi * x);
+    return x == 0 ? 1 : std::sin(CV_PI * x) / (CV_PI * x);
 }
 
 double squared(double x) {
@@ -59,7 +57,7 @@ constexpr Colours kBlueYellow{200.0 / 116 * (0.2126729 - 0.0193339 / 1.08883),
 double harmonic(const Colours& colours, int k) {
     std::complex<double> sum;
     for (int c = 0; c < 3; ++c)
-        sum += colours[static_cast<std::size_t>(c)] * std::polar(1.0, -2 * kPi * k * c / 3);
+        sum += colours[static_cast<std::size_t>(c)] * std::polar(1.0, -2 * CV_PI * k * c / 3);
     return std::abs(sum);
 }
 
@@ -115,7 +113,7 @@ class LensSpectrum {
 
     // Power of luminance that passes an eye's blur in one direction.
     double blur(double f) const {
-        return std::exp(-squared(2 * kPi * kEyeLuminance * period_ * f));
+        return std::exp(-squared(2 * CV_PI * kEyeLuminance * period_ * f));
     }
 
     // The same of colour, which is blurred by 3 kEyeLuminance.
@@ -227,7 +225,7 @@ SeparableWeights weightsOf(const cv::Mat& gains, cv::Size2d perPixel, double off
     const auto wavesAt = [](double place, int count) {
         Waves waves;
         for (int i = 0; i < count; ++i)
-            waves.push_back(std::polar(1.0, 2 * kPi * frequency(i, count) * place));
+            waves.push_back(std::polar(1.0, 2 * CV_PI * frequency(i, count) * place));
         return waves;
     };
     std::vector<Waves> down;

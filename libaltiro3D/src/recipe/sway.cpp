@@ -14,7 +14,6 @@ namespace altiro3D {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kLongSide = 1920; // longest sides that decoders of phones and browsers support
 constexpr int kShortSide = 1080;
 constexpr int kMinSide = 16;
@@ -87,7 +86,7 @@ double swayPosition(int frame, int framesPerTurn) {
     const bool left = inTurn > 2 * quarter;
     const int inHalf = left ? inTurn - 2 * quarter : inTurn;
     const int folded = inHalf > quarter ? 2 * quarter - inHalf : inHalf;
-    const double reach = std::sin(kPi / 2 * folded / quarter);
+    const double reach = std::sin(CV_PI / 2 * folded / quarter);
     return left ? -reach : reach;
 }
 

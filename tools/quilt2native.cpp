@@ -177,11 +177,7 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
             convertPicture(job, quilt, native, true, display, messages);
             return kExitDone;
         }
-        videos.job.plan.input = quilt;
-        videos.job.plan.output = native;
-        videos.job.plan.isFile = videos.job.plan.isFromFolder = videos.job.plan.isChecked = true;
-        videos.job.plan.place = run.place() + " ";
-        return makeVideo(videos, nullptr, messages);
+        return makeVideo(videos, files[i], run.place() + " ", nullptr, messages);
     };
     return run.convert(files, convert, [](std::size_t, const FolderEnd&) {});
 }
@@ -307,10 +303,10 @@ void takeCommon(const CommandLine& commandLine, QuiltJob& job) {
 
 // The job of --go or --bridge.
 void takeShow(const CommandLine& commandLine, QuiltJob& job) {
-    for (const char* option :
-         {"y", "skip-existing", "lg", "save-stereo", "m", "invert", "view-filter", "sampling",
-          "codec", "resume", "report", "progress", "print"})
-        commandLine.exclude(job.go ? "go" : "bridge", option);
+    const char* const show = job.go ? "go" : "bridge";
+    commandLine.exclude(show, {"y", "skip-existing", "lg", "save-stereo", "m", "invert"});
+    commandLine.exclude(
+        show, {"view-filter", "sampling", "codec", "resume", "report", "progress", "print"});
     job.names = commandLine.files();
     if (job.names.empty()) commandLine.failNames("QUILT", 1);
     takeCommon(commandLine, job);

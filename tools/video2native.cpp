@@ -1,6 +1,5 @@
 // video2native: turns videos into Native videos.
 
-#include "cli/folders.hpp"
 #include "cli/json_text.hpp"
 #include "video/video_run.hpp"
 

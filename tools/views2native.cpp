@@ -56,7 +56,13 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     job.fit = fitOption(commandLine);
     job.print = printOptions(commandLine);
     requireNativeName(job.native, job.print.has_value());
-    if (commandLine.has("flip") && names.size() == 2 && !isDirectory(names.front()))
+    constexpr std::pair<const char*, FlipKind> kFlips[] = {{"hard", FlipKind::Hard},
+                                                           {"soft", FlipKind::Soft}};
+    commandLine.take({{"reverse", job.isReversed},
+                      {"save-quilt", job.quilt},
+                      {"y", job.replace},
+                      {"flip", job.flip, kFlips}});
+    if (job.flip && names.size() == 2 && !isDirectory(names.front()))
         throw UsageError("--flip shows several pictures, expected two or more, or a directory");
     if (names.size() == 2) {
         job.directory = names.front();
@@ -65,12 +71,6 @@ ViewsJob viewsJob(const CommandLine& commandLine) {
     } else {
         job.views.assign(names.begin(), names.end() - 1);
     }
-    constexpr std::pair<const char*, FlipKind> kFlips[] = {{"hard", FlipKind::Hard},
-                                                           {"soft", FlipKind::Soft}};
-    commandLine.take({{"reverse", job.isReversed},
-                      {"save-quilt", job.quilt},
-                      {"y", job.replace},
-                      {"flip", job.flip, kFlips}});
     job.display = displayOptions(commandLine);
     job.layout = quiltRequest(commandLine);
     job.sampling = pictureSampling(commandLine);

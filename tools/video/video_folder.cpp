@@ -4,7 +4,6 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
-#include "cli/folders.hpp"
 #include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
 #include "video/video_progress.hpp"
@@ -22,13 +21,13 @@ using Json = nlohmann::ordered_json;
 namespace {
 
 // .mkv holds more kinds of subtitles than .mp4, so it is kept.
-std::string endingOf(const VideoWriterOptions& encoding, const VideoPlan& plan) {
-    if (lowerCase(plan.input.extension().string()) == ".mkv") return ".mkv";
+std::string endingOf(const VideoJob& job, const fs::path& input) {
+    if (lowerCase(input.extension().string()) == ".mkv") return ".mkv";
     try {
-        VideoReader source(plan.input, plan.part);
-        return VideoWriter::extensionFor(source, encoding);
+        VideoReader source(input, job.plan.part);
+        return VideoWriter::extensionFor(source, job.encoding);
     } catch (const Error&) { // its conversion reports it
-        return encoding.codec == VideoCodec::ProRes ? ".mov" : ".mp4";
+        return job.encoding.codec == VideoCodec::ProRes ? ".mov" : ".mp4";
     }
 }
 
@@ -55,44 +54,44 @@ std::vector<FolderFile> listVideos(const VideoJob& job, std::vector<LeftOutFile>
     return videos;
 }
 
-// The plans of all videos, whose outputs do not collide.
-std::vector<VideoPlan> planVideos(const VideoRun& run, const std::vector<FolderFile>& videos,
+// The videos and their outputs, whose names are checked; makes the directories.
+std::vector<FolderItem> planFiles(const VideoRun& run, const std::vector<FolderFile>& videos,
                                   Messages& messages) {
-    const VideoPlan& all = run.job.plan;
-    const VideoProduct product = all.product;
-    std::optional<QuiltLayout> layout;
-    if (product == VideoProduct::Quilt) layout = layoutOfViews(run, messages);
-    const std::vector<std::string> stems = outputStems(videos);
-    std::vector<VideoPlan> plans;
-    for (std::size_t i = 0; i < videos.size(); ++i) {
-        VideoPlan plan = all;
-        plan.input = videos[i].file;
-        plan.output = all.output /
-                      (stems[i] + entryOf(kSuffixes, product) + endingOf(run.job.encoding, plan));
-        if (layout) plan.output = quiltFileName(plan.output, *layout, run.display.aspect());
-        plan.report.clear();
-        plan.isFile = true;
-        plan.isFromFolder = true;
-        plan.isChecked = true;
-        plans.push_back(plan);
-    }
-    return plans;
-}
-
-// Checks all names and creates the directories.
-void prepareOutputs(const VideoRun& run, const std::vector<VideoPlan>& plans) {
     const VideoJob& job = run.job;
+    std::optional<QuiltLayout> layout;
+    if (job.plan.product == VideoProduct::Quilt) layout = layoutOfViews(run, messages);
+    const std::vector<std::string> stems = outputStems(videos);
     Outputs outputs(job.replace || job.resume);
     outputs.addInputs(run.display.files);
     outputs.addInputs({job.depth.network, job.depth.profile});
-    for (const VideoPlan& plan : plans)
-        outputs.addPair(plan.input, plan.output);
+    std::vector<FolderItem> files;
+    for (std::size_t i = 0; i < videos.size(); ++i) {
+        const fs::path& input = videos[i].file;
+        fs::path output = job.plan.output /
+                          (stems[i] + entryOf(kSuffixes, job.plan.product) + endingOf(job, input));
+        if (layout) output = quiltFileName(output, *layout, run.display.aspect());
+        outputs.addPair(input, output);
+        const bool isMade = job.resume && isFileWithContents(output) && !isVideoUnfinished(output);
+        files.push_back({input, output, isMade});
+    }
     outputs.addOutputs({job.plan.report});
     outputs.check();
     outputs.makeDirectories();
+    return files;
 }
 
 } // namespace
+
+int makeVideo(VideoRun& run, const FolderItem& file, const std::string& place, std::string* report,
+              Messages& messages) {
+    VideoPlan& plan = run.job.plan;
+    plan.input = file.input;
+    plan.output = file.output;
+    plan.report.clear();
+    plan.isFile = plan.isFromFolder = plan.isChecked = true;
+    plan.place = place;
+    return makeVideo(run, report, messages);
+}
 
 int runVideoFolder(const VideoJob& job, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
@@ -100,25 +99,14 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     const std::vector<FolderFile> videos = listVideos(job, leftOut, messages);
     requireDirectoryName(job.plan.output, "videos");
     VideoRun videoRun(job, messages);
-    const fs::path& report = job.plan.report;
-    const std::vector<VideoPlan> plans = planVideos(videoRun, videos, messages);
-    prepareOutputs(videoRun, plans);
+    const std::vector<FolderItem> files = planFiles(videoRun, videos, messages);
     openDepth(videoRun, messages);
-
-    std::vector<FolderItem> files;
-    for (const VideoPlan& plan : plans) {
-        const bool isMade =
-            job.resume && isFileWithContents(plan.output) && !isVideoUnfinished(plan.output);
-        files.push_back({plan.input, plan.output, isMade});
-    }
     FolderRun run("video", leftOut, messages, job.jsonProgress);
     Json reports = Json::array();
     std::string text; // of the report
     const auto make = [&](std::size_t i) {
-        videoRun.job.plan = plans[i];
-        videoRun.job.plan.place =
-            run.place() + " " + oneLine(plans[i].input.filename().string()) + " ";
-        return makeVideo(videoRun, &text, messages);
+        const std::string name = oneLine(files[i].input.filename().string());
+        return makeVideo(videoRun, files[i], run.place() + " " + name + " ", &text, messages);
     };
     const int status = run.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
         if (!text.empty()) {
@@ -127,7 +115,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
         }
         end.addTo(reports, "input", files[i]);
     });
-    if (!report.empty()) {
+    if (const fs::path& report = job.plan.report; !report.empty()) {
         const Json all = {{"tool", job.tool},
                           {"version", version()},
                           {"state", stateName(status)},

@@ -124,34 +124,6 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     return options;
 }
 
-// What --from-quilt leaves nothing to do for.
-constexpr const char* kOfScenes[] = {"quilt-out",
-                                     "rgbd-out",
-                                     "d",
-                                     "depth",
-                                     "rgbd",
-                                     "n",
-                                     "l",
-                                     "net-profile",
-                                     "network-size",
-                                     "depth-every",
-                                     "k",
-                                     "g",
-                                     "method",
-                                     "continuous",
-                                     "strength",
-                                     "focus",
-                                     "stereo",
-                                     "depth-curve",
-                                     "fill",
-                                     "borders",
-                                     "refine",
-                                     "inpaint-from",
-                                     "exact-depth",
-                                     "stereo-layout",
-                                     "stereo-keep",
-                                     "stereo-swap"};
-
 VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
     const std::vector<fs::path>& names = commandLine.files();
     VideoPlan plan;
@@ -188,9 +160,12 @@ VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
         }
         plan.output = stereo;
     }
-    if (plan.fromQuilt)
-        for (const char* other : kOfScenes)
-            commandLine.exclude("from-quilt", other);
+    commandLine.exclude("from-quilt", {"quilt-out", "rgbd-out", "d", "depth", "rgbd", "n", "l",
+                                       "net-profile", "network-size", "depth-every"});
+    commandLine.exclude("from-quilt", {"k", "g", "method", "continuous", "best", "strength",
+                                       "focus", "stereo", "depth-curve"});
+    commandLine.exclude("from-quilt", {"fill", "borders", "refine", "inpaint-from", "exact-depth",
+                                       "stereo-layout", "stereo-keep", "stereo-swap"});
     plan.part = readerOptions(commandLine);
     if (plan.show) {
         commandLine.exclude("show", {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "cli/chosen_depth.hpp"
+#include "cli/folders.hpp"
 #include "video/video_options.hpp"
 
 #include <functional>
@@ -58,6 +59,11 @@ int runVideo(const VideoJob& job, Messages& messages);
 /// @return the exit status
 /// @throws UsageError, Error, NotTaken
 int makeVideo(VideoRun& run, std::string* report, Messages& messages);
+
+/// The same of a video of a folder, whose names are checked.
+/// @param place "[2/7] clip.mp4 ", for the progress line
+int makeVideo(VideoRun& run, const FolderItem& file, const std::string& place, std::string* report,
+              Messages& messages);
 
 /// "45.1 MB"
 std::string bytesText(double bytes);

@@ -176,7 +176,7 @@ int status(const ClusterPlan& plan, Messages& messages) {
 
 // The command line.
 struct ClusterJob {
-    fs::path folder;    // of the plan
+    ClusterPlan plan;
     std::string action; // the option that chooses it: "slurm", "hosts", ...
     fs::path hosts;
     int local = 1; // chunks at a time
@@ -186,7 +186,8 @@ struct ClusterJob {
 
 ClusterJob clusterJob(const CommandLine& commandLine) {
     ClusterJob job;
-    commandLine.takeNames("PLAN", {&job.folder});
+    fs::path folder;
+    commandLine.takeNames("PLAN", {&folder});
     for (const std::string option : {"slurm", "hosts", "local", "status", "resume", "cancel"}) {
         std::string action;
         commandLine.take({{option.c_str(), action, option}});
@@ -201,7 +202,8 @@ ClusterJob clusterJob(const CommandLine& commandLine) {
         " belongs to --slurm");
     if (job.action != "slurm" && job.action != "resume")
         commandLine.refuse({"dry-run"}, " belongs to --slurm and --resume");
-    job.slurm.cpus = 0; // those of the plan
+    job.plan = readClusterPlan(folder);
+    job.slurm.cpus = job.plan.threads;
     commandLine.take({{"hosts", job.hosts},
                       {"local", job.local, 1, 1024},
                       {"dry-run", job.dryRun},
@@ -223,7 +225,7 @@ ClusterJob clusterJob(const CommandLine& commandLine) {
 }
 
 int run(const ClusterJob& job, Messages& messages) {
-    const ClusterPlan plan = readClusterPlan(job.folder);
+    const ClusterPlan& plan = job.plan;
     if (job.action == "status") return status(plan, messages);
     if (job.action == "local") {
         messages.say(plan.folder.string() + ": " +
@@ -248,9 +250,8 @@ int run(const ClusterJob& job, Messages& messages) {
         cancelSlurm(plan, messages);
         return kExitDone;
     }
-    SlurmOptions options = job.action == "resume" ? readSlurmRun(plan).options : job.slurm;
-    if (options.cpus == 0) options.cpus = plan.threads;
-    submitToSlurm(plan, options, job.dryRun, messages);
+    submitToSlurm(plan, job.action == "resume" ? readSlurmRun(plan).options : job.slurm, job.dryRun,
+                  messages);
     return kExitDone;
 }
 

@@ -83,9 +83,8 @@ void Budget::add(CommandLine& commandLine) {
 }
 
 Budget::Budget(const CommandLine& commandLine) : advice_("smaller views (-r) take less") {
-    commandLine.take({{"budget", milliseconds_, 0.1, 1e6},
-                      {"k", advice_, "it takes less without -k"},
-                      {"best", advice_, "it takes less without --best"}});
+    commandLine.take(
+        {{"budget", milliseconds_, 0.1, 1e6}, {"k", advice_, "it takes less without -k"}});
     commandLine.exclude("budget",
                         {"method", "g", "fill", "borders", "refine", "inpaint-from", "camera"});
 }

@@ -162,8 +162,8 @@ VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
     }
     commandLine.exclude("from-quilt", {"quilt-out", "rgbd-out", "d", "depth", "rgbd", "n", "l",
                                        "net-profile", "network-size", "depth-every"});
-    commandLine.exclude("from-quilt", {"k", "g", "method", "continuous", "best", "strength",
-                                       "focus", "stereo", "depth-curve"});
+    commandLine.exclude("from-quilt", {"k", "g", "method", "continuous", "strength", "focus",
+                                       "stereo", "depth-curve"});
     commandLine.exclude("from-quilt", {"fill", "borders", "refine", "inpaint-from", "exact-depth",
                                        "stereo-layout", "stereo-keep", "stereo-swap"});
     plan.part = readerOptions(commandLine);
@@ -266,7 +266,8 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     NativeOptions& native = job.scene.recipe;
     commandLine.take({{"fit", job.fit, native.fit}});
     const bool isRgbd = plan.product == VideoProduct::Rgbd;
-    if ((native.framing != Framing() || job.scene.recipe.choices.any()) && (plan.fromQuilt || isRgbd))
+    if ((native.framing != Framing() || job.scene.recipe.choices.any()) &&
+        (plan.fromQuilt || isRgbd))
         throw UsageError(
             std::string(
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +

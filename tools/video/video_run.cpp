@@ -288,8 +288,9 @@ void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages)
         views.strengthPercent = choices.front().strengthPercent;
         const std::string first =
             choices.size() == 1 ? "" : " (first of " + std::to_string(choices.size()) + " scenes)";
-        messages.say("auto: " + autoText(run.job.scene.recipe.choices, choices.front().framing, views) +
-                     first);
+        messages.say(
+            "auto: " + autoText(run.job.scene.recipe.choices, choices.front().framing, views) +
+            first);
     }
     if (!run.depth || run.job.plan.product != VideoProduct::Native) return;
     const auto parallaxOf = [&] {

@@ -15,8 +15,7 @@
 ///
 /// Words:
 /// - View: the scene as seen from one camera position.
-/// - Quilt: all views in one picture, side by side in columns and rows. A tile is the place of one
-///   view in it.
+/// - Quilt: all views in one picture, in columns and rows. A tile is the place of one view in it.
 /// - Native: the picture for the panel of one display. The lens above a sub-pixel sends its light
 ///   into one direction; the sub-pixel has the colour of the view that is seen from there. A Native
 ///   must never be scaled.
@@ -33,8 +32,7 @@
 ///   and the bottom-left tile of a quilt.
 /// - A computed image is the last parameter. It is reused if its size and type fit, else allocated.
 ///   If it must not share memory with an input, disjoint regions of one matrix are still allowed.
-///   All other results are returned, also images that are read from a file or are a part of another
-///   image.
+///   All other results are returned, also images from a file or parts of another image.
 /// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
 ///   null; remarks are appended to it.

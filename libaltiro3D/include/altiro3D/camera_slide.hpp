@@ -15,9 +15,8 @@
 
 namespace altiro3D {
 
-/// Gives the pictures of a slide, one after the other, to a function until that returns false. It
-/// is called several times and gives the same pictures each time. [rows x cols, CV_8UC3, BGR, of
-/// one size]
+/// Passes the pictures of a slide [rows x cols, CV_8UC3, BGR, of one size] to a function, in order,
+/// until that returns false. It is called several times and gives the same pictures each time.
 using SlidePictureSource = std::function<void(const std::function<bool(const cv::Mat&)>& take)>;
 
 /// The frames of a video.
@@ -36,8 +35,8 @@ slidePhotos(std::vector<std::filesystem::path> files, Notes* notes = nullptr);
 
 /// How each view of a slide is made.
 enum class SlideViews {
-    Nearest, ///< Of the nearest picture, moved as a whole to its place. Fast.
-    Between  ///< Of two near ones, one to each side: each px is moved to its place.
+    Nearest, ///< From the nearest picture, moved as a whole. Fast.
+    Between  ///< From two near pictures, one on either side; each px is moved on its own.
 };
 
 /// Options of CameraSlide.
@@ -47,15 +46,15 @@ struct SlideOptions {
     std::optional<double> focus;
     /// Width : height of the views, 0.01..100; 0: all that the pictures have in common.
     double aspect = 0;
-    int longestSide = 1600; ///< Of the views, px at most, 16..16384; they are not enlarged.
-    /// Parallax between the outermost views on either side of the focus, share of a view's width at
-    /// most; of a longer path the middle part is used. 0: any.
+    int longestSide = 1600; ///< Largest side of a view, px, 16..16384. Views are not enlarged.
+    /// Largest parallax between the outermost views on either side of the focus, as share of a
+    /// view's width. If the path is longer, its middle part is used. 0: any.
     double mostParallax = 0;
     /// Horizontal angle of view of the camera, degrees, 1..150; 0: unknown. It is then estimated.
     double viewDegrees = 0;
-    /// The camera stands, and what it sees turns in front of it by 35 degrees or less.
+    /// The camera stands still, and the scene turns in front of it by at most 35 degrees.
     bool turntable = false;
-    std::vector<std::string> names; ///< Of the pictures, for messages; without: their numbers.
+    std::vector<std::string> names; ///< Names of the pictures for messages; empty: numbers.
 };
 
 /// Checks the options.
@@ -65,28 +64,28 @@ ALTIRO3D_EXPORT void validate(const SlideOptions& options);
 
 /// What was found in a slide.
 struct ALTIRO3D_EXPORT SlideReport {
-    int pictures = 0; ///< Of the clip.
-    int used = 0;     ///< Of them, those that views are chosen from.
-    /// Parallax between the outermost views of the nearest corners against the farthest ones, % of
+    int pictures = 0; ///< Pictures in the clip.
+    int used = 0;     ///< Pictures that views are chosen from.
+    /// Parallax of the nearest corners against the farthest ones between the outermost views, % of
     /// a view's width.
     double parallaxPercent = 0;
-    double stretchPercent = 100; ///< Of the whole way of the camera, what is used.
-    /// Vertical distance of corners from their places in the worst picture, px of a view.
+    double stretchPercent = 100; ///< Part of the camera's path that is used, %.
+    /// Vertical distance of corners from their predicted places in the worst picture, view px.
     double verticalPixels = 0;
-    double horizontalPixels = 0; ///< The same across.
-    double speedRatio = 1;       ///< The largest step between neighbouring pictures : the median.
+    double horizontalPixels = 0; ///< The same horizontally.
+    double speedRatio = 1;       ///< Largest step between neighbouring pictures : median step.
     double awayPercent = 0; ///< Largest distance of the camera from a straight line, % of the path.
     double turnDegrees = 0; ///< Largest turn of the camera, degrees.
-    double misfitPercent = 0; ///< Corners that do not belong to a scene at rest.
+    double misfitPercent = 0; ///< Corners that do not fit a scene at rest, %.
     double focus = 0.5;       ///< Depth of zero parallax, see SlideOptions::focus.
-    bool fromRight = false;   ///< The camera moves to the left.
-    bool turned = false;      ///< The camera moves upright: pictures are turned by 90 degrees.
-    /// The pictures that are used: their number in the clip, from 0, and their position, 0 = the
-    /// leftmost view, 1 = the rightmost one.
+    bool fromRight = false;   ///< The camera moves from right to left.
+    bool turned = false;      ///< The camera moves vertically: pictures are turned by 90 degrees.
+    /// The pictures that are used: index in the clip, from 0, and position, 0 = the leftmost view,
+    /// 1 = the rightmost one.
     std::vector<std::pair<int, double>> positions;
-    double seconds[4] = {}; ///< Reading, following corners, path, views.
+    double seconds[4] = {}; ///< Times for reading, following corners, path, views.
 
-    /// For people: length of the path, pictures used, vertical residual, speed, focus.
+    /// Describes the slide for people: path length, pictures used, vertical residual, speed, focus.
     /// @return five lines
     [[nodiscard]] std::vector<std::string> lines() const;
 };
@@ -102,13 +101,12 @@ struct ALTIRO3D_EXPORT SlideReport {
 class ALTIRO3D_EXPORT CameraSlide {
   public:
     /// Reads all pictures and finds the path.
-    ///
     /// @param source the pictures; at most 600 of them are looked at
-    /// @param options as below
+    /// @param options see SlideOptions
     /// @param name of the clip, for errors
     /// @throws Error BadFormat: fewer than two pictures; too little texture; the camera stands,
-    ///         turns, zooms or moves forwards; the scene moves; the pictures are warped. Exceptions
-    ///         of `source` pass through.
+    ///        turns, zooms or moves forwards; the scene moves; the pictures are warped. Exceptions
+    ///        of `source` pass through.
     explicit CameraSlide(SlidePictureSource source, const SlideOptions& options = {},
                          const std::string& name = "slide");
     ~CameraSlide();
@@ -122,18 +120,15 @@ class ALTIRO3D_EXPORT CameraSlide {
     /// Size of the views. @return px
     [[nodiscard]] cv::Size viewSize() const;
 
-    /// Makes views at equal distances, from the leftmost camera to the rightmost. The pictures are
-    /// read again.
-    ///
+    /// Makes evenly spaced views from the leftmost camera to the rightmost. Pictures are reread.
     /// @param count 1..1000; one: the middle
-    /// @param take receives each view once [viewSize(), CV_8UC3, BGR] and its number, 0 =
-    ///        leftmost, in ascending or descending order
+    /// @param take receives each view once [viewSize(), CV_8UC3, BGR] and its number, 0 = leftmost,
+    ///        in ascending or descending order
     /// @throws Error InvalidArgument (count); exceptions of the source and of `take`
     void makeViews(int count, const std::function<void(int view, const cv::Mat& picture)>& take);
 
-    /// The middle view and its depth, from the parallax of several pictures around it. The pictures
-    /// are read again.
-    ///
+    /// Makes the middle view and its depth from the parallax of pictures around it. Reads the
+    /// pictures again.
     /// @param photo [viewSize(), CV_8UC3, BGR]
     /// @param depth [viewSize(), CV_32FC1, any range, larger = nearer], for normalizeDepth()
     /// @throws exceptions of the source

@@ -42,16 +42,14 @@ class ALTIRO3D_EXPORT Depth2Quilt {
 
     /// Makes all views. They are rendered at the photo's size, without its margins (Scene::shown),
     /// and area-averaged into the tiles if the sizes differ. Unused tiles are black.
-    ///
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; depth [as the photo,
     ///        CV_32FC1, 0..1, 1 = nearest]; hidden layer of the photo's size or empty
-    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits; must not share
-    ///        memory with the scene
+    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; shares no memory with the scene
     /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (sizes differ),
-    ///         OutOfMemory
+    ///        OutOfMemory
     void render(const Scene& scene, cv::Mat& quilt) const;
 
-    /// As above, for work that takes long.
+    /// Makes all views, with progress.
     /// @param scene, quilt as above; a part of the quilt is made if the work is stopped
     /// @param goOn receives the progress; may be empty
     /// @return false if `goOn` has stopped the work
@@ -59,7 +57,6 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     bool render(const Scene& scene, cv::Mat& quilt, const QuiltProgressFunction& goOn) const;
 
     /// Makes one view.
-    ///
     /// @param scene as for render()
     /// @param position p, camera position, -1 leftmost .. +1 rightmost; any finite number
     /// @param view [as the photo without margins, CV_8UC3, BGR]; always newly allocated
@@ -71,9 +68,7 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     ViewOptions options_;
 };
 
-/// Peak signal-to-noise ratio of two pictures: 10 log10(255² / mean squared difference), over all
-/// channels.
-///
+/// PSNR of two pictures: 10 log10(255² / mean squared difference), over all channels.
 /// @param picture [rows x cols, 8-bit, any number of channels]
 /// @param truth [as picture]
 /// @return dB; +infinity if they are equal
@@ -81,9 +76,7 @@ class ALTIRO3D_EXPORT Depth2Quilt {
 [[nodiscard]] ALTIRO3D_EXPORT double psnr(const cv::Mat& picture, const cv::Mat& truth);
 
 /// Structural similarity of two pictures: Wang et al. 2004 with an 11 x 11 Gaussian window (sigma
-/// 1.5), K1 = 0.01, K2 = 0.03, range 255, reflected borders. The result is the mean over all pixels
-/// and channels.
-///
+/// 1.5), K1 = 0.01, K2 = 0.03, range 255, reflected borders. Mean over all px and channels.
 /// @param picture [rows x cols, 8-bit, 1..4 channels]
 /// @param truth [as picture]
 /// @return -1..1, 1 = equal
@@ -93,7 +86,6 @@ class ALTIRO3D_EXPORT Depth2Quilt {
 
 /// Spearman's rank correlation of two pictures: to what extent both put the pixels in the same
 /// order. Equal values share the mean of their ranks.
-///
 /// @param a [rows x cols, CV_32FC1], finite
 /// @param b [as a], finite
 /// @param mask [as a, CV_8UC1], 0: the pixel does not count; empty: all count
@@ -104,11 +96,10 @@ class ALTIRO3D_EXPORT Depth2Quilt {
 
 /// Scales and shifts an estimated depth map to fit the true one (least squares), because relative
 /// depth has an unknown scale and shift (Ranftl et al. 2020).
-///
 /// @param estimate [any size, CV_32FC1, 0..1], resampled to the size of `truth`
 /// @param truth [rows x cols, CV_32FC1, 0..1]
-/// @param aligned [as truth], clamped to 0..1; the mean of `truth` if the estimate has no range, or
-///        near and far exchanged, which no view could forgive
+/// @param aligned [as truth], clamped to 0..1; the mean of `truth` if the estimate has no range or
+///        exchanges near and far
 /// @throws Error InvalidArgument (empty, wrong type)
 ALTIRO3D_EXPORT void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned);
 
@@ -120,14 +111,12 @@ struct NamedViewOptions {
 
 /// The settings worth comparing: every method with its defaults and with other values of its
 /// options. The most accurate setting is the last one.
-///
 /// @param base strength and focus of all settings
 /// @return the settings; their names are unique
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
 tradeSettings(const ViewOptions& base = {});
 
 /// Each method with its default options, cheapest first, named after the method.
-///
 /// @param base strength, focus and method options of all settings
 /// @return "fast", "layered", "real"
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
@@ -142,7 +131,6 @@ struct ViewCost {
 };
 
 /// Measures the time to render views on this machine, with the threads of `cv::setNumThreads()`.
-///
 /// @param scene as for Depth2Quilt::render()
 /// @param options method and its options
 /// @param views number of views in a set, 1..1024, evenly spaced
@@ -162,7 +150,6 @@ struct ViewAccuracy {
 };
 
 /// Compares a view with the ground truth.
-///
 /// @param view [rows x cols, CV_8UC3, BGR]
 /// @param truth [as view]
 /// @param band width in px of the bands at the left and right that "inside" excludes, 0 or more;
@@ -172,12 +159,11 @@ struct ViewAccuracy {
 [[nodiscard]] ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth,
                                                         int band);
 
-/// A measured stereo scene: a photo, its true disparity / the largest one as depth, and the photo
-/// of a second camera.
+/// A stereo scene: a photo, its depth (true disparity / the largest), a second camera's photo.
 struct ALTIRO3D_EXPORT StereoScene : Scene {
-    std::string name; ///< For tables.
+    std::string name; ///< Name for tables.
     cv::Mat truth;    ///< [as photo]: the second camera's photo.
-    /// In px; content at depth d is d times this further left in `truth`.
+    /// Largest disparity in px; content at depth d is d times this further left in `truth`.
     double largestDisparity = 0;
 
     /// Options for which the view at position +1 is that of the second camera: focus 0 and S/2 =
@@ -190,7 +176,6 @@ struct ALTIRO3D_EXPORT StereoScene : Scene {
 };
 
 /// Builds a scene from its pictures.
-///
 /// @param name name in tables and errors
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown; unknown values take the

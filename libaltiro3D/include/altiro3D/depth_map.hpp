@@ -33,20 +33,17 @@ struct DepthNormalization {
 /// Turns raw depth numbers into a depth map: relative inverse depth, 0..1, 1 = nearest
 /// (docs/mathematics.md, 4).
 ///
-/// The two percentiles of the valid values (for metric depth: of 1/Z) are mapped to 0 and 1, and
-/// values beyond are clamped, so single outliers do not compress the rest. A percentile is the
-/// exact value of its rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the
-/// extremes.
+/// The two percentiles of the valid values (for metric depth: of 1/Z) become 0 and 1, and values
+/// beyond are clamped, so outliers do not compress the rest. A percentile is the exact value of its
+/// rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the extremes.
 ///
 /// Unknown values (non-finite; for metric depth also Z <= 0, and 65535 of 16 bits unless others are
-/// above 64879, where it is the farthest that fits) take the farther of the nearest valid
-/// values to their left and right in the row. A row without valid values takes the nearest row that
-/// has some.
+/// above 64879, where it is the farthest that fits) take the farther of the nearest valid values to
+/// their left and right in the row. A row without any takes the nearest row with some.
 ///
 /// The result is defined for every input of a valid type: an image that is constant, entirely
 /// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger
 /// value, or denormal) gives `flatDepth` everywhere.
-///
 /// @param raw [rows x cols, CV_8UC1, CV_16UC1, CV_32FC1 or CV_64FC1, any range]
 /// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]; may be `raw` itself
 /// @param options kind, percentiles and the result without a range
@@ -54,8 +51,9 @@ struct DepthNormalization {
 ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
                                     const DepthNormalization& options = {});
 
-/// Refuses a depth map that holds other numbers, such as metres or 0..255: more than half of the px
-/// of at most 64 rows are beyond 0..1 by more than 0.1. Single ones are clamped by what uses depth.
+/// Rejects a depth map that holds other numbers, such as metres or 0..255: more than half of the px
+/// of at most 64 rows are outside 0..1 by more than 0.1. Single outliers are accepted; functions
+/// that use depth clamp them.
 /// @param depth [rows x cols, CV_32FC1]
 /// @throws Error InvalidArgument (empty, wrong type, other numbers)
 ALTIRO3D_EXPORT void checkDepthRange(const cv::Mat& depth);
@@ -65,9 +63,7 @@ ALTIRO3D_EXPORT void checkDepthRange(const cv::Mat& depth);
 /// Enlarging weights the surrounding depth samples by distance and by similarity of the picture
 /// there (joint bilateral upsampling, docs/mathematics.md, (4.1)). Shrinking takes the nearest
 /// sample, so no depth appears that lies on neither side of an edge. Equal sizes are copied. The
-/// result stays within the range of the samples and does not depend on the number of threads. Ramps
-/// under a uniform picture stay ramps.
-///
+/// result stays within the range of the samples. Ramps under a uniform picture stay ramps.
 /// @param depth [any size, CV_32FC1, 0..1]
 /// @param part the part of `depth` that the guide shows, in px of `depth` (fractions allowed),
 ///        inside [0, cols] x [0, rows]
@@ -82,7 +78,7 @@ enum class DepthSide { Right, Left, Top, Bottom };
 
 /// Where the depth half is, and the shape of both halves.
 struct RgbdLayout {
-    /// A side is a layout with full halves.
+    /// Converts a side to a layout with full halves.
     /// @param depthSide position of the depth half @param shape shape of both halves
     // NOLINTNEXTLINE(google-explicit-constructor)
     RgbdLayout(DepthSide depthSide = DepthSide::Right, StereoHalves shape = StereoHalves::Full)
@@ -90,7 +86,7 @@ struct RgbdLayout {
     DepthSide side;      ///< Position of the depth half.
     StereoHalves halves; ///< Squeezed halves are stretched to the shape of the scene.
 
-    /// The size of the photo in a picture of a given size, without a gap.
+    /// The size of the photo in an RGB-D image of a given size that has no gap.
     /// @param whole size of the whole picture, px @return px
     [[nodiscard]] ALTIRO3D_EXPORT cv::Size photoSize(cv::Size whole) const;
 };
@@ -99,7 +95,6 @@ struct RgbdLayout {
 /// in the middle belongs to neither). A white gap between photo and depth side by side, of at least
 /// 8 px, belongs to neither. Depth that is drawn in colours is read as readDepthSamples() does.
 /// Squeezed halves are stretched as splitStereoPair() does; depth keeps its numbers.
-///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param layout position of the depth half, shape of the halves
 /// @param photo [size of a stretched half, CV_8UC3, BGR]; 16-bit values are divided by 257 and
@@ -114,7 +109,6 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
 
 /// Reads an RGB-D image: as readImage(), but the numbers of the depth half stay as in the file,
 /// while the colours of the photo are converted to sRGB.
-///
 /// @param file as for readImage()
 /// @param side position of the depth half
 /// @param notes as for readImage()
@@ -124,9 +118,8 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
                                                     Notes* notes = nullptr);
 
 /// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
-/// drawn in the colours of depth, or is grey while the other one has colours. Of a grey picture it
-/// is the half that looksLikeDepthImage() while the other does not, if the edges of both meet.
-///
+/// drawn in the colours of depth, or is grey while the other one has colours. In a grey picture, it
+/// is the only half that looksLikeDepthImage() accepts, if the edges of both halves meet.
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param isStacked the halves above each other are examined first
 /// @return its position; nothing if neither half is depth
@@ -135,18 +128,16 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
                                                                      bool isStacked = false);
 
 /// Joins photo and depth to a one-picture RGB-D, near = white.
-///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [rows x cols, CV_32FC1, 0..1, 1 = nearest]
-/// @param layout position of the depth half; squeezed halves have half the width (above each other:
-///        height), rounded up: means of the photo's colours, and depth as it is at their px
+/// @param layout position of the depth half. Squeezed halves have half the width (above each other:
+///        height), rounded up; colours are averaged, depth is sampled.
 /// @param picture [both halves, CV_8UC3, BGR]; may be `photo` itself
 /// @throws Error InvalidArgument (empty, wrong type, photo and depth differ in size)
 ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layout,
                               cv::Mat& picture);
 
-/// Gives near or far things more of the range of depth: d' = d^exponent; 0 and 1 stay.
-///
+/// Expands the range of near or of far depth: d' = d^exponent; 0 and 1 stay.
 /// @param depth [rows x cols, CV_32FC1, 0..1], clamped; NaN stays
 /// @param exponent 0.5..2; above 1 the foreground gets more of the range, below 1 the background
 /// @return [as depth]; `depth` itself with exponent 1. The same bytes on any processor.
@@ -154,7 +145,6 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const 
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat bendDepth(const cv::Mat& depth, double exponent);
 
 /// Converts a depth map to 16 bits: 0 = farthest, 65535 = nearest.
-///
 /// @param depth [rows x cols, CV_32FC1, 0..1]; clamped, NaN counts as 0
 /// @return [rows x cols, CV_16UC1]
 /// @throws Error InvalidArgument (empty or wrong type)
@@ -163,21 +153,21 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const 
 /// How a depth map as a whole differs from its photo. All zero: no flaw was found.
 struct DepthFlaws {
     /// Width over which depth steps are spread, px, 0..64; 0 for hard steps. A Gaussian blur of
-    /// sigma s gives 2.5 s - 1. That of the harder steps if all are about as soft, otherwise that
-    /// of the softer ones, at most 4 % of the longer side.
+    /// sigma s gives 2.5 s - 1. It is the width of the harder steps if all are about equally soft,
+    /// otherwise that of the softer ones, at most 4 % of the longer side.
     double softnessPixels = 0;
-    /// Near things are too large by this on each side, px, -7..7; negative: too small.
+    /// Near objects are too large by this on each side, px, -7..7; negative: too small.
     double growthPixels = 0;
     /// The depth map lies this far to the right of the photo and below it, px, each -7..7.
     cv::Point shiftPixels;
-    /// The steps differ in softness, as those of depth networks do; blurred or enlarged depth has
-    /// equally soft steps. Without effect on hard steps.
+    /// The steps differ in softness, as those of depth networks do. Steps of blurred or enlarged
+    /// depth are equally soft. Ignored for hard steps.
     bool isUneven = false;
-    /// Equally soft steps were blurred, not enlarged: they run out slowly. Steps that are hardly
-    /// soft may be mistaken. Without effect on hard and on uneven steps.
+    /// The equally soft steps were blurred, not enlarged: they fade out slowly. Almost hard steps
+    /// may be misjudged. Ignored for hard and for uneven steps.
     bool isBlurred = false;
-    /// Width of the band around near things in which a soft photo is mixed with their colour, px,
-    /// 0..7, without the one px that even sharp photos have. At most 2 are found.
+    /// Width of the band around near objects in which a soft photo mixes them with the background,
+    /// px, 0..7. One px, which even sharp photos have, is not counted. Measurements give at most 2.
     int mixedPixels = 0;
 
     /// Whether there is any flaw. @return true if a number is not 0
@@ -196,33 +186,30 @@ struct DepthFlaws {
 
 /// Options of refineDepth().
 struct DepthRefineOptions {
-    /// Flaws to correct, for example those of an earlier frame of a scene; not set: they are
-    /// measured. `DepthFlaws()` if the depth map is exact: it stays as it is. normalizeDepth() and
+    /// Flaws to correct, for example those of an earlier frame of the scene; not set: they are
+    /// measured. `DepthFlaws()` keeps an exact depth map unchanged, but normalizeDepth() and
     /// fitDepth(), which come before, still change values and size.
     std::optional<DepthFlaws> flaws;
 
-    /// Whether the depth map stays as it is. @return true if `flaws` is set and without any flaw
+    /// Whether the depth map stays unchanged. @return true if `flaws` is set and holds no flaw
     [[nodiscard]] bool keepsDepth() const { return flaws && !flaws->any(); }
 };
 
 /// Measures how a depth map differs from its photo. A flaw counts if many edges of the picture show
-/// it; single edges may differ. Flaws that are too small to matter are reported as 0
-/// (docs/mathematics.md, 4a).
-///
+/// it. Flaws that are too small to matter are reported as 0 (docs/mathematics.md, 4a).
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
-/// @return the flaws; the same for any number of threads
+/// @return the flaws
 /// @throws Error InvalidArgument (empty, wrong type), Mismatch (sizes differ)
 [[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const cv::Mat& photo,
                                                            const cv::Mat& depth);
 
-/// Corrects the flaws of a depth map: moves edges to the edges of the
-/// photo, turns soft steps into hard ones where the photo has an edge, and extends near things over
-/// their mixed px. A depth map without flaws stays as it is.
-///
+/// Corrects the flaws of a depth map: moves edges to the edges of the photo, turns soft steps into
+/// hard ones where the photo has an edge, and extends near objects over their mixed px. A depth map
+/// without flaws is not changed.
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
-/// @param refined [as depth]; may be `depth` itself. The same bytes for any number of threads.
+/// @param refined [as depth]; may be `depth` itself
 /// @param options which flaws; if it keepsDepth(), the depth is copied unchanged
 /// @return the flaws that were corrected
 /// @throws Error InvalidArgument (empty, wrong type, flaws out of range), Mismatch (sizes differ)
@@ -238,12 +225,9 @@ ALTIRO3D_EXPORT DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& dept
 ///
 /// All are measured at 64 x 64 places. For depth with a standard deviation below 0.02 there, the
 /// result is false.
-///
-/// @param depth depth map of a photo [any size, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
-///        as 0
+/// @param depth of a photo [any size, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts as 0
 /// @param estimate called if the first two signs agree; gives a depth map of the same photo, as
-///        `depth`, made by estimatedDepth() for example, or an empty one if that is not possible:
-///        the result is then false
+///        `depth`, for example by estimatedDepth(), or an empty one, for which the result is false
 /// @return true if near and far are probably exchanged
 /// @throws Error InvalidArgument (empty or wrong type); what `estimate` throws
 [[nodiscard]] ALTIRO3D_EXPORT bool looksInverted(const cv::Mat& depth,
@@ -260,15 +244,14 @@ enum class DepthBrush {
 /// Options of a DepthStroke.
 struct DepthBrushOptions {
     DepthBrush brush = DepthBrush::Nearer; ///< What the brush does.
-    /// Radius, px of the depth map, 0.5..4096. The inner half has the full effect, which falls to 0
-    /// at the radius.
+    /// Radius in px of the map, 0.5..4096. The inner half has the full effect, which falls to 0 at
+    /// the radius.
     double radius = 40;
-    /// Nearer and Farther: the change of depth, 0..1. Smooth and Level: the share of the change
-    /// that is made, 0..1.
+    /// Nearer, Farther: change of depth, 0..1. Smooth, Level: share of the full change, 0..1.
     double amount = 0.1;
     double level = 0.5; ///< The depth that Level moves to, 0..1.
-    /// Whether the brush stops at edges of the photo (docs/mathematics.md, 4b). Each place of the
-    /// stroke changes the surface that is under its middle.
+    /// Whether the brush stops at edges of the photo (docs/mathematics.md, 4b). At each place of a
+    /// stroke, the brush changes only the surface under its centre.
     bool keepsEdges = true;
 };
 
@@ -276,13 +259,13 @@ struct DepthBrushOptions {
 /// once, with the largest effect. One thread at a time.
 class ALTIRO3D_EXPORT DepthStroke {
   public:
-    /// Begins a stroke without a place yet.
+    /// Begins a stroke that has not touched the depth map yet.
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts
     ///        as 0; it is not changed
     /// @param options what the stroke does
     /// @throws Error InvalidArgument (empty, wrong type, options out of range), Mismatch (sizes
-    ///         differ)
+    ///        differ)
     DepthStroke(const cv::Mat& photo, const cv::Mat& depth, const DepthBrushOptions& options);
     ~DepthStroke();
     DepthStroke(DepthStroke&&) noexcept;            ///< Moves.
@@ -302,10 +285,9 @@ class ALTIRO3D_EXPORT DepthStroke {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Brings what lies inside an outline nearer, or farther. The border follows the strongest edges of
-/// the photo near the outline, up to 5 % of the photo's longer side inside of it and 1.5 % outside;
+/// Moves the inside of an outline nearer or farther. The border follows the strongest edges of the
+/// photo near the outline, up to 5 % of the photo's longer side inside it and 1.5 % outside;
 /// without edges it is the outline (docs/mathematics.md, 4b).
-///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1, 0..1, 1 = nearest]; values beyond are clamped, NaN counts as 0
 /// @param outline a closed polygon, px; (0, 0) is the centre of the first px. Points outside the
@@ -314,7 +296,7 @@ class ALTIRO3D_EXPORT DepthStroke {
 /// @param lifted [as depth]; may be `depth` itself
 /// @return the part of the depth map that may have changed; empty if none
 /// @throws Error InvalidArgument (empty, wrong type, an amount or a point that is out of range or
-///         not finite), Mismatch (sizes differ)
+///        not finite), Mismatch (sizes differ)
 ALTIRO3D_EXPORT cv::Rect liftDepth(const cv::Mat& photo, const cv::Mat& depth,
                                    const std::vector<cv::Point2d>& outline, double amount,
                                    cv::Mat& lifted);

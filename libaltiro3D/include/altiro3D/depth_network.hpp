@@ -29,7 +29,7 @@ enum class ChannelOrder { Rgb, Bgr };
 enum class InputShape {
     Fixed, ///< inputWidth x inputHeight; every photo is stretched to it.
     Photo  ///< The photo's shape; its longer side is the larger of inputWidth and inputHeight, or
-           ///< what a call of DepthNetwork::estimate() asks for.
+           ///< as requested from DepthNetwork::estimate().
 };
 
 /// How a photo is resampled to the network's input.
@@ -67,7 +67,7 @@ struct NetworkProfile {
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The engine that it needs; Best: any.
-    std::string remark; ///< For the user: a key of the file without effect; empty: none.
+    std::string remark; ///< Remark for the user: a key of the file has no effect; or empty.
 };
 
 /// Whether this library can run a network.
@@ -104,7 +104,7 @@ findProfile(const std::vector<NetworkProfile>& catalog, const std::filesystem::p
 enum class InferenceTarget { Cpu, Cuda };
 
 /// The processor on which networks run here.
-/// @param engine that of the network's profile, or the one that was asked for
+/// @param engine that of the network's profile, or the requested one
 /// @return CUDA if this OpenCV offers it and the engine may be OpenCV, else the CPU
 [[nodiscard]] ALTIRO3D_EXPORT InferenceTarget
 bestInferenceTarget(InferenceEngine engine = InferenceEngine::Best);
@@ -112,14 +112,12 @@ bestInferenceTarget(InferenceEngine engine = InferenceEngine::Best);
 /// A loaded depth network. Move-only; one thread at a time per object.
 ///
 /// DepthNetwork does not change OpenCV's log level and error callback, which are global to the
-/// process. OpenCV logs details of a graph that it cannot load or run, by default to stderr. The
-/// text of the Error is complete without them; cv::utils::logging::setLogLevel() turns the log off.
-/// ONNX Runtime 1.21 of Debian 13 writes about a thousand harmless lines to stderr when a process
-/// loads its first network.
+/// process. OpenCV logs details of graphs that fail, by default to stderr. The Error is complete
+/// without them; cv::utils::logging::setLogLevel() turns the log off. ONNX Runtime 1.21 of Debian
+/// 13 writes about a thousand harmless lines to stderr when a process loads its first network.
 class ALTIRO3D_EXPORT DepthNetwork {
   public:
     /// Loads an ONNX file.
-    ///
     /// @param file the ONNX file
     /// @param profile preparation of the input, meaning of the output
     /// @param target processor to run on
@@ -161,7 +159,6 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// The output depends on the number of threads and on the processor, because OpenCV or ONNX
     /// Runtime runs the network: with 2 and with 3 threads OpenCV's output may differ in the 7th
     /// digit (docs/reliability.md, "The same bytes").
-    ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param raw [network's output size, CV_32FC1, finite, see NetworkProfile::output]
     /// @throws Error InvalidArgument (empty or wrong type); NetworkFailed (an output of unexpected
@@ -170,7 +167,6 @@ class ALTIRO3D_EXPORT DepthNetwork {
 
     /// infer() followed by normalizeDepth() for the profile's NetworkOutput. As with infer(), the
     /// last digits depend on the number of threads and on the processor.
-    ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
     /// @param longerSide with InputShape::Photo: longer side of the input in px, as the sides of
@@ -189,7 +185,6 @@ class ALTIRO3D_EXPORT DepthNetwork {
 /// Returns normally for errors that DepthNetwork reports as an Error (not an ONNX file, a graph
 /// that the engine rejects, ...). Call it before the process has other threads: fork() copies only
 /// the calling thread.
-///
 /// @param file the ONNX file
 /// @param profile preparation of the input, meaning of the output
 /// @param inputSize as for DepthNetwork
@@ -203,13 +198,11 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
 
 /// Directories that are searched for network files and the catalogue, in this order:
 /// - the directories in `$ALTIRO3D_MODELS`, separated by ':';
-/// - `$XDG_DATA_HOME/altiro3D/models`, or `~/.local/share/altiro3D/models` if that variable is not
-///   an absolute path;
+/// - `$XDG_DATA_HOME/altiro3D/models`, or `~/.local/share/altiro3D/models` if that is not absolute;
 /// - `models/` in each of dataDirectories().
 ///
 /// Directories that do not exist are skipped. The working directory is not searched, so that a
 /// folder of pictures from elsewhere cannot supply a network.
-///
 /// @return the directories in search order
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<std::filesystem::path> modelSearchPath();
 
@@ -241,8 +234,7 @@ modelCatalog(const std::vector<std::filesystem::path>& searchPath = modelSearchP
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<InstalledNetwork>
 installedNetworks(const std::vector<std::filesystem::path>& searchPath = modelSearchPath());
 
-/// The default network: the first of installedNetworks() whose NetworkProfile::large equals
-/// `large` and that canRun().
+/// The first of installedNetworks() that canRun() and whose NetworkProfile::large equals `large`.
 /// @param large true: the large network
 /// @param searchPath directories, as from modelSearchPath()
 /// @return the network; nothing if no such network is installed

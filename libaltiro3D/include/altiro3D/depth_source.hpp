@@ -19,26 +19,25 @@ namespace altiro3D {
 /// left picture - x in the right one) / width. Larger = nearer. 3D cameras shift the pictures
 /// against each other, so disparities may have both signs.
 struct ALTIRO3D_EXPORT StereoMatch {
-    double shift = 0;    ///< Median disparity. This and the next two are of px with detail.
+    double shift = 0;    ///< Median disparity. This and the next two count px with detail only.
     double farthest = 0; ///< Smallest disparity: percentile 0.5.
     double nearest = 0;  ///< Largest disparity: percentile 99.5.
-    /// By how much the right picture is lower than the left one in its middle, as share of the
-    /// width; it was moved back before matching.
+    /// Share of the width by which the right picture's middle is lower; undone before matching.
     double verticalOffset = 0;
-    double rollDegrees = 0;    ///< Rotation of the right picture, clockwise; it was undone.
+    double rollDegrees = 0;    ///< Clockwise rotation of the right picture in degrees; undone.
     double matchedShare = 0;   ///< Share of the left picture's px that have a match, 0..1.
     double likeness = 0;       ///< Similarity: correlation of the fine detail of matched px, -1..1.
-    bool isReliable = false;   ///< Enough px match and are alike; otherwise do not use the depth.
-    bool isFlat = false;       ///< The range of the disparities is below 0.15 %.
+    bool isReliable = false;   ///< Enough px match and look alike; otherwise do not use the depth.
+    bool isFlat = false;       ///< The disparities have a range below 0.15 % of the width.
     bool looksSwapped = false; ///< Background appears in front of foreground: exchange the eyes.
 
-    /// Whether the pictures are surely those of two eyes, where that is not known. Disparities of
+    /// Whether two pictures of unknown origin are certainly those of two eyes. Disparities of
     /// unrelated pictures spread over 58 % of the width or more, those of real pairs over 3 to 10 %
     /// (docs/depth.md).
     /// @return true if the match is reliable and its disparities have a range of at most 40 %
     [[nodiscard]] bool areEyes() const { return isReliable && nearest - farthest <= 0.4; }
 
-    /// For people: "shift -12.0 %, 93 % matched", and further findings that are unusual.
+    /// Describes the match for people: "shift -12.0 %, 93 % matched", and unusual findings.
     /// @return the text
     [[nodiscard]] std::string text() const;
     /// Remarks for the user: the pictures do not match, the eyes look swapped.
@@ -54,9 +53,7 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// contrast are made equal. Disparities are searched from -35 % to +35 % of the width, first
 /// coarsely. A px counts as matched if the match from the right picture leads back to it within 1
 /// px. Px without a match take the farther disparity next to them, because px that one eye does not
-/// see belong to the background. A median of the surrounding px, weighted by similarity of colour,
-/// then smooths them.
-///
+/// see belong to the background. A median weighted by similarity of colour then smooths them.
 /// @param left [rows x cols, CV_8UC3, BGR]
 /// @param right as `left`; its shape may differ by 5 %, it is resized to the left picture's size
 /// @param disparity [the shrunk size, CV_32FC1, shares of the width, larger = nearer]; without any
@@ -70,12 +67,11 @@ struct ALTIRO3D_EXPORT StereoMatch {
                                                       cv::Mat& disparity,
                                                       HiddenLayer* hidden = nullptr);
 
-/// Turns the disparities of a hidden layer of matchStereo() into depth, by the scale that turned
-/// those of the photo into its depth.
+/// Turns the disparities of matchStereo()'s hidden layer into depth, with the scale that turned the
+/// photo's disparities into its depth.
 /// @param disparity of the photo, from matchStereo()
 /// @param depth [as disparity, CV_32FC1, 0..1], from normalizeDepth()
-/// @param hidden its disparities are replaced by depth, NaN stays; it becomes empty if the depth
-///        has no range
+/// @param hidden its disparities become depth, NaN stays; empty if the depth has no range
 /// @throws Error Mismatch (disparity and depth differ in size), InvalidArgument (types)
 ALTIRO3D_EXPORT void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth,
                                       HiddenLayer& hidden);
@@ -91,13 +87,13 @@ enum class DepthOrigin {
 struct PhotoDepth {
     cv::Mat
         photo; ///< [CV_8UC3, BGR]: the whole picture, its photo half, or the left eye's picture.
-    cv::Mat rawDepth; ///< [any size, one channel]; empty: it must be estimated.
-    DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers of the depth.
-    HiddenLayer hidden;                    ///< As of matchStereo(), with disparities as depth.
+    cv::Mat rawDepth; ///< [any size, one channel]; empty: the depth must be estimated.
+    DepthKind kind = DepthKind::NearWhite;       ///< Meaning of the numbers of the depth.
+    HiddenLayer hidden;                          ///< As from matchStereo(), as depth.
     DepthOrigin origin = DepthOrigin::Estimated; ///< Where the depth comes from.
-    std::string text; ///< The same for people: "depth image beside the photo (FILE)".
+    std::string text; ///< Origin for people: "depth image beside the photo (FILE)".
     std::filesystem::path separateFile; ///< The depth image that storedDepthOr() found; else empty.
-    cv::Size whole;                     ///< Of an RGB-D image with both halves, px; else empty.
+    cv::Size whole;                     ///< Size of an RGB-D image, px; else empty.
 };
 
 /// The scene of a photo and the depth that came with it.
@@ -108,7 +104,7 @@ struct PhotoDepth {
 ALTIRO3D_EXPORT void makeScene(const PhotoDepth& found, double flatDepth, Scene& scene);
 
 /// A source of depth for photos and video frames: a network, a file, or the depth half of an RGB-D
-/// image. It keeps nothing of one photo for the next:
+/// image. Each photo is independent of those before it:
 ///
 ///     const auto source = storedDepthOr(estimatedDepth());
 ///     Scene scene;
@@ -128,36 +124,30 @@ class ALTIRO3D_EXPORT DepthSource {
     /// Meaning of the raw depth numbers that read() gives. @return the kind
     [[nodiscard]] virtual DepthKind kind() const = 0;
 
-    /// What is known of the edges of the depth that read() gives. @return Unknown, unless a source
-    ///         says otherwise
+    /// What is known about the edges of read()'s depth. @return Unknown unless overridden
     [[nodiscard]] virtual DepthEdges edges() const;
 
     /// The network that estimates the depth. @return null for other sources, and for networks that
     ///         are not loaded yet
     [[nodiscard]] virtual const DepthNetwork* network() const;
 
-    /// Loads the network now, not for the first photo. Does nothing for other sources.
+    /// Loads the network now instead of for the first photo. Does nothing for other sources.
     /// @throws Error as DepthNetwork::DepthNetwork(); NotFound (estimatedDepth() without a network)
     virtual void load();
 
     /// Reads a photo, and depth that comes with it, if the source looks for such depth.
-    ///
     /// @param file as for altiro3D::readImage()
-    /// @param notes if given, receives the remarks of readPhoto(), each with the name of the file
-    ///        in front
+    /// @param notes if given, receives the remarks of readPhoto(), each after the file name
     /// @return the photo, without depth if that must be estimated
     /// @throws Error as altiro3D::readPhoto(); for depthFromFile() also as readDepthSamples(); for
     ///         depthFromRgbd() as readRgbdImage() and splitRgbd()
     [[nodiscard]] virtual PhotoDepth readPhoto(const PhotoFile& file, Notes* notes = nullptr);
 
-    /// Splits an image in memory into photo and raw depth, or finds the raw depth of a photo: here
-    /// a network estimates.
-    ///
+    /// Splits an image in memory into photo and raw depth, or estimates its depth with a network.
     /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
     /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half
     ///        [CV_8UC3, BGR]; may be `image`
-    /// @param raw raw depth numbers of the photo [any size, one channel]; kind() states their
-    ///        meaning
+    /// @param raw depth of the photo [any size, one channel]; kind() states its meaning
     /// @throws Error as the function that each source calls, see below
     virtual void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) = 0;
 
@@ -166,9 +156,7 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @throws Error as read()
     virtual void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw);
 
-    /// The photo and its depth map, by normalizeDepth(): of the depth that came with the photo,
-    /// else of that of read().
-    ///
+    /// Makes a scene by normalizeDepth() from the depth that came with the photo, else from read().
     /// @param found from readPhoto()
     /// @param flatDepth depth of the whole photo if its raw depth has no range (all values equal or
     ///        unknown), 0..1. Use ViewOptions::focus: all views then show the photo unchanged.
@@ -177,27 +165,27 @@ class ALTIRO3D_EXPORT DepthSource {
     void readScene(const PhotoDepth& found, double flatDepth, Scene& scene);
 
     /// read(), then normalizeDepth(), for an image in memory.
-    ///
     /// @param image as for read(); may be `scene.photo`
     /// @param flatDepth, scene as above
     /// @throws Error as read() and normalizeDepth()
     void readScene(const cv::Mat& image, double flatDepth, Scene& scene);
 };
 
-/// Depth from a network, DepthEdges::Aligned. For a photo, a network with InputShape::Photo runs
-/// twice: at its profile's size, and, mirrored, at 1.625 times that size (or at
-/// DepthNetwork::inputSize(), if that is larger than the profile's), whose edges the result takes.
-/// Other networks, those with a smaller input size, and frames of videos run once. Then straight
-/// lines of the photo get straight depth (not in frames), and steps for which there is evidence
-/// become hard; the others stay soft (docs/mathematics.md, 4a). The raw numbers are a depth map
-/// whose longer side is at most 512 px, 320 px for frames; kind() is NearWhite.
+/// Depth from a network, with DepthEdges::Aligned.
+///
+/// For a photo, a network with InputShape::Photo runs twice: at its profile's size, and, mirrored,
+/// at 1.625 times that size (or at DepthNetwork::inputSize(), if that is larger than the
+/// profile's). The result takes its edges from the second run. Other networks, those with a smaller
+/// input size, and frames of videos run once. Then straight lines of the photo get straight depth
+/// (not in frames), and steps for which there is evidence become hard; the others stay soft
+/// (docs/mathematics.md, 4a). The raw numbers are a depth map whose longer side is at most 512 px,
+/// 320 px for frames; kind() is NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
 
-/// As depthFromNetwork(), for a network that is loaded when a photo first needs it: network() is
-/// null before that. With storedDepthOr(), photos that bring depth of their own then cost no time
-/// for loading.
+/// As depthFromNetwork(), but loads the network when a photo first needs it: network() is null
+/// before that. With storedDepthOr(), photos that contain depth cost no time for loading.
 /// @param file the ONNX file, and the next arguments: as for DepthNetwork::DepthNetwork()
 /// @param profile preparation of the input, meaning of the output
 /// @param target processor to run on
@@ -209,9 +197,8 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
                      InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {},
                      InferenceEngine engine = InferenceEngine::Best);
 
-/// Depth estimated from the photo alone by standardNetwork(), which is loaded when a photo first
-/// needs it, as by depthFromNetworkFile(). If no network is installed, only photos whose depth must
-/// be estimated fail.
+/// Depth estimated from the photo alone by standardNetwork(), loaded when first needed, as by
+/// depthFromNetworkFile(). If no network is installed, only photos without depth fail.
 /// @return the source; its description() names the network, and its read(), readScene() and load()
 ///         throw Error NotFound if no network is installed
 /// @throws Error as standardNetwork()
@@ -232,10 +219,9 @@ depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromRgbd(const RgbdLayout& layout, DepthKind kind = DepthKind::NearWhite);
 
-/// Takes apart a picture whose name says that it holds both eyes or photo and depth
-/// (parseSceneName()), if its contents agree: both eyes match (matchStereo()), or a half is depth
-/// (findDepthHalf()). Otherwise it is an ordinary photo, and a remark says so.
-///
+/// Splits a picture whose name says that it holds both eyes or photo and depth (parseSceneName()),
+/// if its contents agree: both eyes match (matchStereo()), or a half is depth (findDepthHalf()).
+/// Otherwise it is an ordinary photo, and a remark says so.
 /// @param file the picture's file; an RGB-D image is decoded again (readRgbdImage())
 /// @param picture [rows x cols, CV_8UC3, BGR], as read by readPhoto()
 /// @param notes if given, receives remarks, without the name of the file
@@ -244,7 +230,7 @@ depthFromRgbd(const RgbdLayout& layout, DepthKind kind = DepthKind::NearWhite);
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<PhotoDepth>
 readNamedHalves(const PhotoFile& file, const cv::Mat& picture, Notes* notes = nullptr);
 
-/// Refuses files whose names say that they are made for headsets (SceneName::Contents::Vr).
+/// Rejects files whose names say that they are made for headsets (SceneName::Contents::Vr).
 /// @param file its name is examined @throws Error Unsupported
 ALTIRO3D_EXPORT void refuseVrName(const std::filesystem::path& file);
 
@@ -255,16 +241,17 @@ struct PhotoDepthOptions {
     bool namedHalves = true; ///< With useDepth: also readNamedHalves().
 };
 
-/// Depth that comes with the photo: first the depth image next to it (findDepthBeside()), then
-/// depth in its file (readEmbeddedDepth()), then that of a stereo pair in its file
-/// (readStereoPair(), matchStereo()), whose left picture is the photo, then that of the halves that
-/// its name states (readNamedHalves()). Photos without these, and pairs that do not match, take
-/// their depth from another source. With estimatedDepth() as that source, this is what the tools
-/// do. For images in memory the source is the other one.
+/// Depth that comes with the photo, or else from another source. It searches in this order:
+/// - a depth image next to the photo (findDepthBeside());
+/// - depth in the photo's file (readEmbeddedDepth());
+/// - a stereo pair in the file (readStereoPair(), matchStereo()), whose left picture is the photo;
+/// - the halves that the file's name states (readNamedHalves()).
+///
+/// Other pairs and images in memory use `fallback`, which is estimatedDepth() in the tools.
 /// @param fallback the source for all other photos
 /// @param options what to take
 /// @return the source; its readPhoto() also throws Error Unsupported (a VR picture by its name,
-///         interleaved or anaglyph JPS)
+///        interleaved or anaglyph JPS)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 storedDepthOr(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& options = {});
@@ -278,11 +265,11 @@ struct StereoInput {
 };
 
 /// Depth of stereo pairs by matching: splitStereoPair(), matchStereo(). The photo is the left eye's
-/// picture. A pair that does not match takes its depth from another source, and a remark says so.
+/// picture. For a pair that does not match, another source gives the depth, and a remark says so.
 /// @param input where the pictures are
 /// @param fallback the source for pairs that do not match
 /// @return the source; its readPhoto() also throws Error Mismatch (pictures of different shapes),
-///         InvalidArgument (too small to split)
+///        InvalidArgument (too small to split)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromStereo(StereoInput input, std::shared_ptr<DepthSource> fallback);

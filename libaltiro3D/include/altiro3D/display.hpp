@@ -16,18 +16,18 @@ namespace altiro3D {
 
 /// Positions of the colours of one pixel relative to its centre, in px; y grows upward.
 struct SubpixelCell {
-    std::array<double, 3> x{}; ///< Offsets to the right of red, green, blue, -1..1 px.
-    std::array<double, 3> y{}; ///< Offsets upward of red, green, blue, -1..1 px.
+    std::array<double, 3> x{}; ///< Offsets of red, green and blue to the right, -1..1 px.
+    std::array<double, 3> y{}; ///< Upward offsets of red, green and blue, -1..1 px.
 };
 
-/// What a print, or a sheet of lenses on a screen, adds to a calibration: lens_sheet.hpp.
+/// Data of a print, or of a lens sheet on a screen, that complement its calibration.
 struct LensSheet {
-    bool isPrint = false; ///< On paper, whose px hold all colours, and not on a screen.
-    double dpiDown = 0;   ///< Px per inch down, > 0; across they are Calibration::DPI.
-    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 = by the lens.
-    double thickness = 0; ///< Of the sheet, mm, 0.01..100; 0 = unknown.
+    bool isPrint = false; ///< True for a print, whose px hold all colours; false for a screen.
+    double dpiDown = 0;   ///< Vertical px per inch, > 0; horizontal ones: Calibration::DPI.
+    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 = chosen for the lens.
+    double thickness = 0; ///< Thickness of the sheet in mm, 0.01..100; 0 = unknown.
     double index = 0;     ///< Refractive index of the sheet, 1..3; 0 = unknown.
-    double distance = 0;  ///< Of the eye, mm, 1..1e6; 0 = unknown.
+    double distance = 0;  ///< Viewing distance in mm, 1..1e6; 0 = unknown.
 };
 
 /// Largest LensSheet::views.
@@ -39,21 +39,21 @@ struct Calibration {
     std::string serial;        ///< Serial number ("LKG-PORT-19930"); may be empty.
     double pitch = 0;          ///< Lenses per inch, perpendicular to the lenses, > 0.
     double slope = 0;          ///< Rise over run of a lens in panel px, y counted down, != 0.
-    double center = 0;         ///< Phase offset of the lens array in lens periods, +-1e6 at most.
+    double center = 0;         ///< Phase offset of the lens array in lens periods, -1e6..1e6.
     double fringe = 0;         ///< Colour fringe correction; 0 in every known unit; not used.
     double viewCone = 0;       ///< Full horizontal view cone in degrees, 0..180; 0 = not given.
     double invView = 1;        ///< View order under the lens is reversed if >= 0.5.
     double verticalAngle = 0;  ///< Tilt of the viewing axis in degrees; not used by the mapping.
     double DPI = 0;            ///< Panel px per inch, > 0.
     int screenW = 0;           ///< Panel width in px, 16..16384; of a print up to 40000.
-    int screenH = 0;           ///< Panel height in px, as the width.
+    int screenH = 0;           ///< Panel height in px; same limits as the width.
     double flipImageX = 0;     ///< The picture is mirrored left-right if >= 0.5.
     double flipImageY = 0;     ///< The picture is mirrored upside down if >= 0.5.
     double flipSubp = 0;       ///< The panel is BGR instead of RGB if >= 0.5.
     int CellPatternMode = 0;   ///< How the cells repeat over the panel, 0..4.
-    std::vector<SubpixelCell> subpixelCells; ///< Empty on classic RGB stripe panels; at most 16.
-    std::vector<std::string> missing;        ///< Of viewCone and invView, what the file lacks.
-    std::optional<LensSheet> sheet;          ///< Set for prints and for screens without a maker.
+    std::vector<SubpixelCell> subpixelCells; ///< At most 16; empty on classic RGB stripe panels.
+    std::vector<std::string> missing;        ///< "viewCone", "invView": those that the file lacks.
+    std::optional<LensSheet> sheet;          ///< Set for prints and screens with a lens sheet.
 };
 
 /// Largest panel side in px.
@@ -63,7 +63,6 @@ constexpr int kMaxPrintSide = 40000;
 
 /// Checks a calibration: the range of each field, and that pitch, DPI and slope describe a possible
 /// lens array of at least 0.001 lens periods across the panel and at most one per sub-pixel.
-///
 /// @param calibration the calibration to check
 /// @param source its name in the error message, for example the file name
 /// @throws Error BadFormat that names source, field, value and what is expected
@@ -74,7 +73,6 @@ ALTIRO3D_EXPORT void validate(const Calibration& calibration,
 /// or floats, missing optional fields, a byte order mark, the calibration nested up to three
 /// containers deep or held in a string. Unknown keys are ignored. If the file holds several
 /// calibrations, the first is returned and all must be valid.
-///
 /// @param file the file, at most 4 MiB
 /// @return the calibration; it is valid
 /// @throws Error NotFound, ReadFailed, TooLarge, BadFormat (file, field, value, what is expected),
@@ -82,14 +80,13 @@ ALTIRO3D_EXPORT void validate(const Calibration& calibration,
 [[nodiscard]] ALTIRO3D_EXPORT Calibration readCalibration(const std::filesystem::path& file);
 
 /// Reads all calibrations in a file. Services that list several devices write such files.
-///
 /// @param file as for readCalibration()
 /// @return one or more, in the file's order; all are valid
 /// @throws Error as readCalibration()
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration>
 readCalibrations(const std::filesystem::path& file);
 
-/// As readCalibrations(), from text.
+/// Parses the calibrations in a text, as readCalibrations() does in a file.
 /// @param text the file's contents
 /// @param source the file's name, for errors
 /// @return one or more, in the text's order; all are valid
@@ -97,10 +94,9 @@ readCalibrations(const std::filesystem::path& file);
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<Calibration> parseCalibrations(const std::string& text,
                                                                          const std::string& source);
 
-/// Hashes all fields that enter the sub-pixel mapping; the serial number is not one of them.
-/// Calibrations with the same fingerprint give the same picture. The converse does not always hold:
-/// `invView` is part of the hash also on panels with cells, where InvertViews::Auto ignores it.
-///
+/// Hashes all fields that enter the sub-pixel mapping; the serial number does not. Calibrations
+/// with the same fingerprint give the same picture. The converse does not always hold: `invView` is
+/// part of the hash also on panels with cells, where InvertViews::Auto ignores it.
 /// @param calibration the calibration; need not be valid
 /// @return 64-bit FNV-1a hash
 [[nodiscard]] ALTIRO3D_EXPORT std::uint64_t fingerprint(const Calibration& calibration);
@@ -136,8 +132,8 @@ struct ALTIRO3D_EXPORT LensGeometry {
     int cellPattern = 0;             ///< CellPatternMode; 0 if there are no cells.
     std::vector<SubpixelCell> cells; ///< Empty on stripe panels.
 
-    /// Whether the lenses lie more than they stand, as in prints that change with a tilt.
-    /// @return true for a slope below 1
+    /// Whether the lenses are nearer to horizontal, as in prints that change when tilted.
+    /// @return true for an absolute slope below 1
     [[nodiscard]] bool isLying() const { return std::abs(tilt) * panelWidth > panelHeight; }
 
     /// Index of the cell of a pixel (docs/mathematics.md, 1).
@@ -163,7 +159,6 @@ struct ALTIRO3D_EXPORT LensGeometry {
 };
 
 /// Derives the lens geometry: docs/mathematics.md, (1.1) to (1.3) and (1.11).
-///
 /// @param calibration the display
 /// @param invert whether the order of views is reversed
 /// @return the geometry
@@ -174,12 +169,12 @@ struct ALTIRO3D_EXPORT LensGeometry {
 /// A display model and its maker's recommendations.
 struct DisplayModel {
     std::string name;           ///< "Looking Glass Portrait".
-    std::string serialPrefix;   ///< Prefix of its serial numbers, upper or lower case; or unknown.
+    std::string serialPrefix;   ///< Prefix of serial numbers, in any case; empty if unknown.
     cv::Size panelSize;         ///< Panel in px; empty if it is not known.
     double dpi = 0;             ///< Panel px per inch; 0 if it is not known.
     double viewConeDegrees = 0; ///< Full horizontal view cone in degrees.
     QuiltLayout quilt;          ///< Default quilt.
-    std::optional<QuiltLayout> earlierQuilt = {}; ///< Its default in the maker's older documents.
+    std::optional<QuiltLayout> earlierQuilt = {}; ///< Default in the maker's older documents.
 };
 
 /// Finds the model of a display by its serial number, else by its panel. The table of models, with
@@ -188,10 +183,9 @@ struct DisplayModel {
 /// @return the model, which stays until the program ends; null if it is unknown
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
-/// The default quilt for a display: its model's. For an unknown model: 48 views of the panel's
-/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about the area of
-/// 4096 x 4096 px.
-///
+/// The default quilt of a display: its model's, or for an unknown model 48 views of the panel's
+/// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about the area of 4096 x 4096
+/// px.
 /// @param calibration the display; must be valid
 /// @return the layout
 [[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
@@ -199,7 +193,6 @@ struct DisplayModel {
 /// Remarks about a calibration that is valid but unusual: the serial number and the panel belong to
 /// different models, sub-pixel cells are missing that the model has, fringe correction is set,
 /// which altiro3D ignores, a flag is set that no known unit sets.
-///
 /// @param calibration the display
 /// @return one sentence each, for people; usually empty
 [[nodiscard]] ALTIRO3D_EXPORT Notes calibrationWarnings(const Calibration& calibration);
@@ -228,8 +221,8 @@ struct Display {
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
 
-/// The display's quilt that a request means if it states no view size: its default, or its model's
-/// earlier one if the request has that one's columns and rows, or no layout but that one's size.
+/// The layout that a request without a view size refers to: the display's default, or its model's
+/// earlier default if the request has its columns and rows, or no grid but its quilt size.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()
@@ -237,7 +230,6 @@ struct Display {
                                                      const QuiltRequest& request);
 
 /// Reads a display from its calibration.
-///
 /// @param calibrationFile its `visual.json`
 /// @param serial serial number of the display if the file holds several; empty: the first one
 /// @return the display, with defaultQuilt()
@@ -247,7 +239,7 @@ struct Display {
 
 /// A calibration found on a display's own volume, or in its USB memory.
 struct MountedCalibration {
-    std::filesystem::path file;        ///< Its visual.json; with a problem the device.
+    std::filesystem::path file;        ///< Its visual.json, or the device if there is a problem.
     std::string volume;                ///< Name of the volume ("LKG-P00655"), or the serial number.
     std::optional<Error> problem = {}; ///< Why a USB memory could not be read.
 };
@@ -260,7 +252,6 @@ struct MountedCalibration {
 
 /// Finds mounted volumes of displays: `LKG*/LKG_calibration/visual.json` (upper or lower case) in
 /// `media`, `run/media`, `mnt` and `Volumes` and in their subdirectories, such as `media/<user>`.
-///
 /// @param fileSystemRoot "/" except in tests
 /// @return sorted by path; unreadable directories are skipped
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<MountedCalibration>
@@ -269,24 +260,22 @@ findMountedCalibrations(const std::filesystem::path& fileSystemRoot = "/");
 /// A display of the first generation (8.9", 15.6", 8K), connected by USB.
 struct UsbDisplay {
     std::filesystem::path device; ///< "/dev/hidraw3".
-    std::string id;               ///< Of the unit and where it is connected, 16 hexadecimal digits.
+    std::string id;               ///< Identifies the unit and its port, 16 hexadecimal digits.
 };
 
-/// Finds displays of the first generation; only Linux is asked.
+/// Finds displays of the first generation; on Linux only.
 /// @param fileSystemRoot "/" except in tests
 /// @return sorted by device; usually empty
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<UsbDisplay>
 findUsbDisplays(const std::filesystem::path& fileSystemRoot = "/");
 
-/// Reads the calibration in the memory of a display of the first generation. A display that does
-/// not answer costs 2 s.
-///
+/// Reads the calibration in the memory of a display of the first generation. Waits up to 2 s.
 /// @param display from findUsbDisplays()
-/// @param cached what an earlier call returned: only the memory's first 64 bytes are read and, if
-///        they are those of `cached`, it is returned
-/// @return JSON of parseCalibrations(), at most 4096 bytes
+/// @param cached result of an earlier call: only the memory's first 64 bytes are read and, if they
+///        are those of `cached`, it is returned
+/// @return JSON for parseCalibrations(), at most 4096 bytes
 /// @throws Error ReadFailed (no permission, no answer), BadFormat (an empty memory, damaged JSON),
-///         TooLarge, Unsupported (a Portrait, which has a volume)
+///        TooLarge, Unsupported (a Portrait, which has a volume)
 [[nodiscard]] ALTIRO3D_EXPORT std::string readUsbCalibration(const UsbDisplay& display,
                                                              const std::string& cached = {});
 

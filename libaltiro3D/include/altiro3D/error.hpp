@@ -46,8 +46,8 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
     std::size_t subjectBytes_;
 };
 
-/// Text of files and users as one line that cannot give a terminal orders: control characters
-/// become spaces. Error does this itself. @param text the text @return the line
+/// Makes text from files and users one line that cannot inject terminal escape sequences: control
+/// characters become spaces. Error does this itself. @param text the text @return the line
 [[nodiscard]] ALTIRO3D_EXPORT std::string withoutControls(std::string text);
 
 /// Kind of a remark, for programs; the text is for people.
@@ -58,7 +58,7 @@ enum class NoteCode {
     Repaired,  ///< Damaged parts are skipped or replaced.
     AsItIs,    ///< A property is not corrected: interlaced pictures, fringe.
     Doubtful,  ///< A value is unlikely, or the file does not say how to read it.
-    Chosen,    ///< Another picture of the file is used, as was asked for.
+    Chosen,    ///< Another picture of the file is used, as requested.
     Inverted   ///< Near and far of given depth look exchanged (looksInverted()).
 };
 

@@ -18,7 +18,6 @@ struct Bytes {
 };
 
 /// Reads a whole regular file (or a pipe) into memory.
-///
 /// @param path the file
 /// @param maxBytes limit: a longer file is refused before it is read, a pipe when it delivers more
 /// @return the contents
@@ -32,7 +31,6 @@ struct Bytes {
 /// then renamed to the target. Symbolic links are followed. A target that exists and is not a
 /// regular file (`/dev/stdout`, a pipe) is written in place. On failure the temporary file is
 /// removed and the target is unchanged.
-///
 /// @param path the file; its directory must exist
 /// @param parts the contents, written one after the other
 /// @throws Error WriteFailed (no permission, a directory, a full disk, ...)
@@ -44,23 +42,20 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vec
 /// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
 
-/// A file name for comparisons in which people see no difference: A..Z become a..z, and letters
-/// with marks, which a Mac writes as letter and mark (NFD), become one code point (NFC), as far as
-/// Latin, Greek, Cyrillic, Japanese and Korean letters have one. An equal name always goes before
-/// one that is only comparable.
-///
+/// Normalizes a file name so that names that look the same to people compare equal: A..Z become
+/// a..z, and letters with marks, which a Mac writes as letter and mark (NFD), become one code point
+/// (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. Prefer an equal name to one that is
+/// only comparable.
 /// @param name a file name, UTF-8; other bytes are only equal to themselves
 /// @return code points; equal for names that are comparable
 [[nodiscard]] ALTIRO3D_EXPORT std::u32string comparableName(const std::string& name);
 
-/// A word for a POSIX shell, as of a file name in a command that a message advises.
-///
+/// Quotes a text for a POSIX shell, for example a file name in a command that a message advises.
 /// @param text any text
 /// @return the text, in single quotes if it needs them
 [[nodiscard]] ALTIRO3D_EXPORT std::string shellWord(const std::string& text);
 
-/// As writeFile(), piece by piece: the name holds its old contents until finish(). One thread at a
-/// time.
+/// writeFile() piece by piece: the name has its old contents until finish(). One thread at a time.
 class ALTIRO3D_EXPORT FileWriter {
   public:
     /// Creates the file, which has no name yet.
@@ -71,19 +66,18 @@ class ALTIRO3D_EXPORT FileWriter {
     FileWriter(const FileWriter&) = delete;
     FileWriter& operator=(const FileWriter&) = delete;
 
-    /// Writes behind what was written.
+    /// Appends bytes.
     /// @param parts the contents, written one after the other
     /// @throws Error WriteFailed
     void append(const std::vector<Bytes>& parts);
-    /// What was appended. @return number of bytes
+    /// Size of what was appended. @return number of bytes
     [[nodiscard]] std::uint64_t size() const;
-    /// Replaces what was written.
-    /// @param at its first byte
+    /// Overwrites bytes that were appended.
+    /// @param at offset of the first one
     /// @param bytes the new contents
     /// @throws Error WriteFailed, also for a pipe
     void replace(std::uint64_t at, Bytes bytes);
-    /// Completes the file and gives it its name; call it once.
-    /// @throws Error WriteFailed
+    /// Completes the file and gives it its name; call it once. @throws Error WriteFailed
     void finish();
 
   private:
@@ -91,7 +85,7 @@ class ALTIRO3D_EXPORT FileWriter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Size and time of change of a file, as text, to notice that it has changed.
+/// A file's size and modification time as text, to detect changes.
 /// @param path the file; it is not opened
 /// @return the text; empty if there is no such file
 [[nodiscard]] ALTIRO3D_EXPORT std::string fileStamp(const std::filesystem::path& path);
@@ -99,15 +93,13 @@ class ALTIRO3D_EXPORT FileWriter {
 /// The name of this machine. @return the name, or "unknown"
 [[nodiscard]] ALTIRO3D_EXPORT std::string hostName();
 
-/// Directories that are searched for the files of the library (`models/`, `calibration/`). In this
-/// order:
+/// Directories that are searched for files (`models/`, `calibration/`), in this order:
 /// - `share/altiro3D` of the installation that contains this library or program, also after the
 ///   installation was moved as a whole;
 /// - the source tree, if the build enables it;
 /// - `share/altiro3D` of the prefix that the build was configured for.
 ///
 /// Directories that do not exist are skipped.
-///
 /// @return the directories in search order
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<std::filesystem::path> dataDirectories();
 

@@ -40,7 +40,7 @@ class ALTIRO3D_EXPORT PhotoFile {
         : PhotoFile(std::filesystem::path(std::forward<Path>(path)), nullptr) {}
     /// A picture in memory.
     /// @param bytes those of a picture file
-    /// @param name stands in messages; its extension and tags count as those of a file
+    /// @param name name for messages; its extension and tags count as those of a file
     PhotoFile(std::string bytes, std::filesystem::path name);
 
     /// The name. @return as given
@@ -49,20 +49,20 @@ class ALTIRO3D_EXPORT PhotoFile {
     /// @return them, as long as this object or a copy lives
     /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
     [[nodiscard]] const std::string& bytes() const;
-    /// The bytes, to look at a picture before it is read: a pipe, which can be read only once, is
-    /// left alone.
+    /// The bytes, without reading from a pipe, which can be read only once. Use it to examine a
+    /// picture before it is read.
     /// @return bytes(); empty for a pipe that bytes() has not read
     /// @throws Error as bytes()
     [[nodiscard]] std::string_view look() const;
-    /// The first bytes. Less is read than by look().
+    /// The first bytes; reads less of the file than look().
     /// @param count number of bytes
     /// @return at most `count` bytes; empty for a pipe that bytes() has not read and for a file
-    ///         that cannot be read
+    ///        that cannot be read
     [[nodiscard]] std::string start(std::size_t count) const;
 
   private:
     struct State;
-    // for the one above; the null pointer tells them apart
+    // called by the constructor above; the pointer, always null, distinguishes the two
     PhotoFile(std::filesystem::path path, const State* state);
     std::shared_ptr<State> state_;
 };
@@ -82,7 +82,6 @@ class ALTIRO3D_EXPORT PhotoFile {
 ///
 /// HEIC and AVIF need libheif at build time. Their own rotation and mirroring are applied; the EXIF
 /// orientation, which repeats them, is ignored.
-///
 /// @param file PNG, JPEG (also MPO: its first picture), HEIC, AVIF, TIFF, WebP, BMP, PNM/PFM, EXR,
 ///        HDR or JPEG 2000
 /// @param notes if given, receives remarks (a cut-off JPEG, several pages, ...), without the name
@@ -99,7 +98,6 @@ class ALTIRO3D_EXPORT PhotoFile {
 
 /// Reads a photo: as readImage(), converted to 8 bits (16-bit values are divided by 257 and
 /// rounded, float values are clamped to 0..1).
-///
 /// @param file as for readImage()
 /// @param notes as for readImage()
 /// @return [rows x cols, CV_8UC3, BGR]
@@ -112,17 +110,14 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// Depth of 8 or 16 bits that is drawn in one of the colour maps turbo, jet, Spectral, inferno,
 /// magma, viridis, plasma and hue is read as the place in the map, 0..255: 255 is the warm or
 /// bright end, or hue 1. Black px are 0 if the map does not contain black.
-///
 /// @param file as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
 /// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
-/// @throws Error as readImage(); BadFormat if the colours fit two colour maps that contradict each
-///         other
+/// @throws Error as readImage(); BadFormat if the colours fit two contradictory colour maps
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readDepthImage(const PhotoFile& file, Notes* notes = nullptr);
 
 /// As readDepthImage(), without conversion to float: files of 8 and 16 bits take a quarter and half
 /// of the memory. normalizeDepth() is faster on them and gives the same result.
-///
 /// @param file as for readDepthImage()
 /// @param notes as for readDepthImage()
 /// @return [rows x cols, CV_8UC1, CV_16UC1 or CV_32FC1, as in the file]
@@ -133,7 +128,6 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// Whether a picture shows colours, which a depth image does not. It does if in more than 2 % of
 /// its px the channels differ by more than a sixteenth of white; for floats, a sixteenth of the
 /// largest value. From 512 rows on, only evenly spaced rows are examined.
-///
 /// @param picture [rows x cols, CV_8UC3, CV_16UC3, CV_32FC3 or CV_64FC3]
 /// @return true if it does
 /// @throws Error InvalidArgument (empty or wrong type)
@@ -149,7 +143,6 @@ enum class ImageMark {
 ///
 /// PNG files hold no resolution (DPI) and no metadata except the mark. JPEG is written at quality
 /// 95, WebP without loss. For formats of 8 bits, 16-bit values are divided by 257 and rounded.
-///
 /// @param path file name with the extension .png, .jpg, .jpeg, .jpe, .tif, .tiff, .webp, .bmp,
 ///        .dib, .ppm, .pgm, .pnm or .jp2, in upper or lower case
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
@@ -160,7 +153,6 @@ ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat
                                 ImageMark mark = ImageMark::None);
 
 /// Encodes a picture as PNG, for a pipe or a network.
-///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
 /// @param mark as for writeImage()
 /// @return the bytes that writeImage() writes to a .png file
@@ -169,7 +161,6 @@ ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat
 encodePicture(const cv::Mat& picture, ImageMark mark = ImageMark::None);
 
 /// Encodes a picture in any format that is written.
-///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
 /// @param name its extension names the format, as for writeImage(); it stands in messages
 /// @param mark as for writeImage()
@@ -182,7 +173,6 @@ encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
 /// Whether a PNG file is marked as a Native, so it is not used as a photo by mistake. False for
 /// Natives in other formats or from other programs, and as PhotoFile::start() for pipes and
 /// unreadable files. Throws only if an allocation fails.
-///
 /// @param file the file
 /// @return true if it is
 [[nodiscard]] ALTIRO3D_EXPORT bool isMarkedNative(const PhotoFile& file);
@@ -192,16 +182,12 @@ encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
 /// @return true if it is
 [[nodiscard]] ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
 
-/// The file name extensions of pictures that are read. Other names can be read as well: the
-/// contents decide.
-///
+/// Extensions of readable pictures. Other names can be read as well: the contents decide.
 /// @return them, in lower case and with their dots
 [[nodiscard]] ALTIRO3D_EXPORT const std::vector<std::string>& imageExtensions();
 
 /// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
-/// the files with the extension of a picture, without hidden files. Subdirectories are not
-/// searched.
-///
+/// files with a picture's extension, without hidden ones. Subdirectories are not searched.
 /// @param directory the directory
 /// @return their paths, including the directory
 /// @throws Error NotFound or ReadFailed (no directory, no permission)
@@ -210,7 +196,6 @@ listImages(const std::filesystem::path& directory);
 
 /// Natural order of names: runs of digits compare as numbers, letters regardless of case. Names
 /// that differ only in case or leading zeros compare as bytes.
-///
 /// @param a one name
 /// @param b another one
 /// @return true if `a` comes before `b`
@@ -219,7 +204,7 @@ listImages(const std::filesystem::path& directory);
 /// How a photo's file holds depth.
 enum class EmbeddedDepthForm {
     AppleHeic,    ///< Auxiliary picture of a portrait by an iPhone.
-    AppleJpeg,    ///< The same as a JPEG: a further JPEG in the file (multi-picture format).
+    AppleJpeg,    ///< The same in a JPEG: a further JPEG in the file (multi-picture format).
     GDepth,       ///< Base64 in XMP: lens blur and older phones by Google.
     DynamicDepth, ///< A picture after the photo: newer phones by Google and others.
     Avif,         ///< Auxiliary picture of an AVIF file.
@@ -228,11 +213,11 @@ enum class EmbeddedDepthForm {
 
 /// Depth from a photo's file. It is small and soft compared with the photo; fitScene() aligns it.
 struct EmbeddedDepth {
-    EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth; ///< Where it was.
+    EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth; ///< How the file held it.
     /// [any size, CV_32FC1, 0..1, 1 = nearest], relative inverse depth, upright; NaN = unknown
     cv::Mat depth;
 
-    /// For people. @return for example "Dynamic Depth, 1024 x 768 px"
+    /// Describes the depth for people. @return for example "Dynamic Depth, 1024 x 768 px"
     [[nodiscard]] ALTIRO3D_EXPORT std::string text() const;
 };
 
@@ -241,37 +226,30 @@ struct EmbeddedDepth {
 /// Depth is used only if its shape is the photo's (2 %) and it is not flat. Portrait mattes and
 /// gain maps are not depth. If the file describes depth in XMP but does not hold it, there is no
 /// depth. Damaged depth never makes the photo unreadable: it is skipped and reported in `notes`.
-///
 /// @param photo JPEG, HEIC, AVIF or EXR; other formats hold no depth
 /// @param notes if given, receives a remark if the file has depth that is not used
-/// @return the depth; nothing if there is none that can be used, and as PhotoFile::look()
+/// @return the depth; nothing if no depth can be used, and for pipes, see PhotoFile::look()
 /// @throws Error as PhotoFile::bytes()
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<EmbeddedDepth>
 readEmbeddedDepth(const PhotoFile& photo, Notes* notes = nullptr);
 
-/// The photo that a depth image is for, by its name: "d/a" of d/a-depth.png. The end of the name,
+/// The photo that a depth image is for, by its name: "d/a" for d/a-depth.png. The end of the name,
 /// before the extension, is one of '-', '_', '.' and ' ', and then `depth`, `depthmap`, `depth_map`
-/// or `disparity`, in upper or lower case. a_with_depth.jpg is not one, but a photo that holds its
-/// depth.
-///
+/// or `disparity`, in upper or lower case. a_with_depth.jpg is a photo that holds its depth.
 /// @param depth the depth image; the file is not accessed
 /// @return the photo's path without extension; empty if the name is not that of a depth image
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 photoOfDepthName(const std::filesystem::path& depth);
 
-/// Finds the depth image next to a photo: the pictures in the same directory whose
-/// photoOfDepthName() is the photo, else those of a comparableName() that no other picture has.
-///
+/// Finds the depth image next to a photo: a picture in the same directory whose photoOfDepthName()
+/// is the photo. If there is none, a picture is found whose comparableName() fits no other photo.
 /// @param photo the photo; the file is not accessed
-/// @return the first such picture in natural order; empty if there is none or the directory cannot
-///         be read
+/// @return the first such picture in natural order; empty if none or the directory is unreadable
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 findDepthBeside(const std::filesystem::path& photo);
 
-/// Why a depth image that was found next to a photo must not be used: its shape is not the photo's
-/// (2 %), or its range is less than 1/255 of its largest number, without the lowest and the highest
-/// 0.5 %.
-///
+/// Why a depth image found next to a photo must not be used: its shape is not the photo's (2 %), or
+/// its range is less than 1/255 of its largest number, without the lowest and the highest 0.5 %.
 /// @param samples from readDepthSamples(); non-finite values do not count
 /// @param photo size of the photo, px
 /// @return a part of a sentence ("it is flat"); empty if it can be used
@@ -280,24 +258,20 @@ findDepthBeside(const std::filesystem::path& photo);
                                                              cv::Size photo);
 
 /// Whether a picture looks like a depth image rather than a photo: it shows no colours
-/// (hasColours()), at least 70 % of it is smooth, and it has several greys. Grey photos with that
-/// little detail, such as fog, also look so; depth that is noisy or has few levels does not
-/// (docs/depth.md).
-///
-/// @param picture [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR], as of readImage(); pictures
-///        below 16 px a side never look so
-/// @return true if it does
+/// (hasColours()), at least 70 % of it is smooth, and it has several greys. The result is also true
+/// for grey photos of little detail, such as fog, and false for depth that is noisy or has few
+/// levels (docs/depth.md).
+/// @param picture [rows x cols, CV_8UC3, CV_16UC3 or CV_32FC3, BGR], as from readImage()
+/// @return true if it does; false for pictures below 16 px a side
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT bool looksLikeDepthImage(const cv::Mat& picture);
 
 /// Writes a photo with its depth as one JPEG in the form Dynamic Depth 1.0: both with quality 95,
 /// the depth as RangeInverse (near = dark), after the photo. The file appears complete or not at
 /// all. readEmbeddedDepth() reads it back, as do programs that take depth photos of phones.
-///
 /// @param path file name with the extension .jpg or .jpeg
 /// @param photo [rows x cols, CV_8UC3, BGR], sides of at most 65500 px
-/// @param depth [any size of the photo's shape, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts
-///        as 0
+/// @param depth [any size of the photo's shape, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN is 0
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (extension, too many px),
 ///         Mismatch (shapes differ by more than 2 %), WriteFailed, OutOfMemory
 ALTIRO3D_EXPORT void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo,
@@ -322,15 +296,15 @@ enum class StereoHalves {
 /// How one picture shows the pictures of both eyes, for headsets, televisions and coloured glasses.
 enum class EyesPicture {
     SideBySide,     ///< The left eye's picture at the left, both whole.
-    SideBySideHalf, ///< As before, both squeezed to half their width.
+    SideBySideHalf, ///< SideBySide, with both squeezed to half their width.
     Crossed,        ///< The left eye's picture at the right, to be seen with crossed eyes.
     TopBottom,      ///< The left eye's picture above, both whole.
-    TopBottomHalf,  ///< As before, both squeezed to half their height.
+    TopBottomHalf,  ///< TopBottom, with both squeezed to half their height.
     Anaglyph,       ///< For red-cyan glasses, colours by Dubois, docs/mathematics.md, (3.9).
     AnaglyphHalf,   ///< For red-cyan glasses, the left eye in grey, the right one in colour.
     AnaglyphGrey,   ///< For red-cyan glasses, both eyes in grey.
-    Rows ///< For televisions with polarized rows: the first row and each second one after it show
-         ///< the left eye's picture, the others the right eye's.
+    Rows ///< For televisions with polarized rows: rows 0, 2, 4, ... show the left eye's picture,
+         ///< the others the right eye's.
 };
 
 /// Whether a picture is for red-cyan glasses. @param picture the kind @return true if it is
@@ -339,7 +313,7 @@ enum class EyesPicture {
            picture == EyesPicture::AnaglyphGrey;
 }
 
-/// What the name of a picture or video says of its contents, by the tags that players of 3D files
+/// Contents of a picture or video according to its file name: the tags that players of 3D files
 /// read. The contents must confirm it: `_LR` may mean Lightroom.
 struct SceneName {
     /// Meaning of the tag.
@@ -349,25 +323,23 @@ struct SceneName {
         Vr ///< A picture for headsets, which no panel can show: `180x180`, `180`, `360`, `VR180`.
     };
     Contents contents = Contents::Eyes;            ///< What the picture holds.
-    std::string tag;                               ///< As it is in the name: "LR".
-    StereoLayout layout = StereoLayout::LeftRight; ///< Of Eyes.
-    bool isStacked = false;                        ///< Of Rgbd: the halves lie above each other.
-    StereoHalves halves = StereoHalves::Automatic; ///< What the tag says of their shape.
+    std::string tag;                               ///< The tag as written in the name: "LR".
+    StereoLayout layout = StereoLayout::LeftRight; ///< Eyes: order of the eyes.
+    bool isStacked = false;                        ///< Rgbd: the halves lie above each other.
+    StereoHalves halves = StereoHalves::Automatic; ///< Shape of the halves, if the tag states it.
 };
 
-/// Reads the tags of a file name: words between other characters than letters and digits, in upper
-/// or lower case, after the first word. The last tag of eyes counts; VR takes precedence over
-/// RGB-D, and that before eyes. `180` and `360` are numbers, not tags, if the directory holds a
-/// file whose name differs only in that number.
-///
+/// Reads the tags of a file name: words of letters and digits, in upper or lower case, after the
+/// first word. The last tag for eyes counts; VR takes precedence over RGB-D, and RGB-D over eyes.
+/// `180` and `360` are numbers, not tags, if the directory holds a file whose name differs only in
+/// that number.
 /// @param file the file
 /// @return the tag; nothing without one
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<SceneName>
 parseSceneName(const std::filesystem::path& file);
 
-/// Shape of the halves of a file: what is stated, else what the name says (HSBS and HRGBD are
-/// squeezed, RGBD and LRF full, ...), else Automatic, or what that means for a shape.
-///
+/// Shape of the halves of a file: the stated one, else that in its name (HSBS and HRGBD are
+/// squeezed, RGBD and LRF full, ...), else Automatic, which the aspect resolves if it is known.
 /// @param file its name is used, not its contents
 /// @param stated Automatic: nothing is stated
 /// @param aspect width : height of the whole picture as it is seen; 0: not known
@@ -380,30 +352,28 @@ parseSceneName(const std::filesystem::path& file);
 struct StereoPair {
     cv::Mat left;       ///< [rows x cols, CV_8UC3, BGR]
     cv::Mat right;      ///< [rows x cols, CV_8UC3, BGR]; its size may differ a little
-    std::string origin; ///< Where it was, for people: "MPO", "spatial HEIC", "left and right half".
+    std::string origin; ///< Origin for people: "MPO", "spatial HEIC", "left and right half".
 };
 
-/// Reads the two pictures of a file that is marked as a stereo pair: an MPO of a 3D camera (JPEG
-/// with MP type "multi-frame image, disparity", CIPA DC-007), a spatial photo (HEIC or AVIF with
-/// a group `ster`), a JPEG with the header of JPS (its layout, order, half width, half height and
-/// separation hold), a PNG with the chunk sTER, or a file named .jps or .pns, which holds the right
-/// eye's picture at the left if it states nothing else. Both are upright and in sRGB.
+/// Reads the two pictures, upright and in sRGB, of a file that is marked as a stereo pair:
+/// - an MPO of a 3D camera (JPEG with MP type "multi-frame image, disparity", CIPA DC-007);
+/// - a spatial photo (HEIC or AVIF with a group `ster`);
+/// - a JPEG with the header of JPS (layout, order, half width and height, separation);
+/// - a PNG with the chunk sTER;
+/// - a file named .jps or .pns, the right eye's picture at the left unless stated otherwise.
 ///
-/// Other multi-picture files (bursts, panoramas, portraits) are not pairs. A damaged second picture
-/// or header does not make the file unreadable: the function then returns no pair (.jps and .pns:
-/// that of their name) and adds a remark. So it does if the header says that the picture is of one
-/// eye.
-///
+/// Other multi-picture files (bursts, panoramas, portraits) are not pairs. If the second picture or
+/// the header is damaged, or if the header says that the picture is for one eye, the function
+/// returns no pair (.jps and .pns: that of their name) and adds a remark.
 /// @param photo any picture
 /// @param notes if given, receives a remark if the file has a pair that is not used
-/// @return the pair; nothing for other files, and as PhotoFile::look()
+/// @return the pair; nothing for other files, and for pipes, see PhotoFile::look()
 /// @throws Error as PhotoFile::bytes(); as readPhoto(), for a file that is a pair; Unsupported
-///         (interleaved or anaglyph JPS)
+///        (interleaved or anaglyph JPS)
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair> readStereoPair(const PhotoFile& photo,
                                                                        Notes* notes = nullptr);
 
-/// The layout of a file of which readStereoPair() splits one picture: JPS and the like, not MPO.
-///
+/// The layout of a file whose only picture readStereoPair() splits: JPS and the like, not MPO.
 /// @param photo as for readStereoPair()
 /// @return the layout; nothing for other files
 /// @throws Error as PhotoFile::bytes(), Unsupported (interleaved or anaglyph JPS)
@@ -411,7 +381,6 @@ struct StereoPair {
 
 /// Splits a picture that holds both eyes, exactly in the middle (an odd row or column in the middle
 /// belongs to neither). Squeezed halves are stretched to their shape by linear interpolation.
-///
 /// @param picture [rows x cols, CV_8UC3, BGR], at least 2 px in the direction of the split
 /// @param layout order of the eyes
 /// @param halves shape of the halves
@@ -421,8 +390,8 @@ struct StereoPair {
     const cv::Mat& picture, StereoLayout layout, StereoHalves halves = StereoHalves::Automatic);
 
 /// Writes a picture for two eyes: as writeImage(), with a mark in PNG (text chunk "altiro3D") and
-/// JPEG (header of JPS) that readStereoPair() reads. JPEG that mixes both eyes' pictures (Anaglyph
-/// to Rows) has quality 100 and whole colours (4:4:4).
+/// JPEG (header of JPS) that readStereoPair() reads. JPEG files that mix both eyes' pictures
+/// (Anaglyph to Rows) have quality 100 and full chroma (4:4:4).
 /// @param path, picture as for writeImage()
 /// @param kind what the picture is
 /// @param swapped the eyes are exchanged in it
@@ -430,12 +399,12 @@ struct StereoPair {
 ALTIRO3D_EXPORT void writeEyes(const std::filesystem::path& path, const cv::Mat& picture,
                                EyesPicture kind, bool swapped = false);
 
-/// splitStereoPair() for a picture of a file: Automatic halves are those of its mark, else those of
-/// its name (halvesOf()), else those of its shape. A frame of one colour around both eyes'
-/// pictures, and a gap between them, are left out.
+/// As splitStereoPair(), for a picture from a file. Automatic halves follow the file's mark, else
+/// its name (halvesOf()), else their shape. A frame of one colour around both eyes' pictures and a
+/// gap between them are removed.
 /// @param picture, layout, halves as for splitStereoPair()
 /// @param file the picture's file
-/// @param notes if given, receives remarks: a frame is left out, the shape leaves room for doubt
+/// @param notes if given, receives remarks: a frame is removed, the shape is doubtful
 /// @return the pair
 /// @throws Error as splitStereoPair()
 [[nodiscard]] ALTIRO3D_EXPORT StereoPair splitStereoFile(const cv::Mat& picture,
@@ -444,7 +413,7 @@ ALTIRO3D_EXPORT void writeEyes(const std::filesystem::path& path, const cv::Mat&
                                                          Notes* notes = nullptr);
 
 /// Whether a picture seems to mix both eyes' pictures: its red is shifted against its green, or
-/// every second row or column is of another picture.
+/// every second row or column belongs to another picture.
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return a remark for people ("looks like a red-cyan anaglyph, ..."); empty for other pictures
 /// @throws Error InvalidArgument (empty or wrong type)

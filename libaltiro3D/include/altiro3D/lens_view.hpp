@@ -20,15 +20,12 @@ struct LensEye {
     double blur = 0;
 };
 
-/// The full horizontal view cone of a display: from the calibration, else its model's, else 40
-/// degrees.
-///
+/// Full horizontal view cone of a display: the calibration's, else its model's, else 40 degrees.
 /// @param calibration the display; not checked
 /// @return C in degrees
 [[nodiscard]] ALTIRO3D_EXPORT double viewConeDegrees(const Calibration& calibration);
 
 /// The eye at an angle from the panel's normal: z = 1/2 + angle / cone, docs/mathematics.md, (2.4).
-///
 /// @param calibration gives the view cone, which converts the angle to a phase; not checked
 /// @param angleDegrees 0 = straight ahead, negative = left, where view 0 is seen; beyond half the
 ///        cone the views repeat, as they do on a display
@@ -37,9 +34,8 @@ struct LensEye {
 [[nodiscard]] ALTIRO3D_EXPORT LensEye eyeAtAngle(const Calibration& calibration,
                                                  double angleDegrees);
 
-/// The eye that sees exactly the sub-pixels of one view: z = (view + 0.5) / N, docs/mathematics.md,
+/// Eye that sees exactly the sub-pixels of one view: z = (view + 0.5) / N, docs/mathematics.md,
 /// (2.4).
-///
 /// @param view 0 (leftmost camera) .. viewCount-1
 /// @param viewCount N, 1..4096
 /// @return the eye, with a spot of 1/N
@@ -47,7 +43,6 @@ struct LensEye {
 [[nodiscard]] ALTIRO3D_EXPORT LensEye eyeAtView(int view, int viewCount);
 
 /// The blur of an eye in front of a display: 1.6 arc minutes, 3 px of a Portrait at 50 cm.
-///
 /// @param calibration gives the size of a px; not checked
 /// @param distanceCentimetres between eye and panel, 10..1000
 /// @return the standard deviation in px for LensEye::blur, at most 64
@@ -70,7 +65,6 @@ struct LensEye {
 /// has no effect. The eye blurs in linear light: luminance by the blur, colour by twice the blur.
 ///
 /// If the calibration is not the Native's, the views mix, as they do on the display.
-///
 /// @param native [panel rows x panel cols, CV_8UC3, BGR]
 /// @param calibration the display
 /// @param eye position and width of what is seen

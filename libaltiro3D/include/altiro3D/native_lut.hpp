@@ -23,7 +23,6 @@ class ALTIRO3D_EXPORT NativeLut {
     /// Builds the table in double precision and in parallel; equal inputs give equal bytes for any
     /// number of threads. Each sub-pixel takes the nearest view and the nearest pixel of its tile:
     /// docs/mathematics.md, (1.1) to (1.10) and (2.1) to (2.3).
-    ///
     /// @param calibration the display
     /// @param quilt the layout, at most 65535 px per side
     /// @param invert whether the order of views is reversed

@@ -53,7 +53,6 @@ class ALTIRO3D_EXPORT NativeRenderer {
                    InvertViews invert = InvertViews::Auto);
 
     /// Renders one Native.
-    ///
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
     ///        panel at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as
     ///        0; hidden layer of the photo's size or empty

@@ -17,11 +17,9 @@ enum class FitMode {
     Stretch  ///< Shows all of the picture, distorted to the panel's shape.
 };
 
-/// The part of a picture that is shown. If the part would extend beyond the picture, it is moved
-/// inside.
+/// The part of a picture that is shown. It is moved inside if it would extend beyond the picture.
 struct Framing {
-    /// Centre of the part, in widths and heights of the picture, each 0..1; (0, 0) is the top left
-    /// corner.
+    /// Centre in widths and heights of the picture, each 0..1; (0, 0) is the top left corner.
     cv::Point2d centre{0.5, 0.5};
     /// Enlargement, 1..1000, relative to the fit by FitMode.
     double zoom = 1;
@@ -53,10 +51,10 @@ struct PhotoFit {
     cv::Rect source; ///< Part of the picture that the panel shows, in its px.
     cv::Rect target; ///< Its position on the panel, in px; the rest is black.
     cv::Size size;   ///< Size of the picture on the panel in px.
-    /// Columns of the fitted picture next to `size`. They show what the picture has next to
-    /// `source`, at the same scale. Views from the side show them at the edges of the panel.
+    /// Columns of the fitted picture left of `size`. They show what the picture has left of
+    /// `source`, at the same scale; views from the side show them at the edges of the panel.
     int leftMargin = 0;
-    int rightMargin = 0; ///< As leftMargin, at the right.
+    int rightMargin = 0; ///< The same at the right.
 
     /// Size of the fitted picture. @return `size` with both margins
     [[nodiscard]] cv::Size fittedSize() const {
@@ -71,7 +69,6 @@ struct PhotoFit {
 };
 
 /// Adds margins to a fit, as wide as the picture allows. Bars at the left or right have none.
-///
 /// @param fit without margins, from fitPhoto()
 /// @param picture size of the picture in px that the fit was made for
 /// @param pixels width of each margin, px of the result, 0 or more
@@ -82,7 +79,6 @@ struct PhotoFit {
 
 /// Computes the fit to the panel's shape. The result may have another shape (square tiles for a
 /// wide panel); the display then stretches it. docs/mathematics.md, (6.1) and (6.2).
-///
 /// @param picture size of the picture in px, at least 1 x 1
 /// @param panelAspect width : height of the picture on the panel, 0.01..100
 /// @param result size of the result in px, at least 1 x 1
@@ -96,7 +92,6 @@ struct PhotoFit {
                                                 const Framing& framing = {});
 
 /// Resamples a picture by a fit: area average to shrink, cubic to enlarge.
-///
 /// @param picture [rows x cols, CV_8UC3, BGR], of the size that the fit was made for
 /// @param fit from fitPhoto()
 /// @param fitted [fit.fittedSize(), CV_8UC3, BGR], newly allocated; may be `picture` itself
@@ -105,31 +100,28 @@ struct PhotoFit {
 ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted);
 
 /// Resamples a depth map for a fitted photo. Bars get the depth of the focus, so they do not move.
-///
 /// @param depth [any size, CV_32FC1, 0..1]; covers the whole photo
 /// @param photoSize size in px of the photo that the fit was made for
 /// @param fit from fitPhoto()
-/// @param fittedPhoto [fit.fittedSize(), CV_8UC3, BGR], the photo after applyFit(); depth edges are
-///        aligned with it, by fitDepth(). Empty: depth is enlarged by linear interpolation, which
-///        is faster and enough for method Fast
+/// @param fittedPhoto [fit.fittedSize(), CV_8UC3, BGR], the photo after applyFit(); fitDepth()
+///        aligns depth edges with it. Empty: depth is enlarged by linear interpolation, which is
+///        faster and sufficient for method Fast
 /// @param focus depth of the bars, 0..1
 /// @param fitted [fit.fittedSize(), CV_32FC1, 0..1]
 /// @throws Error Mismatch (the fit is for another size, the fitted photo has another size),
-///         InvalidArgument (types, focus, a fit as for applyFit())
+///        InvalidArgument (types, focus, a fit as for applyFit())
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 
-/// Measures how the depth of a scene differs from its photo. Growth and shift of
-/// DepthEdges::Matched are 0; DepthEdges::Aligned have mixed px only.
-///
+/// Measures how the depth of a scene differs from its photo. For DepthEdges::Matched, growth and
+/// shift are 0; for DepthEdges::Aligned, only mixed px are measured.
 /// @param scene photo and depth of one size
-/// @return the flaws, as measureDepthFlaws() of photo and depth gives them
+/// @return the flaws
 /// @throws Error as measureDepthFlaws() of photo and depth
 [[nodiscard]] ALTIRO3D_EXPORT DepthFlaws measureDepthFlaws(const Scene& scene);
 
 /// Refines the depth of a scene: refineDepth(), with measureDepthFlaws() of the scene unless the
 /// options have flaws. Sets Scene::mixedPixels.
-///
 /// @param scene photo and depth of one size; its refined depth is newly allocated
 /// @param options how the depth is refined
 /// @param part the part of the photo without bars, inside it; empty: all
@@ -139,15 +131,14 @@ ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& o
                                        const cv::Rect& part = {});
 
 /// Fits a photo and its depth map to the panel's shape: applyFit(), applyFitToDepth(), and then
-/// refineScene() inside the bars. If the fit enlarges the photo 1.25 times or more, and its depth
-/// map is not larger than it, depth is refined first, at the size of the photo: except for mixed
-/// px, flaws are then lengths in px of the photo.
-///
+/// refineScene() inside the bars. If the fit enlarges the photo 1.25 times or more and the depth
+/// map is not larger than the photo, depth is refined first, at the size of the photo. The flaws,
+/// except mixed px, are then lengths in px of the photo.
 /// @param scene the photo, of the size that the fit was made for, and its depth map of any size
 /// @param fit from fitPhoto()
 /// @param focus depth of the bars, 0..1
 /// @param fitted result: all of fit.fittedSize(), with the margins outside of Scene::shown; may be
-///        `scene`, and stays as it is if an error is thrown
+///        `scene`; unchanged if an error is thrown
 /// @param refine how the depth is refined; its flaws, if set, are used instead of measured ones
 /// @return the flaws that were corrected
 /// @throws Error as applyFit(), applyFitToDepth() and refineDepth()

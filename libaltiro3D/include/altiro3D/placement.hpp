@@ -23,7 +23,7 @@ struct PlacementOptions {
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
     Framing framing;              ///< The part of a photo that is shown.
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
-    /// Exponent of depth, 0.5..2, see bendDepth(). `views.focus` is a depth afterwards.
+    /// Exponent for bendDepth(), 0.5..2. `views.focus` is a depth after this.
     double depthCurve = 1;
 };
 
@@ -43,7 +43,6 @@ struct Placement {
 /// Adds the margins that views from the side show at the edges of the panel. Their width is the
 /// largest shift, rounded up to a multiple of 1/32 of the result's width (so small changes of the
 /// options keep the fit), and at most half the width.
-///
 /// @param fit from fitPhoto()
 /// @param picture size of the picture in px that the fit was made for
 /// @param options strength and focus of the views
@@ -53,7 +52,6 @@ struct Placement {
                                                    const ViewOptions& options);
 
 /// Computes the fit of a photo, with the margins that views from the side show.
-///
 /// @param photo size of the photo in px
 /// @param aspect width : height of what fills the panel, in px of the photo, 0.01..100: the shape
 ///        of the panel if the px of the photo are square
@@ -66,7 +64,6 @@ struct Placement {
 
 /// Fits a scene to a panel and refines its depth: fitWithMargins(), fitScene(). Estimated depth
 /// (DepthEdges::Aligned) stays as it is with method Fast, which gains little by exact edges.
-///
 /// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()
 /// @param aspect as for fitPhoto()
 /// @param size of the fitted photo in px: NativeMaker::workSize() or NativeMaker::quiltSize()
@@ -83,13 +80,13 @@ struct AutoChoices {
     /// views do not look beyond the photo or at the border of a scan.
     bool framing = false;
     bool focus = false;    ///< The depth of the subject.
-    bool strength = false; ///< As much parallax as the display shows without double edges.
-    /// The given strength, but of estimated depth at most what the depth bears; (7.4).
+    bool strength = false; ///< The largest parallax that the display shows without double edges.
+    /// Limit the given strength for estimated depth to what that depth supports; (7.4).
     bool limit = false;
-    /// The scene is the first frame of a scene of a video, of which others may hold any depth.
+    /// The photo is the first frame of a video's scene; the other frames may have any depth.
     bool isVideo = false;
 
-    /// Whether something is chosen. @return true if a field is
+    /// Whether something is to be chosen. @return true if a field is
     [[nodiscard]] bool any() const { return framing || focus || strength || limit; }
 
     /// All fields, to compare or save them. @param o the choices @return references to its fields
@@ -99,7 +96,7 @@ struct AutoChoices {
     }
 };
 
-/// Limit of a strength that is chosen, %.
+/// Largest strength that is chosen, %.
 constexpr double kMaxAutoStrength = 12;
 /// With a chosen strength, content moves by at most this part of the width between the outermost
 /// views, %: as with strength 10 and focus 0.5.
@@ -118,7 +115,6 @@ struct ChosenOptions {
 };
 
 /// Chooses framing, focus and strength of a scene, as far as `choices` requests them.
-///
 /// @param scene photo and depth, before the fit
 /// @param aspect as for fitPhoto()
 /// @param quilt layout: view count and view size limit the strength
@@ -149,7 +145,6 @@ class ALTIRO3D_EXPORT Network2Quilt {
     /// Estimates the depth of the whole photo (depthFromNetwork()), fits photo and depth to the
     /// view's size (fitScene()) and renders the views. The depth may differ in the last digits for
     /// different numbers of threads, see DepthNetwork::infer().
-    ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; reused if it fits
     /// @throws Error as fitPhoto() (an extreme aspect), DepthNetwork::estimate() and

@@ -11,12 +11,12 @@
 
 namespace altiro3D {
 
-/// What a print has around its picture.
+/// What a print shows around its picture.
 struct PrintOptions {
-    double bleed = 5;      ///< More of the picture at each side, which is cut off: 0..50 mm.
+    double bleed = 5;      ///< Extra width of the picture at each side, which is cut off, 0..50 mm.
     bool hasMarks = true;  ///< Alignment strips, crop marks and a line of text.
-    std::string text = {}; ///< Added to that line: the printer, for example. At most 80 characters
-                           ///< of ASCII.
+    std::string text = {}; ///< Text added to that line, for example the printer's name: at most 80
+                           ///< characters of ASCII.
 };
 
 /// A print: a Native with bleed, alignment strips along the lenses (two lenses black, two white),
@@ -25,13 +25,13 @@ struct PrintOptions {
 /// Immutable; safe to use from any number of threads.
 class ALTIRO3D_EXPORT PrintSheet {
   public:
-    /// @param print the display; its calibration is of a print
+    /// Lays out the print.
+    /// @param print a display whose calibration is for a print
     /// @param options what is around the picture
-    /// @throws Error InvalidArgument (no print; options), BadFormat (with its bleed it is too
-    ///         large)
+    /// @throws Error InvalidArgument (no print; options), BadFormat (too large with its bleed)
     PrintSheet(const Display& print, PrintOptions options);
 
-    /// What the Native is made for: the print with its bleed.
+    /// The display to make the Native for: the print including its bleed.
     /// @return its panel is the picture with its bleed, its quilt has the default layout
     [[nodiscard]] const Display& display() const { return display_; }
     /// Size of the whole sheet. @return columns x rows in px
@@ -41,8 +41,8 @@ class ALTIRO3D_EXPORT PrintSheet {
 
     /// Writes the file.
     /// @param file .png, .tif or .pdf
-    /// @param native calls its argument with the Native of display(), in rows
-    ///        [rows x panel columns, CV_8UC3, BGR]
+    /// @param native passes the Native of display() to its argument, in bands [rows x panel
+    ///        columns, CV_8UC3, BGR]
     /// @throws Error Unsupported (extension), WriteFailed, TooLarge (TIFF above 4 GB)
     void write(const std::filesystem::path& file,
                const std::function<void(const RowSink&)>& native) const;
@@ -61,18 +61,18 @@ class ALTIRO3D_EXPORT PrintSheet {
     cv::Mat line_;
 };
 
-/// The bands of a pitch sheet.
+/// Pitches of the bands of a pitch sheet.
 struct PitchSheetOptions {
-    double around = 0; ///< LPI of the middle band; 0 = that of the calibration.
-    double step = 0;   ///< LPI from band to band; 0 = 0.125 % of the calibration's, or a tenth of
-                       ///< it with `around`.
+    double around = 0; ///< LPI of the middle band; 0 = the calibration's.
+    double step = 0;   ///< Difference between neighbouring bands in LPI; 0 = 0.125 % of the
+                       ///< calibration's LPI, or a tenth of that with `around`.
 };
 
 /// Number of bands of a pitch sheet.
 constexpr int kPitchBands = 21;
 
-/// By how many lenses the outermost bands of a pitch sheet differ from the middle one over the
-/// sheet. Below 1, hardly anything shows which band is right.
+/// The difference between the outermost bands and the middle one, in lenses over the whole sheet.
+/// Below 1, the right band is hardly recognizable.
 /// @param print calibration of a print
 /// @param options the pitches
 /// @return lens periods
@@ -80,13 +80,13 @@ constexpr int kPitchBands = 21;
 [[nodiscard]] ALTIRO3D_EXPORT double pitchSheetReach(const Calibration& print,
                                                      const PitchSheetOptions& options = {});
 
-/// Writes a sheet of bands of lines, each of another pitch and labelled: under the lenses, the one
-/// of the right pitch has one tone from end to end.
+/// Writes a sheet of labelled bands of lines, each with another pitch. Seen through the lenses, the
+/// band of the right pitch has one tone from end to end.
 /// @param file .png, .tif or .pdf
 /// @param print calibration of a print
 /// @param options the pitches
 /// @throws Error InvalidArgument (no print; a pitch is not above 0 or above half of the dpi),
-///         Unsupported (extension), WriteFailed
+///        Unsupported (extension), WriteFailed
 ALTIRO3D_EXPORT void writePitchSheet(const std::filesystem::path& file, const Calibration& print,
                                      const PitchSheetOptions& options = {});
 

@@ -62,7 +62,6 @@ ALTIRO3D_EXPORT void validate(const QuiltLayout& layout);
 
 /// Camera position of a view: p = 2 view / (N - 1) - 1, docs/mathematics.md, (3.1). Arguments are
 /// not checked.
-///
 /// @param view 0 (leftmost camera) .. viewCount-1
 /// @param viewCount N, number of views
 /// @return from -1 (leftmost) to +1 (rightmost); 0 for a single view
@@ -100,13 +99,13 @@ struct QuiltName {
 parseQuiltName(const std::filesystem::path& file);
 
 /// The file name for a quilt: `photo.png` becomes `photo_qs8x6a0.75.png`. A name that already has
-/// this suffix is not changed. An aspect outside the range of parseQuiltName() is skipped.
+/// this suffix is not changed. An aspect outside the range of parseQuiltName() is left out.
 /// @param file the original name; directories and extension are kept
 /// @param layout columns and rows, 1..1024 each; other fields are ignored
 /// @param aspect width : height of the scene
 /// @return the name
 /// @throws Error Mismatch (the name has another suffix; aspects match within 5 %); InvalidArgument
-///         (columns, rows, a suffix that parseQuiltName() refuses)
+///        (columns, rows, a suffix that parseQuiltName() refuses)
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout, double aspect);
 
@@ -133,7 +132,6 @@ struct ResolvedQuilt {
 /// errors. If the shape of a view differs from the panel's by more than 5 % and the swapped order
 /// (columns x rows, width x height) fits, a warning names both. If nothing is specified and the
 /// picture does not have the size of `standard`'s quilt, a warning states the assumption.
-///
 /// @param request what is known
 /// @param standard the display's default layout; must be valid
 /// @param panelAspect width : height of the panel, > 0; used for the warning only

@@ -42,10 +42,8 @@ struct QuiltSampling {
 };
 
 /// Resamples a quilt so that its views have whole px. If the quilt's size is not a multiple of its
-/// columns and rows, views have a fractional size and begin at fractional px: 819.2 px each for
-/// 4096 px with 5 columns. Each view is sampled at its own position, at the nearest px. Nothing is
-/// cut off.
-///
+/// columns and rows, views have a fractional size and place: 819.2 px each for 4096 px with 5
+/// columns. Each view is sampled at its own position, nearest px. Nothing is cut off.
 /// @param quilt [rows x cols, any type]
 /// @param layout the layout that the quilt should have; its views have the quilt's size divided by
 ///        columns and rows, rounded down
@@ -57,7 +55,6 @@ struct QuiltSampling {
 /// Crops a quilt to views of whole px, which a `.map` requires. If the quilt's size is not a
 /// multiple of its columns and rows, the remainder counts as an unused border: 4096 px hold 5 views
 /// of 819 px and one unused px. Unused columns are at the right, unused rows at the top.
-///
 /// @param quilt as for fitQuilt()
 /// @param layout as for fitQuilt()
 /// @param notes if given, receives a remark if a border is cut off
@@ -73,14 +70,12 @@ struct QuiltSampling {
 class ALTIRO3D_EXPORT Quilt2Native {
   public:
     /// Renders through a look-up table: nearest view, nearest pixel.
-    ///
     /// @param lut the table; it determines display and layout
     /// @throws Error OutOfMemory
     explicit Quilt2Native(NativeLut lut);
 
     /// Renders from the calibration. Linear sampling requires this constructor, because a look-up
     /// table holds a single px per sub-pixel.
-    ///
     /// @param calibration the display
     /// @param quilt layout of the quilts
     /// @param sampling nearest or linear, between views and inside them
@@ -90,11 +85,8 @@ class ALTIRO3D_EXPORT Quilt2Native {
                  InvertViews invert = InvertViews::Auto);
 
     /// Renders one Native.
-    ///
-    /// @param quilt [size of the layout, CV_8UC3, `order`], or of another size that fitQuilt()
-    ///        accepts
-    /// @param native [panel rows x panel cols, CV_8UC3, `order`]; reused if it fits; must not share
-    ///        memory with the quilt
+    /// @param quilt [size of the layout, CV_8UC3, `order`], or a size that fitQuilt() accepts
+    /// @param native [panel rows x panel cols, CV_8UC3, `order`]; shares no memory with the quilt
     /// @param order of the channels of both
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
     void render(const cv::Mat& quilt, cv::Mat& native,
@@ -112,12 +104,10 @@ class ALTIRO3D_EXPORT Quilt2Native {
 };
 
 /// A shader that renders Natives from quilts on the graphics card, for mpv and other players with
-/// libplacebo. The quilt may have any size. Only numbers enter the text.
+/// libplacebo. The quilt may have any size. The text contains no strings of the calibration.
 ///
 /// On all known displays fewer than 0.1 % of the sub-pixels take another view than with
-/// Quilt2Native, because the shader computes in 32-bit floats; none takes another pixel of a view
-/// by more than one.
-///
+/// Quilt2Native, because of 32-bit floats. Within a view, a sub-pixel is off by at most one px.
 /// @param calibration the display
 /// @param quilt columns, rows and number of views; the size of a view has no effect
 /// @param sampling nearest or linear, between views and inside them
@@ -153,8 +143,7 @@ class ALTIRO3D_EXPORT QuiltShape {
 
     /// Resamples the views to whole px, see fitQuilt(), and fits them to the panel.
     /// @param picture the quilt [a size that fitQuilt() accepts, CV_8UC3, BGR]
-    /// @return the quilt for Quilt2Native [layout size, CV_8UC3, BGR]; may share memory with
-    ///         `picture`
+    /// @return [layout size, CV_8UC3, BGR] for Quilt2Native; may share memory with `picture`
     /// @throws Error as fitQuilt() and applyFitToViews()
     [[nodiscard]] cv::Mat apply(const cv::Mat& picture) const;
 
@@ -170,12 +159,12 @@ class ALTIRO3D_EXPORT QuiltShape {
     /// How the views are fitted. @return as given to the constructor, else as chosen by it
     [[nodiscard]] FitMode fit() const { return fit_; }
 
-    /// Whether the constructor chose to stretch the views, as the name does not state their shape
-    /// and their px have another one than the panel, so that tools can report it.
+    /// Whether the constructor chose to stretch the views, because the name does not state their
+    /// shape and the shape of their px differs from the panel's. Tools report this.
     /// @return true if `fit` was not given, the fit is Stretch, and the shapes differ
     [[nodiscard]] bool stretchesUnasked() const { return isStretchedUnasked_; }
 
-    /// Whether the constructor chose black bars itself, so that tools can report it.
+    /// Whether the constructor chose black bars itself. Tools report this.
     /// @return true if `fit` was not given and the fit is Contain
     [[nodiscard]] bool fitsUnasked() const { return isFittedUnasked_; }
 
@@ -188,7 +177,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     FitMode fit_;
 };
 
-/// What findQuiltLayout() has found out about a picture.
+/// What findQuiltLayout() found.
 enum class QuiltVerdict {
     Quilt,  ///< A quilt; its layout is certain enough to be used.
     Unsure, ///< Parts of the picture resemble each other, but the layout is not certain.
@@ -198,12 +187,11 @@ enum class QuiltVerdict {
 /// The layout that a picture seems to have.
 struct FoundQuilt {
     QuiltVerdict verdict = QuiltVerdict::NoQuilt; ///< How far the layout can be trusted.
-    QuiltLayout layout; ///< The most likely layout; of no use if the confidence is 0. Its tiles
+    QuiltLayout layout; ///< The most likely layout; meaningless if the confidence is 0. Its tiles
                         ///< have the size of the picture divided by columns and rows, rounded down.
-    double confidence = 0;  ///< How alike neighbouring views are, 0..1, lowered if another layout
+    double confidence = 0;  ///< Similarity of neighbouring views, 0..1, lowered if another layout
                             ///< fits as well, or if the views hold nothing but a regular pattern.
-    bool isFromTop = false; ///< The layout is clear, but its rows follow each other downwards, and
-                            ///< those of a quilt upwards; the verdict is then Unsure.
+    bool isFromTop = false; ///< Clear layout with rows that run downwards; the verdict is Unsure.
 };
 
 /// Finds the columns and rows of a quilt by comparing parts of the picture.
@@ -213,30 +201,27 @@ struct FoundQuilt {
 /// columns and 20 rows, and takes the finest one whose parts resemble each other in this way.
 /// Quilts may be scaled, compressed, and cropped by some px, and have lines between their views. If
 /// the picture has no such rows, a single row of 4 or more views is searched. The verdict is Unsure
-/// if the camera moves, but the rows do not go on in the row above. For drawn grids and other
-/// regular patterns the verdict is Unsure, because any multiple of their period fits.
-///
+/// if the camera moves along the rows, but no row continues in the row above. It is also Unsure for
+/// drawn grids and other regular patterns, because any multiple of their period fits.
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
-///         or with a side below 128 px
+///        or with a side below 128 px
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
 
-/// Compares a quilt with its layout, which its name or an option states.
+/// Compares a quilt with the layout that its name or an option states.
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @param layout columns, rows and number of views
-/// @return remarks, usually none: views of one colour (AsItIs), rows that run from the top to the
-///         bottom, another layout that is in the picture, or no likeness of the views (Doubtful)
+/// @return remarks, usually none: views of one colour (AsItIs), rows that run downwards, another
+///        layout in the picture, or views that do not resemble each other (Doubtful)
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
                                                      const QuiltLayout& layout);
 
-/// How much consecutive pictures resemble each other, as views of neighbouring cameras do. Shifts
-/// of up to a tenth of the width do not count. Measured: 0.9 and more for rendered and captured
-/// views, below 0.1 for unrelated photos.
-///
-/// @param pictures in the order of the cameras [any size, CV_8UC3, BGR]; small copies are
-///        sufficient
+/// Similarity of consecutive pictures, as of neighbouring cameras' views. Shifts up to a tenth of
+/// the width do not count. Measured: 0.9 and more for rendered and captured views, below 0.1 for
+/// unrelated photos.
+/// @param pictures in camera order [any size, CV_8UC3, BGR]; small copies are sufficient
 /// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or no contrast
 /// @throws Error InvalidArgument (an empty picture or a wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT double likenessOfViews(const std::vector<cv::Mat>& pictures);

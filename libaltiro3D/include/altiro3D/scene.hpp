@@ -5,19 +5,19 @@
 
 namespace altiro3D {
 
-/// What is known of what nearer things hide in a photo, for example from another eye's picture. It
-/// shows all of the photo.
+/// What is known about the background that near objects hide in a photo, for example from the other
+/// eye's picture. It covers the whole photo.
 struct HiddenLayer {
     cv::Mat photo; ///< [any size, CV_8UC3, BGR]; empty: nothing is known
     cv::Mat depth; ///< [as HiddenLayer::photo, CV_32FC1, 0..1, 1 = nearest, NaN = unknown]
 };
 
-/// What is known of the edges of a depth map: what its refinement may correct.
+/// What is known about the edges of a depth map; it decides what refinement corrects.
 enum class DepthEdges {
     Unknown, ///< Refinement measures their flaws and corrects them.
-    Matched, ///< Found by matching two pictures: they are not moved.
-    /// Aligned with those of the photo when a network estimated the depth: they stay, but for
-    /// mixedPixels below.
+    Matched, ///< Found by matching two pictures; refinement does not move them.
+    /// Aligned with the photo's edges when a network estimated the depth. Refinement changes them
+    /// only by mixedPixels below.
     Aligned
 };
 
@@ -25,13 +25,13 @@ enum class DepthEdges {
 struct Scene {
     cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
     cv::Mat depth;        ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
-    HiddenLayer hidden{}; ///< Method Layered shows it instead of a painted background.
+    HiddenLayer hidden{}; ///< Method Layered shows it in disocclusions instead of painting them.
     /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
     /// The other columns are margins, which views from the side show at the edges of the panel.
     cv::Range shown{};
-    DepthEdges edges = DepthEdges::Unknown; ///< Of the depth.
-    /// Px by which refinement has extended near things over the band in which a soft photo is mixed
-    /// (DepthFlaws::mixedPixels), 0..7. Method Layered splits the colours there.
+    DepthEdges edges = DepthEdges::Unknown; ///< What is known about the edges of `depth`.
+    /// Px by which refinement extended near objects over the band in which a soft photo mixes them
+    /// with the background (DepthFlaws::mixedPixels), 0..7. Method Layered splits colours there.
     int mixedPixels = 0;
 };
 

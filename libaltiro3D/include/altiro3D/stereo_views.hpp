@@ -12,7 +12,7 @@
 
 namespace altiro3D {
 
-/// What a picture for two eyes is called.
+/// Names of a kind of picture for two eyes.
 struct EyesPictureName {
     const char* option; ///< "sbs", as tools call it.
     const char* words;  ///< "side by side", for people.
@@ -43,9 +43,8 @@ eyesPictureOf(StereoLayout layout, StereoHalves halves, cv::Size whole);
 /// @return columns x rows in px; halves of an odd size are rounded up
 [[nodiscard]] ALTIRO3D_EXPORT cv::Size eyesSize(cv::Size eye, EyesPicture picture);
 
-/// Joins the pictures of both eyes. Whole pictures keep their px; splitStereoPair() takes them
-/// apart. Half ones are means of areas.
-///
+/// Joins the pictures of both eyes. Whole pictures keep their px, so splitStereoPair() can split
+/// them again; squeezed ones are area-averaged.
 /// @param left [rows x cols, CV_8UC3, BGR]
 /// @param right [as left]
 /// @param picture kind
@@ -54,8 +53,8 @@ eyesPictureOf(StereoLayout layout, StereoHalves halves, cv::Size whole);
 ALTIRO3D_EXPORT void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture,
                               cv::Mat& joined);
 
-/// Parallax between two eyes for a depth difference of 1 that is comfortable, in % of the picture's
-/// width, for ViewOptions::strengthPercent.
+/// Comfortable parallax between two eyes for a depth difference of 1, in % of the picture's width,
+/// for ViewOptions::strengthPercent.
 constexpr double kEyesStrength = 2.5;
 
 /// Which of the eyes' pictures are rendered.
@@ -64,13 +63,12 @@ enum class EyesFrom {
     KeepLeft ///< The right one, from position +2: the left one is the photo.
 };
 
-/// Makes the pictures of both eyes of a photo with depth.
-///
-/// @param scene as for Depth2Quilt::render(), for example of placeScene()
+/// Renders the pictures of both eyes from a photo with depth.
+/// @param scene as for Depth2Quilt::render(), for example from placeScene()
 /// @param views method, strength (kEyesStrength) and focus
 /// @param from which eyes are rendered
-/// @return left and right eye [rows x shown columns of the scene]; the left one of KeepLeft is
-///         a copy of the photo
+/// @return left and right eye [rows x shown columns of the scene]; with KeepLeft, the left one is a
+///        copy of the photo
 /// @throws Error as Depth2Quilt::render()
 [[nodiscard]] ALTIRO3D_EXPORT StereoPair renderEyes(const Scene& scene, const ViewOptions& views,
                                                     EyesFrom from = EyesFrom::Both);

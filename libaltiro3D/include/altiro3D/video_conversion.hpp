@@ -57,27 +57,24 @@ struct StereoVideo {
 /// @param video how frames hold the pictures @param frame size of a frame in px @return px
 [[nodiscard]] ALTIRO3D_EXPORT cv::Size photoSize(const StereoVideo& video, cv::Size frame);
 
-/// Halves of frames as they are shown: Automatic ones by the shape of the frame. Squeezed ones
-/// count as full if the file states that px are stretched as much, as Matroska does for films of
-/// both eyes.
+/// Shape of a video's halves when shown. Automatic halves follow the frame's shape. Squeezed halves
+/// count as full if the file states accordingly stretched px, as Matroska does for stereo films.
 /// @param video how frames hold the pictures @param facts of the video
 /// @return Full or Squeezed
 [[nodiscard]] ALTIRO3D_EXPORT StereoHalves halvesAsShown(const StereoVideo& video,
                                                          const VideoFacts& facts);
 
-/// What is known of the eyes in a video.
+/// Result of findEyes().
 struct FoundEyes {
     std::optional<StereoVideo> eyes; ///< How frames hold them; nothing: frames are flat pictures.
-    /// What decided, for people: "the file states it (side by side)"; empty if nothing was found.
+    /// Evidence for people: "the file states it (side by side)"; empty if nothing was found.
     std::string evidence;
-    Notes notes; ///< Doubts: halves that look like a pair, tags that the pictures contradict, ...
+    Notes notes; ///< Doubts: halves that look like a pair, tags that contradict the pictures, ...
 };
 
-/// Finds out whether the frames of a video hold both eyes' pictures, by what the file states, then
-/// by the tag in its name (parseSceneName()). A tag that may mean something else counts only if the
-/// halves of some frames match. A video without statement and tag is flat; if its halves match,
-/// a note says so.
-///
+/// Finds out whether a video's frames hold both eyes' pictures, by what the file states, then by
+/// the tag in its name (parseSceneName()). A tag that may mean something else counts only if the
+/// halves of some frames match. A video without both is flat; if its halves match, a note says so.
 /// @param input as for VideoReader; only the frames of regular files are looked at
 /// @param facts of the input
 /// @param options as for VideoReader; `from` and `to` do not matter
@@ -93,7 +90,7 @@ struct VideoEyes {
     EyesPicture picture = EyesPicture::SideBySide; ///< How a frame shows both eyes.
     EyesFrom from = EyesFrom::Both;                ///< Which eyes are rendered.
     bool swapped = false; ///< The left eye sees the right one's picture: depth is reversed.
-    /// Both pictures stay as they were filmed: frames that hold both eyes get another layout.
+    /// Keep both pictures as filmed and only change the layout of frames that hold both eyes.
     /// VideoConversion::stereo must be set; no depth is needed.
     bool filmed = false;
 };
@@ -113,24 +110,19 @@ struct DepthRange {
 
 /// Existing depth of a video. Exactly one of `source` and `rgbd` must be set.
 struct GivenVideoDepth {
-    /// A depth video, or a directory with one depth image per frame, sorted by name as listImages()
-    /// does.
+    /// A depth video, or a directory with one depth image per frame, sorted as by listImages().
     std::filesystem::path source;
-    /// Each frame is an RGB-D image; this is where its depth half is. Automatic halves follow the
-    /// shape of the frame in px.
+    /// Depth half in RGB-D frames. Automatic halves follow the shape of the frame in px.
     std::optional<RgbdLayout> rgbd;
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers.
-    /// Range of depth of 16 bits that is not a distance. Default: the percentiles 0.5 and 99.5 of
-    /// all pictures of `source`, which are read once before the run. Must be set if `source` can be
-    /// read only once.
+    /// Range of depth of 16 bits that is not a distance. Default: percentiles 0.5 and 99.5 of all
+    /// pictures of `source`, read once before the run. Required if `source` can be read only once.
     std::optional<DepthRange> range;
-    /// Reads a depth image of the directory; same contract as readDepthSamples(), which is the
-    /// default.
+    /// Reads a depth image of the directory, as readDepthSamples(), which is the default.
     std::function<cv::Mat(const std::filesystem::path& file, Notes* notes)> read;
 };
 
-/// How a video is converted. To make a Native video, set `input`, `output` and `display`; the other
-/// fields have defaults.
+/// How a video is converted. A Native video needs only `input`, `output` and `display`.
 struct VideoConversion {
     std::filesystem::path input; ///< As for VideoReader.
     VideoReaderOptions part;     ///< The part of the input to convert, as for VideoReader.
@@ -147,22 +139,19 @@ struct VideoConversion {
     std::function<bool(const cv::Mat& picture)> show;
 
     VideoProduct product = VideoProduct::Native;  ///< Kind of video to make.
-    VideoEyes eyes;                               ///< Of the product Stereo.
-    StereoHalves rgbdHalves = StereoHalves::Full; ///< Of the product Rgbd: Full or Squeezed.
-    /// The display for which Natives and quilts are made. Not needed for Rgbd and Stereo, or if
-    /// `map` is set.
+    VideoEyes eyes;                               ///< For Stereo: layout and source of the eyes.
+    StereoHalves rgbdHalves = StereoHalves::Full; ///< For Rgbd: Full or Squeezed.
+    /// The display of Natives and quilts. Not needed for Rgbd and Stereo, or if `map` is set.
     std::optional<Display> display;
     /// Look-up table for the Natives. If set, Natives are made from quilts, and `native` must have
     /// discrete positions and nearest sampling.
     std::optional<NativeLut> map;
-    /// Layout of the quilts. Default: that of `map`, else that of `display`. Must equal that of
-    /// `map` if both are set.
+    /// Layout of the quilts. Default: `map`'s, else `display`'s. It must not differ from `map`'s.
     std::optional<QuiltLayout> layout;
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
     /// only `views.focus` for Rgbd, and only `views` (strength: kEyesStrength) and `refine` for
-    /// Stereo, which shows whole frames at their own size. Where `native.refine.flaws` is not set,
-    /// flaws are measured once per scene; estimated depth stays as it is for method Fast, which
-    /// gains little by it.
+    /// Stereo, which shows whole frames at their own size. If `native.refine.flaws` is not set,
+    /// flaws are measured once per scene; with method Fast, estimated depth is not refined.
     NativeOptions native;
     /// Settings that are chosen at the first frame of each scene and replace those of `native`
     /// during the scene. Given depth has no scenes; the first frame then decides for the whole
@@ -170,17 +159,16 @@ struct VideoConversion {
     /// for Rgbd and quilts.
     AutoChoices choices;
 
-    /// The frames of the input are quilts. `product` must be Native; `depth` and `given` must not
-    /// be set.
+    /// The input's frames are quilts. `product` must be Native, `depth` and `given` unset.
     bool fromQuilt = false;
     /// If `fromQuilt` is set: width : height of the scene that a view shows, 0.01..100; 0: the
     /// views are stretched to the panel, and `native.fit` is ignored.
     double viewAspect = 0;
 
     /// Frames hold both eyes' pictures. The left one is the photo, and its depth is found by
-    /// matching (matchStereo()) as often as `depthOptions` says; where the eyes do not match, or
-    /// see the same, `depth` estimates it. With `depthOptions.every` 1, the right eye's picture
-    /// also fills what near things hide. Not with `given` and `fromQuilt`.
+    /// matching (matchStereo()) as often as `depthOptions` says. Where the eyes do not match or
+    /// show the same picture, `depth` estimates it. With `depthOptions.every` 1, the right eye's
+    /// picture also fills disocclusions. Not with `given` and `fromQuilt`.
     std::optional<StereoVideo> stereo;
 
     /// Source of the depth; null: estimatedDepth(). Ignored if `given` is set.
@@ -218,8 +206,7 @@ struct VideoConversionResult {
     std::vector<SceneChoice> choices; ///< The choices of this run, see VideoConversion::choices.
     bool cancelled = false;           ///< The progress function or `show` has cancelled the run.
     bool keepsWork = false;           ///< A later run can resume, see VideoConverter::keepsWork().
-    /// Times of the stages "decode", "depth" (not if frames are quilts), "render", and "encode" or
-    /// "show".
+    /// Times of "decode", "depth" (not for quilts), "render", and "encode" or "show".
     PipelineReport pipeline;
     double finishSeconds = 0; ///< Time to close the file after the last frame, s.
     VideoReadCounts counts;   ///< Counts of the input's reader.
@@ -244,11 +231,10 @@ struct VideoConversionResult {
 /// a device delivers frames faster than they are converted, some are dropped.
 ///
 /// Given depth of 8 bits is not normalized: value 0 becomes 0, 255 becomes 1 (FarWhite: reversed).
-/// Depth of 16 bits has one range, see GivenVideoDepth::range. Distances and floating-point numbers
-/// have no fixed range; VideoDepth normalizes them with a range that changes slowly. A frame gets
-/// the picture of a depth video that is shown at the same time, or the depth image of a directory
-/// that has the same number in the whole video. If the depth ends early, its last picture is used
-/// for the rest.
+/// Depth of 16 bits has one range, see GivenVideoDepth::range. Distances and floats have no fixed
+/// range; VideoDepth normalizes them with a range that changes slowly. A frame gets the picture of
+/// a depth video that is shown at the same time, or the depth image of a directory that has the
+/// same number in the whole video. If the depth ends early, its last picture is used for the rest.
 ///
 ///     VideoConversion conversion;
 ///     conversion.input = "clip.mp4";
@@ -261,7 +247,6 @@ struct VideoConversionResult {
 class ALTIRO3D_EXPORT VideoConverter {
   public:
     /// Checks the options and opens input and output.
-    ///
     /// @param conversion what to convert, and how
     /// @throws Error as VideoReader, VideoWriter (WriteFailed: also an unfinished
     ///         run, see UnfinishedRun; Mismatch: its settings differ), NativeMaker, VideoDepth;
@@ -288,15 +273,12 @@ class ALTIRO3D_EXPORT VideoConverter {
     ///         cancelled before its first complete segment
     [[nodiscard]] bool keepsWork() const;
 
-    /// Converts the video. A cancelled run still converts the frames that have been read already
-    /// (about a dozen) and closes the file: it can be played up to there. A later run can resume if
-    /// keepsWork(). If no frame was made, no file is written. With `show`, a cancelled run shows no
-    /// further picture.
-    ///
+    /// Converts the video. A cancelled run still converts the frames that were read already (about
+    /// a dozen) and closes the file, which can be played. A later run can resume if keepsWork().
+    /// Without a frame, no file is written. With `show`, a cancelled run shows no further picture.
     /// @param goOn receives the progress before each frame is read and after each frame is made,
-    ///        from several threads but never from two at a time. It is called once more before the
-    ///        file is closed (VideoProgress::finishing); this return value is ignored. May be
-    ///        empty.
+    ///        from several threads, never two at a time. It is called once more before the file is
+    ///        closed (VideoProgress::finishing); this return value is ignored. May be empty.
     /// @return counts, times and remarks
     /// @throws Error InvalidArgument (a second call); BadFormat (no frames in the part, broken
     ///         depth), WriteFailed; also exceptions of reading, depth and rendering, and of the
@@ -337,7 +319,7 @@ struct VideoChunk {
     std::int64_t begin = 0;
     std::int64_t first = 0; ///< First frame whose picture is made; begin..first.
     /// Frames whose pictures are made. 0: the chunk makes depth alone, for chunks that begin inside
-    /// one long scene. Without it these chunks would each make the depth from its first frame.
+    /// one long scene. Otherwise each of these would make depth from the scene's first frame.
     std::int64_t frames = 0;
     double start = 0; ///< Time of frame `first`, s from the start of the part.
     double end = 0;   ///< End of the last frame, s from the start of the part.
@@ -345,7 +327,7 @@ struct VideoChunk {
 
 /// A video divided into chunks.
 struct VideoChunkPlan {
-    /// In the order in which they should be started: first those without pictures, on which others
+    /// Chunks in the order in which to start them: first those without pictures, on which others
     /// wait, then the longest. Chunk number N is `chunks[N - 1]`.
     std::vector<VideoChunk> chunks;
     std::int64_t frames = 0; ///< Frames of the video.
@@ -367,7 +349,6 @@ struct VideoChunkOptions {
 
 /// Divides a video into chunks: reads it once, finds the scene cuts, and writes the plan. If the
 /// folder already holds the plan of the same conversion and length, that plan is returned.
-///
 /// @param conversion as for VideoConverter; `input` must be a regular file, `show` empty. With
 ///        UnfinishedRun::Discard, another plan in the folder is removed with its chunks.
 /// @param directory the folder; it is made if it does not exist. All machines must see it.
@@ -396,7 +377,6 @@ readVideoChunks(const std::filesystem::path& directory);
                                                     int number);
 
 /// Makes a chunk. If it is made already and its files are undamaged, nothing is done.
-///
 /// @param conversion equal to that of the plan
 /// @param directory the folder of the plan
 /// @param number number of the chunk, 1..number of chunks
@@ -412,7 +392,6 @@ ALTIRO3D_EXPORT VideoConversionResult makeVideoChunk(VideoConversion conversion,
 
 /// Checks all chunks, joins them without encoding again, and writes VideoConversion::output with
 /// sound, subtitles and chapters. The chunks stay.
-///
 /// @param conversion equal to that of the plan, except for the name of the output
 /// @param directory the folder of the plan
 /// @param goOn receives the progress before each segment is copied; may be empty

@@ -50,11 +50,10 @@ struct VideoDepthStep {
 /// picture by picture and does not look ahead. An inference is one run of the estimator.
 ///
 /// The estimator runs on the first picture of a scene, and then on every n-th picture or when the
-/// picture has changed enough. In between, the last depth is moved along with the picture. A new
-/// inference is blended with this moved depth: it has a small weight where the picture has not
-/// moved and full weight where the picture is new. The range of depth (percentiles 0.5 and 99.5 of
-/// each inference) changes slowly within a scene. The first depth of a scene is normalizeDepth() of
-/// its first inference.
+/// picture has changed enough. In between, the last depth moves with the picture. A new inference
+/// is blended with this moved depth, with a small weight where the picture has not moved and full
+/// weight where it is new. The range of depth (percentiles 0.5 and 99.5 of each inference) changes
+/// slowly within a scene. The first depth of a scene is normalizeDepth() of its first inference.
 ///
 /// Pictures that equal the previous one, and pictures without contrast (black, a flash), keep its
 /// depth and are not counted. Decisions and depth depend on the pictures only, not on time. For
@@ -78,7 +77,6 @@ class ALTIRO3D_EXPORT VideoDepth {
 
     /// Makes the depth of the next picture. Strong exception guarantee, also when the estimator
     /// throws.
-    ///
     /// @param picture [rows x cols, CV_8UC3, BGR]
     /// @param depth [size of the raw depth, CV_32FC1, 0..1, 1 = nearest]; always in new memory
     /// @return how the depth was made

@@ -34,8 +34,7 @@ struct Fraction {
 /// are exact: time in s = pts * timeBase.value(). The time base is VideoFacts::timeBase for frames
 /// from a reader and VideoWriterOptions::timeBase for frames to a writer.
 struct VideoFrame {
-    cv::Mat picture;      ///< [rows x cols, CV_8UC3, BGR], upright; see also
-                          ///< VideoReaderOptions::isDepth
+    cv::Mat picture;      ///< [rows x cols, CV_8UC3, BGR], upright; see VideoReaderOptions::isDepth
     std::int64_t pts = 0; ///< Time of display, in units of the time base, 0 or more. VideoReader
                           ///< counts it from the start of the file or of the part.
     std::int64_t duration = 0;   ///< Duration of display, in units of the time base; 0 = unknown.
@@ -80,28 +79,26 @@ struct VideoReaderOptions {
     std::string format;      ///< FFmpeg's name of the format or device ("v4l2"); empty = detected.
     VideoTags formatOptions; ///< FFmpeg's options of the format ({{"video_size", "1280x720"}}).
     bool deinterlace = true; ///< Interpolate the lines that interlaced frames lack (bwdif).
-    /// The pictures are depth: numbers stay as they are stored, without regard to alpha and to the
-    /// meaning of colours. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
+    /// The pictures are depth: numbers are delivered as stored; alpha and colour encoding are
+    /// ignored. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
     bool isDepth = false;
-    /// Of spatial video (MV-HEVC; needs FFmpeg 7.1), of videos whose frames show the eyes by turns,
-    /// and of files with a video for each eye (AVI of stereo cameras; titles with "left" and
-    /// "right"), deliver both eyes' pictures beside each other, the left one first, as
-    /// VideoFacts::eyes then says. Otherwise the left eye's alone are delivered, and notes() says
-    /// so.
+    /// Deliver both eyes' pictures side by side, the left one first; VideoFacts::eyes then tells
+    /// the kind. This concerns spatial video (MV-HEVC; needs FFmpeg 7.1), videos whose frames show
+    /// the eyes alternately, and files with a video for each eye (AVI of stereo cameras; titles
+    /// with "left" and "right"). If false, only the left eye's are delivered, and notes() says so.
     bool bothEyes = false;
-    /// With `bothEyes`: the file holds a video for each eye, although nothing says so.
+    /// With `bothEyes`: the file holds a video for each eye, even if it does not say so.
     bool joinsVideos = false;
 };
 
 /// VideoFacts::eyes of spatial video that is read with VideoReaderOptions::bothEyes.
 constexpr const char* kSpatialVideo = "spatial video";
-/// VideoFacts::eyes of frames that show the eyes by turns and are read so; each two become one.
+/// VideoFacts::eyes of frames that show the eyes alternately; two frames are joined into one.
 constexpr const char* kAlternateFrames = "frame alternate";
-/// VideoFacts::eyes of a video for each eye, of which both are read.
+/// VideoFacts::eyes of a file with a video for each eye, if both are read.
 constexpr const char* kTwoVideos = "two videos";
 
-/// Checks the options except `format` and `formatOptions`; the VideoReader constructor checks
-/// these.
+/// Checks the options except `format` and `formatOptions`; VideoReader checks these.
 /// @param options the options to check
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoReaderOptions& options);
@@ -145,13 +142,14 @@ struct VideoFacts {
     Fraction nominalRate;                   ///< Lowest rate that can represent all time stamps.
     bool constantRate = false;              ///< The two rates agree within 0.1 %.
     Fraction timeBase{1, 1};                ///< Unit of the frames' times, s.
-    std::optional<double> duration;         ///< Of the whole file, s; nothing if unknown.
+    std::optional<double> duration;         ///< Duration of the whole file, s; nothing if unknown.
     std::optional<std::int64_t> frameCount; ///< Frames in the whole file, as stated in it or
                                             ///< estimated from its duration; nothing if unknown.
-    /// How each frame shows both eyes, as the container states it, or else the first frame that is
-    /// read: FFmpeg's name ("side by side"), or one of a joined pair. Empty: nothing is stated.
+    /// How each frame shows both eyes, as stated by the container, else by the first frame:
+    /// FFmpeg's name ("side by side"), or a constant from above if the reader joins the pictures.
+    /// Empty: nothing is stated.
     std::string eyes;
-    std::optional<StereoLayout> eyesLayout; ///< Of `eyes`; nothing for layouts that are not read.
+    std::optional<StereoLayout> eyesLayout; ///< Layout of `eyes`; nothing if it cannot be read.
     VideoColour colour;                     ///< How colours are stored.
     std::vector<VideoStreamFacts> streams;  ///< All streams, the delivered one included.
     std::vector<VideoChapter> chapters;     ///< In the file's order.
@@ -175,14 +173,12 @@ struct VideoReadCounts {
 /// Names and values of the settings of a run. A run can be resumed only with equal settings.
 using RunSettings = std::map<std::string, std::string>;
 
-/// The state that a later run needs to resume. Its bytes have no meaning except for the class that
-/// made them.
+/// The state that a later run needs to resume. Only the class that made it can read its bytes.
 struct SavedState {
     std::string bytes; ///< The state; empty: none.
 };
 
-/// Progress of a conversion. To show a percentage, use `end` and `length` where `framesInAll` is
-/// unknown.
+/// Progress of a conversion. For a percentage, use `end` and `length` if `framesInAll` is unknown.
 struct VideoProgress {
     std::int64_t frames = 0;     ///< Frames made so far, including those of an earlier run.
     std::int64_t keptFrames = 0; ///< Frames of an earlier run, which are not made again.
@@ -233,23 +229,23 @@ struct VideoWriterOptions {
     /// views of a Native.
     bool compatible = false;
     double crf = 16; ///< Constant rate factor of H264, H264Rgb, Hevc, 0..51; lower is better.
-    EncoderPreset preset = EncoderPreset::SuperFast; ///< Of H264, H264Rgb and Hevc.
+    EncoderPreset preset = EncoderPreset::SuperFast; ///< Effort of H264, H264Rgb and Hevc.
     /// The frames are Natives, whose neighbouring px belong to different views. In 4:4:4, H264 and
     /// Hevc then work without psychovisual optimization and at crf + 2, which is more accurate at
-    /// about the same size. H264 up to the preset Fast also codes without arithmetic coding and
-    /// deblocking, which halves the time to decode, and chroma a little more coarsely than luma. At
-    /// UltraFast and SuperFast it takes a quantizer of that value for all frames and omits searches
-    /// that gain little: for cuts, for motion between px, for the best number of B-frames.
+    /// about the same size. H264 up to the preset Fast also disables arithmetic coding and
+    /// deblocking, which halves the time to decode, and codes chroma a little more coarsely than
+    /// luma. At UltraFast and SuperFast it uses that value as the quantizer of all frames and omits
+    /// searches that gain little: for cuts, for motion between px, for the best number of B-frames.
     bool native = false;
-    /// Most Mbit/s of H264 and H264Rgb as a mean of some seconds, 1..100000; 0: any. Where more
-    /// would be needed, the quantizer rises. Not with a `crf` below 1, which loses nothing.
+    /// Largest mean bit rate of H264 and H264Rgb over some seconds, Mbit/s, 1..100000; 0: no limit.
+    /// The quantizer rises where the limit requires it. Not with a lossless `crf`, below 1.
     double maxRate = 0;
     Fraction timeBase{1, 1000};  ///< Unit of the frames' times, s.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
     bool constantRate = false;   ///< frameRate is known and holds for every frame.
     Fraction sampleAspect{1, 1}; ///< Width : height of a px.
-    /// Each frame shows both eyes, and the file says so (AVStereo3D): Matroska of any kind, MP4 and
-    /// M4V of those side by side and above each other. Anaglyphs are ordinary frames.
+    /// How each frame shows both eyes; the file states it (AVStereo3D). Matroska supports all
+    /// kinds, MP4 and M4V those side by side and above each other. Anaglyphs are ordinary frames.
     std::optional<EyesPicture> eyes;
     /// Colour matrix. Default: BT.2020 if the source has it; otherwise BT.709 if `size` has 720
     /// lines or more, else the source's matrix, or BT.601 without one. RGB codecs have no matrix.
@@ -258,8 +254,8 @@ struct VideoWriterOptions {
     /// Colour encoding of the source, for the default of `matrix` and for the tags of the file.
     /// Default: that of the source's reader, if one is given.
     std::optional<VideoColour> colour;
-    /// Encoder threads, 0..64; 0 = one per processor. Several threads become one more with H264 and
-    /// UltraFast, which has no look-ahead. The bytes of H264, H264Rgb and Hevc depend on it.
+    /// Encoder threads, 0..64; 0 = one per processor. If there are several, H264 at UltraFast uses
+    /// one more, because it has no look-ahead. The bytes of H264, H264Rgb and Hevc depend on it.
     int threads = 0;
     bool audio = true;     ///< Copy the source's sound.
     bool subtitles = true; ///< Copy or convert the source's subtitles.
@@ -273,8 +269,7 @@ struct VideoWriterOptions {
 /// @throws Error InvalidArgument that names the field, its value and the range
 ALTIRO3D_EXPORT void validate(const VideoWriterOptions& options);
 
-/// Whether VideoWriter supports the extension of a file name: .mkv, .mp4, .m4v or .mov. "-" has
-/// none.
+/// Whether VideoWriter supports an extension: .mkv, .mp4, .m4v or .mov. "-" has none.
 /// @param path file name; the file is not accessed
 /// @return true if it does
 [[nodiscard]] ALTIRO3D_EXPORT bool canWriteVideo(const std::filesystem::path& path);
@@ -283,13 +278,12 @@ class OtherStreams;
 
 /// Reads the frames of a video through FFmpeg's libraries.
 ///
-/// Frames are delivered upright (the rotation stated in the file is applied) and as 8-bit BGR,
-/// converted with the matrix and range that the stream states. If it states none, BT.601 is assumed
-/// up to 576 lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020,
-/// P3) and HDR (PQ, HLG) become sRGB as in photos; of Dolby Vision the base layer is read.
-/// Transparent parts become black. Interlaced frames are deinterlaced. If the size or the shape of
-/// px changes, each frame has its own. If a file has several video streams, the largest one is
-/// read.
+/// Frames are delivered upright (the file's rotation is applied) and as 8-bit BGR, converted with
+/// the matrix and range that the stream states. If it states none, BT.601 is assumed up to 576
+/// lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020, P3) and HDR
+/// (PQ, HLG) become sRGB as in photos; of Dolby Vision the base layer is read. Transparent parts
+/// become black. Interlaced frames are deinterlaced. If the size or the shape of px changes, each
+/// frame has its own. If a file has several video streams, the largest one is read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
 /// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown
@@ -300,7 +294,6 @@ class OtherStreams;
 class ALTIRO3D_EXPORT VideoReader {
   public:
     /// Opens a video.
-    ///
     /// @param path a file that FFmpeg can read, `-` for the standard input, or a capture device. If
     ///        `options.format` is empty, any character device (`/dev/video0`) or link to one counts
     ///        as a capture device.
@@ -318,14 +311,12 @@ class ALTIRO3D_EXPORT VideoReader {
     [[nodiscard]] const VideoFacts& facts() const;
 
     /// Reads the next frame.
-    ///
     /// @return the frame, its times in facts().timeBase; nothing at the end
     /// @throws Error ReadFailed, BadFormat (no frame could be decoded), Unsupported (a pixel format
     ///         that cannot be read), OutOfMemory
     [[nodiscard]] std::optional<VideoFrame> next();
 
     /// Reads the next frame.
-    ///
     /// @param frame receives the picture [rows x cols, CV_8UC3, BGR], in new memory, and its times
     ///        in facts().timeBase
     /// @return false at the end; the frame is then unchanged
@@ -333,9 +324,7 @@ class ALTIRO3D_EXPORT VideoReader {
     [[nodiscard]] bool read(VideoFrame& frame);
 
     /// Counts the frames that `VideoReaderOptions::from` skips. Call it before the first frame is
-    /// read. It counts the packets of the file, which is fast. If this is not reliable, it decodes
-    /// the video from the start.
-    ///
+    /// read. It counts packets, which is fast. If that is unreliable, it decodes from the start.
     /// @return number of the first delivered frame in the whole video, from 0
     /// @throws Error InvalidArgument (a frame has been read), and as next()
     [[nodiscard]] std::int64_t framesBefore();
@@ -343,7 +332,6 @@ class ALTIRO3D_EXPORT VideoReader {
     /// Skips frames, for a run that is resumed. If the file allows seeking, this is fast, and
     /// counts() restart at 0. Times of frames do not change. A writer that has this reader as its
     /// source receives sound and the other streams only from the new position on.
-    ///
     /// @param pts time of the next frame to deliver, in facts().timeBase, as next() gave it in an
     ///        earlier run; if no frame has this time, the first later one is delivered
     /// @throws Error as next()
@@ -362,14 +350,13 @@ class ALTIRO3D_EXPORT VideoReader {
     friend class VideoWriter;
     friend class SegmentJoiner;
     [[nodiscard]] std::shared_ptr<OtherStreams> otherStreams() const;
-    bool pass(std::int64_t until); // the other streams only; false at the end
+    bool pass(std::int64_t until); // passes on the other streams only; false at the end
 
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
 
-/// Writes frames as a video with FFmpeg's libraries, including sound, subtitles, chapters and tags
-/// of the source video.
+/// Writes frames with FFmpeg's libraries, with sound, subtitles, chapters and tags of the source.
 ///
 /// All sound tracks are copied without encoding them again. Text subtitles are converted to the
 /// container's format (mov_text in .mp4 and .mov); other subtitles are copied. Fonts are copied
@@ -385,7 +372,6 @@ class ALTIRO3D_EXPORT VideoReader {
 class ALTIRO3D_EXPORT VideoWriter {
   public:
     /// Opens the encoder and the file.
-    ///
     /// @param path file name with the extension .mkv, .mp4, .m4v or .mov; "-": Matroska to standard
     ///        output, without the length and the index that are known at the end only
     /// @param options size, codec, times
@@ -403,7 +389,6 @@ class ALTIRO3D_EXPORT VideoWriter {
     VideoWriter& operator=(VideoWriter&&) noexcept; ///< Moves. @return *this
 
     /// Encodes a frame.
-    ///
     /// @param frame picture [VideoWriterOptions::size, CV_8UC3, BGR]; times in units of
     ///        VideoWriterOptions::timeBase; pts 0 or more and greater than that of the frame before
     /// @throws Error InvalidArgument (picture, time, after finish()): the frame is not written;
@@ -412,9 +397,7 @@ class ALTIRO3D_EXPORT VideoWriter {
 
     /// Writes the remaining data and renames the file to its target. If the source was read to its
     /// end, its other streams are kept to their end; otherwise they end with the last frame.
-    ///
-    /// @throws Error InvalidArgument (no frame was written, a second call); WriteFailed: the file
-    ///         is lost
+    /// @throws Error InvalidArgument (no frame, a second call); WriteFailed: the file is lost
     void finish();
 
     /// Remarks on what was left out or converted. @return the remarks; finish() may add some
@@ -465,7 +448,6 @@ struct AudioReaderOptions {
 class ALTIRO3D_EXPORT AudioReader {
   public:
     /// Opens a sound track.
-    ///
     /// @param path a file that FFmpeg can read
     /// @param options track, rate and start
     /// @throws Error NotFound; ReadFailed; BadFormat (no sound, or `options.stream` is not a sound
@@ -477,7 +459,6 @@ class ALTIRO3D_EXPORT AudioReader {
     AudioReader& operator=(AudioReader&&) noexcept; ///< Moves. @return *this
 
     /// Reads the next samples.
-    ///
     /// @param samples receives left and right in turn, 2 * `count` numbers
     /// @param count number of samples per channel
     /// @return number of samples per channel that were read; less than `count` only at the end
@@ -485,7 +466,6 @@ class ALTIRO3D_EXPORT AudioReader {
     [[nodiscard]] std::size_t read(float* samples, std::size_t count);
 
     /// Goes to another time; the next sample read belongs to it.
-    ///
     /// @param seconds s from the start of the file, 0 or more, less than 1e9; after the end:
     ///        nothing is left to read
     /// @throws Error InvalidArgument; ReadFailed (the file does not allow to seek)

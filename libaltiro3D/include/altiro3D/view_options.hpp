@@ -120,7 +120,6 @@ constexpr double kParallaxBudgetPixels = 5;
 
 /// The largest parallax between adjacent views for a depth range: docs/mathematics.md, (3.3), with
 /// d the end of the range that is farther from the focus. Arguments are not checked.
-///
 /// @param options strength and focus
 /// @param quilt layout: view count and view size
 /// @param panelSize size of the panel in px
@@ -149,7 +148,7 @@ struct CameraIntrinsics {
 /// The camera that took a photo, the range of distances in it, and how far the virtual cameras
 /// move: the pinhole camera of docs/mathematics.md, 3.
 struct Camera {
-    CameraIntrinsics intrinsics; ///< Of the photo.
+    CameraIntrinsics intrinsics; ///< Intrinsics of the photo.
     double zNear = 1;            ///< Distance at depth 1, 1e-6..1e9.
     /// Distance at depth 0, > zNear; may be infinite.
     double zFar = std::numeric_limits<double>::infinity();
@@ -165,7 +164,6 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 
 /// Reads a camera from a JSON object with the numbers fx, fy, cx, cy, zNear, zFar and baseline; all
 /// are required. zFar may be null, which means infinity. Other fields are ignored.
-///
 /// @param path the file, at most 1 MiB
 /// @return the camera; it is valid
 /// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory, or BadFormat that names the file, the
@@ -173,7 +171,6 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 [[nodiscard]] ALTIRO3D_EXPORT Camera readCamera(const std::filesystem::path& path);
 
 /// As readCamera(), from text.
-///
 /// @param json the file's contents
 /// @param source the file's name, for errors
 /// @return the camera; it is valid
@@ -183,7 +180,6 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 
 /// Intrinsics after cropping and resizing the picture. Pixel corners map to pixel corners, so the
 /// half px between corner and centre is scaled as well.
-///
 /// @param intrinsics intrinsics of the whole picture
 /// @param part the crop in px of that picture; fractions allowed
 /// @param size size of the result in px, at least 1 x 1
@@ -194,7 +190,6 @@ ALTIRO3D_EXPORT void validate(const Camera& camera);
 
 /// Parallax S between the outermost views for a depth difference of 1: 2 fx baseline (1/zNear -
 /// 1/zFar), docs/mathematics.md, (3.5). It replaces strength % of the width.
-///
 /// @param camera the camera; its intrinsics in px of the picture that S is for
 /// @return S in px
 /// @throws Error InvalidArgument (camera)

@@ -59,7 +59,6 @@ struct FoundDisplay {
 
 /// What keeps a screen from showing Natives of a panel px by px: the desktop scales the screen, or
 /// its size differs from the panel's.
-///
 /// @param screen from factsOf()
 /// @param panel size of the panel in px
 /// @return one sentence each, with what to do; empty if there is no problem
@@ -72,17 +71,14 @@ struct FoundDisplay {
 /// It is paired with the volume of the same name or serial number. The remaining volumes are paired
 /// by size where the panel size equals the mode and the pair is unambiguous; the screen may then
 /// have any name. A display without screen or volume is listed with a problem that states this.
-///
 /// @param screens from factsOf()
 /// @param volumes from findVolumes(); invalid files become problems
-/// @return first the displays with screens in the order of `screens`, then the others in the order
-///         of `volumes`
+/// @return displays with screens in the order of `screens`, then the others in that of `volumes`
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<FoundDisplay>
 findDisplays(const std::vector<ScreenFacts>& screens,
              const std::vector<MountedCalibration>& volumes);
 
 /// As findMountedCalibrations(); for "/" also finds volumes that are mounted elsewhere.
-///
 /// @param fileSystemRoot "/" except in tests
 /// @return those of findMountedCalibrations(), then the others
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<MountedCalibration>
@@ -90,7 +86,6 @@ findVolumes(const std::filesystem::path& fileSystemRoot = "/");
 
 /// Chooses the display for a Native of this size and calibration: the one whose calibration has the
 /// same fingerprint, else the only one with a screen of that size, else the only one with a screen.
-///
 /// @param displays from findDisplays()
 /// @param screens the screens that findDisplays() was given
 /// @param calibration calibration of the Native, if known

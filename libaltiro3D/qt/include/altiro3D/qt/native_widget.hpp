@@ -17,8 +17,7 @@ namespace altiro3D::qt {
 class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     Q_OBJECT
   public:
-    /// An empty, black widget.
-    /// @param parent owner; null: a top-level window
+    /// An empty, black widget. @param parent owner; null: a top-level window
     explicit NativeWidget(QWidget* parent = nullptr);
 
     /// Shows a picture. Its memory is shared, so do not write to it afterwards.
@@ -35,8 +34,8 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
     [[nodiscard]] bool isExact() const { return image_.size() == deviceSize(); }
 
     /// Shows the widget full screen on one screen, without frame and mouse pointer. Escape, F11 and
-    /// a double click call leave(). If the screen is disconnected, the widget hides, as the desktop
-    /// would move it to another screen; it comes back with the screen.
+    /// a double click call leave(). If the screen is disconnected, the widget hides, because the
+    /// desktop would move it to another screen; it comes back with the screen.
     /// @param screen one of QGuiApplication::screens()
     void showOn(QScreen& screen);
 
@@ -60,7 +59,7 @@ class ALTIRO3D_EXPORT NativeWidget : public QWidget {
 
   private:
     QImage image_;
-    ScreenFacts screen_; // of showOn(); no size after left()
+    ScreenFacts screen_; // the screen of showOn(); no size after left()
 };
 
 } // namespace altiro3D::qt

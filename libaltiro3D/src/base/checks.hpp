@@ -78,7 +78,7 @@ inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const
 /// their rows alternate in memory.
 inline bool shareMemory(const cv::Mat& a, const cv::Mat& b) {
     if (a.empty() || b.empty()) return false;
-    struct Rows { // of more than two dimensions: one
+    struct Rows { // more than two dimensions count as one row
         explicit Rows(const cv::Mat& m)
             : count(m.dims > 2 ? 1 : m.rows), step(static_cast<std::ptrdiff_t>(m.step[0])),
               bytes(m.dims > 2 ? m.dataend - m.data
@@ -110,9 +110,7 @@ inline void checkApart(const cv::Mat& result, const cv::Mat& input, const char* 
               ", expected a picture of its own");
 }
 
-/// Runs `work` and converts a failed allocation, which the language and OpenCV report differently,
-/// to Error OutOfMemory.
-///
+/// Runs `work`; a failed allocation, in the language or OpenCV, becomes Error OutOfMemory.
 /// @param subject file or argument for the error
 /// @param problem "does not fit into memory, expected ..."
 /// @param work called once
@@ -129,8 +127,7 @@ auto orOutOfMemory(const std::string& subject, const std::string& problem, const
     }
 }
 
-/// At the end of a public function: an error of OpenCV leaves the library as the language's or
-/// ours.
+/// For the end of a public function: converts OpenCV's exception to one that may leave the library.
 /// @throws std::bad_alloc; Error InvalidArgument for what our own checks have missed
 [[noreturn]] inline void leaveAsOurs(const cv::Exception& exception) {
     if (exception.code == cv::Error::StsNoMem) throw std::bad_alloc();
@@ -139,7 +136,7 @@ auto orOutOfMemory(const std::string& subject, const std::string& problem, const
                     ", expected pictures that it can work with");
 }
 
-/// orOutOfMemory() for a file of a picture.
+/// orOutOfMemory() for a picture file.
 template <class Work>
 auto withinMemory(const std::filesystem::path& file, const Work& work) {
     return orOutOfMemory(file.string(), "does not fit into memory, expected a smaller picture",

@@ -201,7 +201,7 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
 
 struct FileWriter::Impl {
     fs::path path;                          // as the user wrote it
-    fs::path target;                        // behind its links
+    fs::path target;                        // after following its links
     std::optional<TemporaryFile> temporary; // none: the target is written in place
     FileHandle inPlace;
     std::optional<struct stat> replaced;
@@ -318,7 +318,7 @@ std::string fileStamp(const fs::path& path) {
     std::error_code error;
     const std::uintmax_t bytes = fs::file_size(path, error);
     if (error) return {};
-    const auto time = // of 128 bits in some libraries
+    const auto time = // 128 bits in some libraries
         static_cast<std::int64_t>(fs::last_write_time(path, error).time_since_epoch().count());
     return error ? std::string() : std::to_string(bytes) + " bytes of " + std::to_string(time);
 }

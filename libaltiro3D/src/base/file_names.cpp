@@ -1,5 +1,5 @@
-// Names of files that people take for the same: other case, and other code points of the same
-// letters. Names as words of a shell.
+// Comparison of file names that look the same to people: other case, and other code points of the
+// same letters. Quoting of names for a shell.
 
 #include "altiro3D/file_io.hpp"
 #include "base/text.hpp"
@@ -12,7 +12,7 @@ namespace altiro3D {
 
 namespace {
 
-// Letters without and with a mark, in turn. Files from a Mac have the letter and the mark.
+// Letters without and with a mark, alternately. Files from a Mac have the letter and the mark.
 struct Marked {
     char16_t mark;
     std::u16string_view letters;
@@ -43,7 +43,7 @@ constexpr Marked kMarked[] = {
     {u'\u309A', u"はぱひぴふぷへぺほぽハパヒピフプヘペホポ"},
 };
 
-// The letter that a letter and what follows it make; 0: they do not make one.
+// The letter composed of a letter and what follows it; 0 if they compose none.
 char32_t composed(char32_t letter, char32_t next) {
     constexpr char32_t kLeads = 0x1100, kVowels = 0x1161, kTails = 0x11a7, kSyllables = 0xac00;
     const char32_t lead = letter - kLeads, vowel = next - kVowels, tail = next - kTails;
@@ -59,7 +59,7 @@ char32_t composed(char32_t letter, char32_t next) {
     return 0;
 }
 
-// Reads a code point of UTF-8 and moves on; a byte of anything else is a number of its own.
+// Reads a code point of UTF-8 and moves on; a byte that is not UTF-8 counts as a code point.
 char32_t readCodePoint(const std::string& text, std::size_t& at) {
     const auto byte = [&](std::size_t i) -> std::uint32_t {
         return i < text.size() ? static_cast<unsigned char>(text[i]) : 0;

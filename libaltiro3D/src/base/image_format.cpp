@@ -14,8 +14,7 @@ namespace {
 
 using std::string_view;
 
-// Signatures of formats that are not supported, for a good error message. Others are said to be no
-// picture that can be read.
+// Signatures of formats that are not supported, for a good error message.
 struct Signature {
     std::size_t at;
     string_view bytes;

@@ -33,11 +33,12 @@ enum class AlphaKind {
     Unstated       ///< The file does not state it.
 };
 
-/// The colour that means "transparent" (PNG's tRNS chunk), in the file's sample values.
+/// The colour that means "transparent" (PNG's tRNS chunk), in the file's sample values. In grey
+/// pictures all three hold the grey value.
 struct ColorKey {
-    unsigned red = 0;   ///< The grey value for grey pictures.
-    unsigned green = 0; ///< The grey value for grey pictures.
-    unsigned blue = 0;  ///< The grey value for grey pictures.
+    unsigned red = 0;
+    unsigned green = 0;
+    unsigned blue = 0;
 };
 
 /// Properties of a picture file, read without decoding.
@@ -47,14 +48,13 @@ struct ImageHeader {
     std::string unreadable;     ///< An unsupported feature ("XYZE HDR"), or empty.
     std::string decoderMessage; ///< HEIC, AVIF, TIFF: why the header could not be read, or empty.
     bool isText = false;        ///< For Unknown: the file holds text.
-    std::uint64_t columns = 0;  ///< 0 if the header could not be read.
-    std::uint64_t rows = 0;     ///< 0 if the header could not be read.
-    int orientation = 1;        ///< EXIF and TIFF orientation, 1..8.
-    int bitsPerSample = 8;      ///< PNG: bits of a channel.
+    std::uint64_t columns = 0;  ///< 0, as are the rows, if the header could not be read.
+    std::uint64_t rows = 0;
+    int orientation = 1;   ///< EXIF and TIFF orientation, 1..8.
+    int bitsPerSample = 8; ///< PNG: bits of a channel.
     AlphaKind alpha = AlphaKind::Straight;
     std::optional<ColorKey> transparentColor; ///< PNG grey and RGB without alpha.
-    /// PNM, TIFF, JPEG 2000: sample value of white; 0 = the largest of the decoded type, or 1 for
-    /// floats.
+    /// PNM, TIFF, JPEG 2000: value of white; 0 = the largest of the decoded type, or 1 for floats.
     unsigned largestSample = 0;
     bool isSigned = false;       ///< TIFF: whole numbers with sign.
     unsigned unusedChannels = 0; ///< TIFF: channels that are neither colours nor alpha.
@@ -63,12 +63,12 @@ struct ImageHeader {
     bool hasWholeScan = false;   ///< JPEG: progressive, and at least its first pass is complete.
     bool isCmyk = false;         ///< JPEG, TIFF: four components, which are inks.
     bool isUnmarkedCmyk = false; ///< JPEG: CMYK without Adobe's marker.
-    bool isAnimated = false;     ///< WebP: its pictures are those of an animation.
+    bool isAnimated = false;     ///< WebP: an animation.
     bool isNative = false;       ///< PNG: marked as a Native by writeImage().
     unsigned pictures = 1;       ///< Pages or frames in the file; more than 1 is a remark.
 };
 
-/// Why a picture file cannot be read: half a sentence, without the name of the file.
+/// Why a picture file cannot be read: part of a sentence, without the name of the file.
 class PictureFailure : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;

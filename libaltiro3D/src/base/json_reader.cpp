@@ -23,7 +23,7 @@ std::string placeOf(const std::string& text, std::size_t byte) {
 
 // The limit that a text exceeds; empty if none. Scans brackets only, before the parser allocates.
 std::string exceededLimit(std::string_view text, const JsonLimits& limits) {
-    std::vector<int> members; // of the open objects and lists
+    std::vector<int> members; // member counts of the open objects and lists
     bool inString = false;
     for (std::size_t i = 0; i < text.size(); ++i) {
         const char c = text[i];
@@ -60,7 +60,7 @@ Json parseJson(const std::string& text, const std::string& source, const std::st
     };
     const std::string exceeded = exceededLimit(text, limits);
     if (!exceeded.empty()) fail(exceeded);
-    std::vector<std::set<std::string>> keys; // of the open objects
+    std::vector<std::set<std::string>> keys; // keys of the open objects
     const auto checkKey = [&](int, Json::parse_event_t event, Json& parsed) {
         if (event == Json::parse_event_t::object_start) keys.emplace_back();
         if (event == Json::parse_event_t::object_end) keys.pop_back();

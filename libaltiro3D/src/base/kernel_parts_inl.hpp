@@ -1,4 +1,5 @@
-// Building blocks of kernels; included once per instruction set, after hwy/highway.h.
+// Building blocks of kernels. A file of kernels is compiled once per instruction set, and the best
+// one is chosen at run time. It includes this file after hwy/highway.h.
 
 #if defined(ALTIRO3D_KERNEL_PARTS_INL_HPP) == defined(HWY_TARGET_TOGGLE) // NOLINT
 #ifdef ALTIRO3D_KERNEL_PARTS_INL_HPP
@@ -10,8 +11,7 @@
 #include <cstdint>
 #include <hwy/highway.h>
 
-// Whether this instruction set is AVX-512 or a later one of x86. Highway gives better sets lower
-// numbers.
+// AVX-512 or a later set of x86. Highway gives better sets lower numbers.
 #define ALTIRO3D_AVX512 (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3)
 // The same with look-ups of bytes in a whole register.
 #define ALTIRO3D_AVX512_BYTES (HWY_ARCH_X86 && HWY_TARGET <= HWY_AVX3_DL)
@@ -61,15 +61,14 @@ HWY_INLINE V lanesAt(D d, V values, I indices) {
 #if HWY_TARGET == HWY_WASM // a loop in Highway 1.0.3
     const hn::RebindToSigned<D> whole;
     const I bytes = hn::Add(hn::Mul(indices, hn::Set(whole, 0x04040404)),
-                            hn::Set(whole, 0x03020100)); // of each lane
+                            hn::Set(whole, 0x03020100)); // the four bytes of each lane
     return hn::BitCast(d, I{wasm_i8x16_swizzle(hn::BitCast(whole, values).raw, bytes.raw)});
 #else
     return hn::TableLookupLanes(values, hn::IndicesFromVec(d, indices));
 #endif
 }
 
-// Squared difference of the upper 16 bits plus squared difference of the lower 16 bits, of each
-// lane of 32 bits.
+// Squared difference of the upper 16 bits plus that of the lower 16 bits, in each 32-bit lane.
 template <class D, class I = hn::Vec<D>>
 HWY_INLINE I squaresOfPair([[maybe_unused]] D d, I a, I b) {
 #if ALTIRO3D_AVX512
@@ -206,8 +205,7 @@ class ByteWindow {
 #endif
     }
 
-    // The bytes at `places`.
-    // @param places 0..16 kTables - 1; others give undefined bytes
+    // The bytes at `places`. @param places 0..16 kTables - 1; others give undefined bytes
     HWY_INLINE hn::Vec<Bytes> at(hn::Vec<Bytes> places) const {
 #if ALTIRO3D_AVX512_BYTES
         return hn::Vec<Bytes>{_mm512_permutexvar_epi8(places.raw, tables_[0].raw)};
@@ -238,8 +236,7 @@ class ByteWindow {
 #endif
     }
 
-    // Indices of a table of 16 bytes that give 0 for places of later tables. Highway promises 0
-    // from 128 on.
+    // Indices of a 16-byte table that give 0 for later tables. Highway promises 0 from 128 on.
     static HWY_INLINE hn::Vec<Bytes> inTable(hn::Vec<Bytes> places) {
 #if HWY_ARCH_X86 && HWY_TARGET <= HWY_SSSE3 // the lower four bits of an index below 128 count
         return hn::SaturatedAdd(places, hn::Set(Bytes(), 0x70));

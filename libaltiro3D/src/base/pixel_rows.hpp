@@ -27,8 +27,8 @@ void overRows(int rows, const Work& work) {
     });
 }
 
-/// Calls body(range) for parts of 0..rows-1, on all threads. There are few parts, unlike those of
-/// overRows(), because what `body` needs for its rows is made for each.
+/// Calls body(range) for parts of 0..rows-1, on all threads. Unlike overRows(), it makes few parts,
+/// because `body` prepares what its rows need once per part.
 inline void forRows(int rows, const std::function<void(const cv::Range&)>& body) {
     constexpr int kPartsPerThread = 8;
     cv::parallel_for_(cv::Range(0, rows), body, kPartsPerThread * cv::getNumThreads());

@@ -80,8 +80,7 @@ fs::path besideName(const fs::path& path, const std::string& ending) {
 }
 
 int takeOwnerAndMode(int number, const struct stat& replaced) {
-    // The owner changes only if root replaces another user's file; other users cannot change
-    // owners.
+    // The owner changes only if root replaces another user's file; others cannot change it.
     struct stat made {};
     if (::fstat(number, &made) == 0 &&
         (made.st_uid != replaced.st_uid || made.st_gid != replaced.st_gid)) {

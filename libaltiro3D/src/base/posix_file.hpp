@@ -70,20 +70,17 @@ bool lockFile(const FileHandle& file);
 std::filesystem::path followLinks(const std::filesystem::path& path,
                                   bool (*isEnd)(const std::filesystem::path&) = nullptr);
 
-/// A name beside a file: its own with an ending, or a number in place of its own if that is too
-/// long for the file system.
+/// A name beside a file: its own with an ending, or a number if that is too long.
 std::filesystem::path besideName(const std::filesystem::path& path, const std::string& ending);
 
 /// Copies the owner (if allowed) and the permissions of the replaced file to a new file. @return 0,
 /// or errno if the permissions could not be set
 int takeOwnerAndMode(int number, const struct stat& replaced);
 
-/// Flushes a file to the disk. A file system without this function is not an error. @return 0 or
-/// errno
+/// Flushes a file to the disk. A file system without it is not an error. @return 0 or errno
 int flushFile(int number);
 
-/// Flushes the directory of a file to the disk. Failures are ignored; the data is already on the
-/// disk.
+/// Flushes the directory of a file to the disk. Failures are ignored: the data is on the disk.
 void flushDirectoryOf(const std::filesystem::path& path);
 
 /// The prefix of an installation.

@@ -7,7 +7,7 @@
 
 namespace altiro3D {
 
-/// Linear light and codes of sRGB (IEC 61966-2-1). Codes of light and back give the same code.
+/// Linear light and codes of sRGB (IEC 61966-2-1). Converting a code to light and back is exact.
 class SrgbLight {
   public:
     /// The tables, made once.

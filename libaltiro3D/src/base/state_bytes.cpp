@@ -25,8 +25,7 @@ std::uint64_t mixIn(std::uint64_t sum, std::uint64_t value) {
     return sum ^ sum >> 29U;
 }
 
-// Reads the bytes once into four sums; multiplications limit the speed to about 8 bytes per clock
-// cycle.
+// Reads the bytes once into four sums; multiplications limit the speed to about 8 bytes a cycle.
 std::uint64_t checksum(std::string_view bytes) {
     std::array<std::uint64_t, 4> sums{1, 2, 3, 4};
     constexpr std::size_t kWord = sizeof(std::uint64_t);

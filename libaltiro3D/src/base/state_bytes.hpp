@@ -10,7 +10,6 @@
 /// Numbers and pictures as bytes in this machine's format, for the saved state of a run.
 namespace altiro3D {
 
-/// Appends a value.
 void append(std::string& bytes, std::uint64_t value);
 void append(std::string& bytes, const cv::Mat& picture);
 /// Reads a value of append() from the front of `bytes`.

@@ -27,7 +27,7 @@ inline std::string numberText(double value, int significantDigits = 6) {
 
 /// A number with a fixed number of decimals ("0.70"), independent of the locale.
 inline std::string fixedText(double value, int decimals) {
-    char text[512]; // of any double
+    char text[512]; // long enough for any double
 #ifdef __cpp_lib_to_chars
     const auto end =
         std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, decimals);
@@ -38,7 +38,7 @@ inline std::string fixedText(double value, int decimals) {
 #endif
 }
 
-/// Reads the number at the begin of a text ("0.75", "1."), independent of the locale.
+/// Reads the number at the beginning of a text ("0.75", "1."), independent of the locale.
 /// @param text begins with a digit; has no exponent
 /// @return the number of characters that were read; 0 if the number is out of range
 inline std::size_t readNumber(std::string_view text, double& number) {
@@ -56,7 +56,7 @@ inline std::size_t readNumber(std::string_view text, double& number) {
 #endif
 }
 
-/// The number at the begin of a text ("-2.5e-3"), independent of the locale.
+/// The number at the beginning of a text ("-2.5e-3"), independent of the locale.
 /// @return 0 if there is none or it is out of range
 inline double numberAt(std::string_view text) {
     double number = 0;
@@ -102,7 +102,6 @@ inline std::string oneLine(const std::string& words) {
     return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
-/// Whether a text begins with another one.
 inline bool startsWith(std::string_view text, std::string_view prefix) {
     return text.substr(0, prefix.size()) == prefix;
 }

@@ -275,7 +275,7 @@ void validate(const Calibration& c, const std::string& source) {
     // Fields in range can still have a product that the mapping cannot resolve.
     const double periods = c.pitch * c.screenW / c.DPI;
     const double tilt = c.screenH / (c.screenW * std::abs(c.slope));
-    const double down = tilt * periods * std::min(1.0, std::abs(c.slope)); // of a lying lens
+    const double down = tilt * periods * std::min(1.0, std::abs(c.slope)); // for horizontal lenses
     if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(down <= 1e6) || !(tilt <= 1e12)) {
         fail(source, "pitch " + show(c.pitch) + ", DPI " + show(c.DPI) + " and slope " +
                          show(c.slope) +

@@ -131,7 +131,7 @@ int viewsOf(const Calibration& c) {
 } // namespace
 
 const DisplayModel* findDisplayModel(const Calibration& calibration) {
-    if (calibration.sheet) return nullptr; // of no maker, whatever its size
+    if (calibration.sheet) return nullptr; // self-made, whatever its size
     const std::string serial = upper(calibration.serial);
     for (const DisplayModel& m : displayModels()) {
         if (!m.serialPrefix.empty() && startsWith(serial, m.serialPrefix)) return &m;
@@ -141,8 +141,8 @@ const DisplayModel* findDisplayModel(const Calibration& calibration) {
 
 QuiltLayout defaultQuilt(const Calibration& calibration) {
     if (const DisplayModel* m = findDisplayModel(calibration)) return m->quilt;
-    // Views of the panel's shape: of prints as many as are useful, with two px a lens, else 48 on
-    // about 4096 x 4096 px.
+    // Views of the panel's shape. For prints, as many as are useful, with two px per lens; else 48
+    // on about 4096 x 4096 px.
     const double aspect = Display{calibration, {}, {}, {}}.aspect();
     const int views = viewsOf(calibration);
     double area = 4096.0 * 4096.0 / views;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "display/lens_phase.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -34,7 +33,6 @@ HWY_INLINE void storeViews(D /*d*/, V views, T* out) {
 
 // Views by the whole phases. Reads 4 bytes of the column table per sub-pixel and writes 1, 2 or 4.
 // The two 32 x 32 bit multiplications limit the speed.
-//
 // @return the smallest fraction of a view among all sub-pixels, measured from `margin` below a
 //         border between two views. Below 2 margin the border is nearer than the phase's error, so
 //         the view is uncertain.

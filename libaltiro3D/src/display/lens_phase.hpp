@@ -8,10 +8,10 @@
 
 namespace altiro3D {
 
-/// LensGeometry::phase in fixed point, fast: the phase of sub-pixel (x, y, colour) is
-/// columnPhases(y, colour)[x] + rowPhase(y, colour) modulo 2^32, in units of 2^-32 lens periods.
-/// It differs from the double value by at most phaseError(). View order, mirroring and cells are
-/// included.
+/// LensGeometry::phase in fixed point: the phase of sub-pixel (x, y, colour) is columnPhases(y,
+/// colour)[x] + rowPhase(y, colour) modulo 2^32, in 2^-32 lens periods. It differs from the double
+/// value by at most phaseError(). View order, mirroring and cells are included. Rows y count from
+/// the top; colour is 0 red, 1 green, 2 blue.
 ///
 /// Immutable; safe to use from any number of threads.
 class LensPhases {
@@ -19,13 +19,10 @@ class LensPhases {
     /// @param geometry from lensGeometry()
     explicit LensPhases(LensGeometry geometry);
 
-    /// The geometry it was built from.
     const LensGeometry& geometry() const { return geometry_; }
 
-    /// The part of the phase that depends on the column: `panelWidth` numbers, padded
-    /// (kRowPadding). On stripe panels all rows and colours share them, on panels with cells every
-    /// fourth row.
-    /// @param y row from the top @param colour 0 red, 1 green, 2 blue
+    /// The column's part of the phase: `panelWidth` numbers, padded (kRowPadding). On stripe panels
+    /// all rows and colours share them, on panels with cells every fourth row.
     const std::uint32_t* columnPhases(int y, int colour) const {
         return columns_[tableOf(y, colour)].data();
     }
@@ -36,18 +33,15 @@ class LensPhases {
     }
 
     /// The part of the phase that depends on the row.
-    /// @param y row from the top @param colour 0 red, 1 green, 2 blue
     std::uint32_t rowPhase(int y, int colour) const {
         return rows_[static_cast<std::size_t>(colour)][static_cast<std::size_t>(y)];
     }
 
-    /// Largest difference from LensGeometry::phase, in 2^-32 lens periods: 3 on real displays, at
-    /// most 40.
+    /// Largest error in 2^-32 lens periods: 3 on real displays, at most 40.
     std::uint32_t phaseError() const { return phaseError_; }
 
     /// Views of a row, equal to LensGeometry::viewOfPhase of LensGeometry::phase. Sub-pixels too
     /// near to the border between two views are recomputed in double precision.
-    /// @param y row from the top @param colour 0 red, 1 green, 2 blue
     /// @param views number of views: 1..256, 1..65536 or 1..2^20, by the type of `out`
     /// @param out `panelWidth` views
     void viewsOfRow(int y, int colour, int views, std::uint8_t* out) const;
@@ -69,7 +63,7 @@ class LensPhases {
 
     LensGeometry geometry_;
     std::vector<std::vector<std::uint32_t>> columns_;    // one, or 3 per row pattern
-    std::vector<std::vector<std::uint16_t>> highHalves_; // of columns_
+    std::vector<std::vector<std::uint16_t>> highHalves_; // upper halves of columns_
     std::array<std::vector<std::uint32_t>, 3> rows_;     // per colour
     std::uint32_t phaseError_ = 0;
 };

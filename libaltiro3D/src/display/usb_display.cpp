@@ -60,7 +60,7 @@ std::string readInputReport(int file, const std::string& source, std::chrono::mi
     return {bytes.data(), static_cast<std::size_t>(count)};
 }
 
-// The number is that of many devices of small makers: the name decides.
+// Many devices of small makers share this number, so the name decides.
 std::vector<UsbDisplay> findUsbDisplays(const fs::path& root) {
     std::vector<UsbDisplay> found;
     std::error_code error;

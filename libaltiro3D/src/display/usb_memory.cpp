@@ -12,16 +12,16 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kPageBytes = 64;
-constexpr std::size_t kHeadBytes = 4; // of an answer: buttons, then the request's 00 and page
+constexpr std::size_t kHeadBytes = 4; // head of an answer: buttons, then the request's 00 and page
 constexpr std::size_t kReportBytes = kHeadBytes + kPageBytes;
-constexpr std::size_t kFirstPartBytes = 64; // of a report that arrives in two parts
+constexpr std::size_t kFirstPartBytes = 64; // first part of a report that arrives in two parts
 constexpr std::size_t kMaxJsonBytes = 4096; // known memories hold 1024 bytes
 constexpr int kAttempts = 4;                // 2 s for a page
 constexpr std::chrono::milliseconds kAttempt{500};
 constexpr std::chrono::seconds kMost{10}; // for all pages
 constexpr int kMostOldReports = 100;
 
-// Reports whose echo is not that of the request tell of buttons; they are skipped.
+// Skips reports whose echo differs from the request; they report buttons.
 std::string readPage(const HidDevice& device, const std::string& source, std::size_t page,
                      Clock::time_point end) {
     std::string request(kReportBytes, '\0'); // report 0, command 0 (read), page

@@ -81,8 +81,7 @@ ColourFacts ofTiff(string_view bytes) {
     return facts;
 }
 
-// The attribute "chromaticities": x and y of red, green, blue and white. Light without it is that
-// of sRGB's primaries.
+// The attribute "chromaticities": x and y of red, green, blue and white. If missing, those of sRGB.
 ColourFacts ofExr(string_view bytes) {
     constexpr string_view kAttribute("chromaticities\0chromaticities\0\x20\0\0\0", 34);
     constexpr std::size_t kMaxHeader = std::size_t{1} << 16;

@@ -20,15 +20,13 @@ struct ColourFacts {
     std::optional<ColourCode> code; ///< PNG's cICP, nclx of HEIC and AVIF.
     std::string icc;                ///< ICC profile.
     bool isSrgb = false;            ///< PNG's sRGB chunk.
-    /// PNG's gAMA: exponent of the encoding, 0.45455 for most; 1 = light, as in EXR and HDR; 0 =
-    /// not stated.
+    /// PNG's gAMA: exponent of the encoding, mostly 0.45455; 1 = light (EXR, HDR); 0 = not stated.
     double gamma = 0;
     /// PNG's cHRM, and what EXR and HDR state: x and y of white, red, green, blue.
     std::optional<std::array<double, 8>> chromaticities;
 };
 
-/// Reads what a PNG, JPEG, TIFF, WebP, HEIC, AVIF, EXR or HDR file states; nothing for other
-/// formats. Any bytes give a result.
+/// What a PNG, JPEG, TIFF, WebP, HEIC, AVIF, EXR or HDR file states; other bytes state nothing.
 ColourFacts readColourFacts(std::string_view bytes, ImageFormat format);
 
 /// The same for a picture of a HEIC or AVIF file.
@@ -46,7 +44,6 @@ std::vector<unsigned char> srgbProfile();
 /// Pictures whose profile is sRGB in all but name (at most 2 of 255 levels of difference) keep
 /// their bytes, and so do pictures with profiles that are not for RGB or grey. Floats above 1 stay
 /// above 1; those without a number become 0.
-///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3, CV_32FC1 or CV_32FC3, BGR];
 ///        grey pictures become BGR where a profile changes them
 /// @param facts what the file states
@@ -63,8 +60,7 @@ bool isCmykProfile(std::string_view icc);
 /// @return [CV_8UC3, BGR]; empty if the profile is damaged
 cv::Mat inksToSrgb(const cv::Mat& inks, const std::string& icc, bool isInverted);
 
-/// @param lab [CV_32FC3] L* 0..100, a*, b*, of a white of D50
-/// @return [CV_16UC3, BGR] sRGB
+/// @param lab [CV_32FC3] L* 0..100, a*, b*, relative to D50 @return [CV_16UC3, BGR] sRGB
 cv::Mat labToSrgb(const cv::Mat& lab);
 
 /// @param light [CV_32FC3] X, Y, Z

@@ -24,7 +24,7 @@ constexpr Chromaticities kDciP3 = {0.314, 0.351, 0.680, 0.320, 0.265, 0.690, 0.1
 constexpr Chromaticities kRec601Pal = {0.3127, 0.3290, 0.64, 0.33, 0.29, 0.60, 0.15, 0.06};
 constexpr Chromaticities kRec601Ntsc = {0.3127, 0.3290, 0.630, 0.340, 0.310, 0.595, 0.155, 0.070};
 constexpr double kUsualGamma = 0.45455; // PNG's gAMA beside sRGB, and taken as sRGB
-constexpr int kMaxSameLevels = 2;       // of 255: profiles that differ by at most this are the same
+constexpr int kMaxSameLevels = 2;       // levels of 255 by which equal profiles may differ
 
 constexpr int kPq = 16;
 constexpr int kHlg = 18;
@@ -79,14 +79,14 @@ std::vector<unsigned char> srgbProfile() {
     cmsSaveProfileToMem(profile.get(), nullptr, &size);
     std::vector<unsigned char> bytes(size);
     cmsSaveProfileToMem(profile.get(), bytes.data(), &size);
-    constexpr unsigned char kDate[] = {7, 208, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0}; // not of today
+    constexpr unsigned char kDate[] = {7, 208, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0}; // fixed, not today's
     std::copy(std::begin(kDate), std::end(kDate), bytes.begin() + 24);
     return bytes;
 }
 
 namespace {
 
-// The exponent of H.273's transfer characteristics; video's are shown as sRGB, as is usual.
+// The exponent of H.273's transfer characteristics; videos are treated as sRGB, as usual.
 double exponentOf(int transfer) {
     return transfer == 4 ? 2.2 : transfer == 5 ? 2.8 : transfer == 8 ? 1 : 0;
 }
@@ -125,8 +125,7 @@ bool changesLittle(const Profile& profile, bool isGrey) {
     return true;
 }
 
-// Converts all rows on all threads. Empty if the profile cannot be used.
-// @param depth of the result
+// Converts all rows on all threads to a depth. Empty if the profile cannot be used.
 cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Number input,
                   int depth) {
     const cmsUInt32Number output = depth == CV_32F   ? TYPE_BGR_FLT
@@ -192,7 +191,7 @@ void convertByProfile(cv::Mat& picture, const Profile& profile, Notes* notes) {
                         : "the colour profile is damaged: the colours are read as sRGB");
         return;
     }
-    if (isGreyProfile && picture.channels() == 3) return; // it is for another picture
+    if (isGreyProfile && picture.channels() == 3) return; // the profile is for another picture
     if (changesLittle(profile, isGreyProfile)) return;
     if (!isGreyProfile && picture.channels() == 1)
         cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
@@ -201,10 +200,8 @@ void convertByProfile(cv::Mat& picture, const Profile& profile, Notes* notes) {
                 "the colour profile cannot be used: the colours are read as sRGB");
 }
 
-// ---------------------------------------------------------------------------------- PQ and HLG
-
 constexpr double kPqPeak = 10000; // cd/m²
-constexpr double kHlgPeak = 1000; // cd/m², of the display that HLG is shown on
+constexpr double kHlgPeak = 1000; // cd/m², peak of the display that HLG is shown on
 constexpr double kSourcePeak = 1000;
 constexpr double kWhite = 203; // cd/m², BT.2408
 constexpr double kM1 = 2610.0 / 16384;

@@ -1,6 +1,3 @@
-// Depth images in files of their own: which photo one is for, which one lies beside a photo, and
-// which pictures look like one.
-
 #include "altiro3D/image_io.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
@@ -157,7 +154,7 @@ struct Nearest {
     int squaredDistance = 0;
 };
 Nearest nearestOf(const ColourMap& map, const cv::Vec3b& px) {
-    std::int32_t least = INT32_MAX; // of distance and level in one number
+    std::int32_t least = INT32_MAX; // least distance and its level, in one number
     for (std::int32_t i = 0; i < kLevels; ++i) {
         const auto at = static_cast<std::size_t>(i);
         const std::int32_t blue = map.blue[at] - px[0];
@@ -171,10 +168,10 @@ Nearest nearestOf(const ColourMap& map, const cv::Vec3b& px) {
 // How well a map explains a picture.
 struct Fit {
     const ColourMap* map = nullptr;
-    bool isOnCurve = false; // nearly all px, and some are coloured
-    bool isSpread = false;  // over a part of the map
+    bool isOnCurve = false; // nearly all px are, and some are coloured
+    bool isSpread = false;  // the px spread over a part of the map
     double distance = 0;    // mean, RGB
-    cv::Mat levels;         // of the px, CV_32F
+    cv::Mat levels;         // levels of the px, CV_32F
 };
 
 Fit fitOf(const ColourMap& map, const std::vector<cv::Vec3b>& pixels) {
@@ -235,7 +232,7 @@ std::vector<cv::Vec3b> sampled(const cv::Mat& picture) {
 }
 
 const ColourMap* findColourMap(const cv::Mat& picture, const std::string& subject) {
-    constexpr double kClose = 4; // of mean distances, RGB
+    constexpr double kClose = 4; // difference of mean distances, RGB
     const std::vector<cv::Vec3b> pixels = sampled(picture);
     std::vector<Fit> fits;
     for (const ColourMap& map : colourMaps()) {

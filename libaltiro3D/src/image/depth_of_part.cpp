@@ -16,7 +16,7 @@ namespace altiro3D {
 
 namespace {
 
-constexpr std::size_t kMinLevels = 4; // of 256, between the percentiles 0.5 and 99.5
+constexpr std::size_t kMinLevels = 4; // levels of 256 between the percentiles 0.5 and 99.5
 
 // Relative inverse depth of a sample v of 0..1.
 //   RangeInverse: v = (1/near - 1/Z) / (1/near - 1/far)       -> 1 - v

@@ -21,8 +21,8 @@ constexpr string_view kExifMark("Exif\0\0", 6);
 constexpr string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
 constexpr string_view kExtendedXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
 constexpr string_view kMpfMark("MPF\0", 4);
-constexpr unsigned kMaxPictures = 100;        // of a multi-picture file
-constexpr std::uint32_t kTypeMask = 0xffffff; // of an entry's attribute: the type of the picture
+constexpr unsigned kMaxPictures = 100;        // limit for a multi-picture file
+constexpr std::uint32_t kTypeMask = 0xffffff; // bits of an attribute that hold the picture's type
 constexpr std::uint32_t kTypeDisparity = 0x020002; // one of several eyes
 constexpr std::size_t kMaxXmpBytes = std::size_t{256} << 20;
 
@@ -40,8 +40,8 @@ bool isPicture(string_view bytes) {
 
 // What precedes the first scan of a JPEG.
 struct JpegParts {
-    int orientation = 0;               // of the first EXIF; 0 without one
-    string_view xmp;                   // of the first such segment
+    int orientation = 0;               // from the first EXIF; 0 without one
+    string_view xmp;                   // from the first such segment
     std::vector<string_view> extended; // segments of the extended XMP
     std::vector<string_view> pictures; // further ones of a multi-picture file
     string_view secondEye;             // the first further one, if it belongs to a stereo pair
@@ -118,9 +118,8 @@ JpegParts partsOf(string_view jpeg) {
     return parts;
 }
 
-// The bytes of an item of Dynamic Depth. The items follow one another after the end of the photo,
-// whose length the file may state wrongly; if there is no picture at that place, they are at the
-// end of the file.
+// The bytes of an item of Dynamic Depth. Items follow one another after the photo, whose length the
+// file may state wrongly; if no picture is there, they are at the end of the file.
 string_view itemBytes(string_view jpeg, const std::vector<XmpItem>& items, std::size_t wanted) {
     const ByteReader reader(jpeg, false);
     const std::size_t end =

@@ -48,7 +48,6 @@ std::string_view findUnblurred(std::string_view jpeg, std::string& decoded);
 
 /// Reads the sharp original of a photo that was blurred by its camera (portrait modes): `GImage` of
 /// lens blur, item "Original" of Dynamic Depth. It may be smaller than the photo.
-///
 /// @param photo as for readEmbeddedDepth()
 /// @param notes if given, receives a remark if there is an original that cannot be used
 /// @return [rows x cols, CV_8UC3, BGR], upright; empty if the file has none of the photo's shape

@@ -84,7 +84,7 @@ std::optional<EmbeddedDepth> depthOfExr(string_view bytes, Notes* notes) {
 }
 
 // Near and Far are not metres: the depth is relative, and 1 and 1000 keep inverse depth nearly
-// linear from 1 to 0.
+// linear.
 std::string xmpFor(std::size_t depthBytes) {
     constexpr const char* kText =
         R"(<x:xmpmeta xmlns:x="adobe:ns:meta/" x:xmptk="altiro3D">)"

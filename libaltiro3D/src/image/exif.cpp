@@ -68,7 +68,7 @@ int exifOrientation(string_view blob) {
     const ByteReader reader(blob, isLittle);
     const std::uint64_t directory = reader.u32(4);
     const unsigned entries = reader.u16(directory);
-    for (unsigned i = 0; i < entries; ++i) { // of 12 bytes: tag, type, count, value
+    for (unsigned i = 0; i < entries; ++i) { // 12 bytes each: tag, type, count, value
         const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
         if (reader.u16(entry) != 0x112) continue;
         const unsigned type = reader.u16(entry + 2);

@@ -35,7 +35,7 @@ bool isOneOf(const std::string& text, const Text&... others) {
     return ((text == others) || ...);
 }
 
-// Small = surely a distance.
+// The smaller, the more surely a distance.
 int distanceRank(const NameParts& name, bool isOfVector) {
     constexpr int kNone = 100;
     if (isOfVector) return kNone; // positions and normals: X, Y, Z
@@ -61,7 +61,7 @@ std::vector<std::string> namesOf(const std::vector<ExrChannel>& channels) {
     return names;
 }
 
-// Failures of OpenEXR, whose library is loaded by itself.
+// Converts failures of OpenEXR, whose library is loaded separately.
 template <class Work>
 auto orPictureFailure(const Work& work) {
     try {

@@ -16,8 +16,7 @@ struct ExrChoice {
     std::vector<std::string> others;  ///< Channels that might be meant as well.
 };
 
-/// What to read as a picture: the colours without a layer, of a layer "Combined" or of the first
-/// one, or grey.
+/// What to read as a picture: colours without a layer, of "Combined" or the first layer, or grey.
 ExrChoice chooseExrColours(const std::vector<ExrChannel>& channels);
 /// Distances by their name: "Z", "Depth.V", "ViewLayer.Depth.Z", "depth"; none without such a name.
 ExrChoice chooseExrDistance(const std::vector<ExrChannel>& channels);
@@ -42,8 +41,8 @@ void addExrNotes(const ExrChoice& choice, const char* what, Notes* notes);
 /// @throws PictureFailure (also without a channel that can be meant); std::bad_alloc
 cv::Mat decodeExr(std::string_view bytes, bool asDepth, Notes* notes);
 
-/// The channel of a file that holds distances, where it is an EXR file that has one.
-/// @return its name, or empty
+/// The channel of an EXR file that holds distances.
+/// @return its name; empty if there is none, and for other files
 std::string exrDistanceOf(const PhotoFile& file);
 
 } // namespace altiro3D

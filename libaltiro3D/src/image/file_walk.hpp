@@ -40,7 +40,6 @@ struct JpegEnd {
 
 /// Visits the segments of a JPEG up to its end-of-image marker. Any bytes give a result; junk
 /// between segments is skipped.
-///
 /// @param bytes the file, or what follows its start in a longer file
 /// @param visit `bool(unsigned marker, std::size_t at, std::string_view body)`: a segment, the
 ///        position of its body, and the body; false ends the walk

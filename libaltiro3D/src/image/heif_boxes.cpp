@@ -235,7 +235,7 @@ cv::Size sizeOfCanvas(string_view data, bool isGrid) {
     return {sideOf(reader.number(at, bytes)), sideOf(reader.number(at + bytes, bytes))};
 }
 
-// The data of the items of a file, and what is known of them.
+// The data of the items of a file, and what is known about them.
 class Items {
   public:
     Items(const ByteReader& reader, std::uint64_t fileSize)

@@ -110,9 +110,9 @@ Context contextOf(string_view bytes, heif_error& error) {
 } // namespace
 
 struct HeifFile::Impl {
-    std::string repaired; // of iOS 18
+    std::string repaired; // copy of a file of iOS 18
     Context context;
-    Handle handle; // of the main picture
+    Handle handle; // the main picture
 
     // @throws PictureFailure (no such picture)
     Handle handleOf(std::optional<std::uint32_t> item) const {

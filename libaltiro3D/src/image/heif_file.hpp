@@ -31,7 +31,7 @@ struct HeifDepth {
 /// thread at a time.
 ///
 /// Files of iOS 18 refer to their depth from several pictures, which libheif before 1.19 refuses.
-/// The references that are too many are then taken out of a copy (repairedHeif()).
+/// The surplus references are then removed from a copy (repairedHeif()).
 class HeifFile {
   public:
     /// Reads the structure of the file, and decodes nothing.
@@ -81,8 +81,7 @@ class HeifFile {
 ///           dimg: tone-mapped -> primary, gain map   is left out
 ///
 /// A `free` box takes the place of the bytes that are left over, so no other offset changes.
-///
-/// @param bytes the whole file
+/// @param bytes the whole file, as for the functions below
 /// @return the repaired file; empty if there is nothing to repair or the file is malformed
 std::string repairedHeif(std::string_view bytes);
 
@@ -91,13 +90,10 @@ std::string repairedHeif(std::string_view bytes);
 /// - HEVC settings (sequence parameter sets, H.265 7.3.2.2) and AV1 sequence headers of more px
 ///   than allowed.
 /// - Grids and overlays whose size no picture of the file states.
-/// @param bytes the whole file
 /// @return a part of a sentence; empty if nothing was found
 std::string heifProblem(std::string_view bytes, double maxPixels);
 
-/// The number of pictures of an animation (AVIF and HEIC sequences): the samples of the longest
-/// track; 0 if the file has none.
-/// @param bytes the whole file
+/// Pictures of an animation (AVIF, HEIC sequence): samples of the longest track; 0 without tracks.
 unsigned heifFrames(std::string_view bytes);
 
 /// The items of the two pictures of a stereo pair.
@@ -108,7 +104,6 @@ struct HeifEyes {
 
 /// The first stereo pair of a HEIC or AVIF file: the group `ster` in the box `grpl` (ISO/IEC
 /// 23008-12), whose first entity is the left eye's.
-/// @param bytes the whole file
 /// @return the pair; nothing if the file has none
 std::optional<HeifEyes> findHeifEyes(std::string_view bytes);
 

@@ -25,8 +25,8 @@ constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30; // as OpenCV
 
 using TurboJpeg = std::unique_ptr<void, decltype(&tjDestroy)>;
 
-// Whether libjpeg's warning is about bytes that belong to no part of a picture: they precede a
-// segment of the head; or the end, and are equal. A damaged scan may end early, and leaves others.
+// Whether libjpeg's warning is about padding: bytes before a segment of the head, or equal bytes
+// before the end. A damaged scan may also end early, but leaves other bytes.
 bool isPadding(const std::string& warning, std::string_view bytes) {
     constexpr std::uint64_t kFew = 4;
     constexpr std::string_view kText = " extraneous bytes before marker 0x";
@@ -101,7 +101,7 @@ struct PngReader {
     ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-// libpng leaves the next two functions by longjmp: they make no object that has a destructor.
+// libpng leaves the next two functions by longjmp, so they create no object that has a destructor.
 
 bool readPngHeader(const PngReader& reader) {
     if (setjmp(png_jmpbuf(reader.png)) != 0) return false;
@@ -221,7 +221,6 @@ cv::Mat compositeOver(const cv::Mat& picture, AlphaKind kind) {
     return result;
 }
 
-// Pixels of the transparent colour become black; OpenCV does not do this.
 template <typename T>
 void blackenColor(cv::Mat& picture, const ColorKey& color, int bits) {
     const unsigned mask = (1u << bits) - 1;

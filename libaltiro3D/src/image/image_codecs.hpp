@@ -14,10 +14,8 @@ enum class ImageChannels {
     Colour    ///< CV_8UC3.
 };
 
-/// Decodes an image file as cv::imdecode() does, to the same bits, without turning it.
-/// JPEG and PNG are read by libjpeg-turbo and libpng; what is unusual or damaged, and all other
-/// formats, by OpenCV.
-///
+/// Decodes an image file as cv::imdecode() does, to the same bits, without turning it. JPEG and PNG
+/// are read by libjpeg-turbo and libpng; unusual, damaged and other files by OpenCV.
 /// @param bytes at most 2^31 - 1
 /// @param damage if given, receives what libjpeg says of a JPEG that it decodes nevertheless; the
 ///        padding of some cameras between the picture and its end is not damage
@@ -30,30 +28,27 @@ cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels ch
 /// @return CV_8UC4, 0..255 as stored; empty if the JPEG is not CMYK, or damaged
 cv::Mat decodeCmykJpeg(std::string_view bytes);
 
-/// Quality 95, colours at half resolution (4:2:0), as OpenCV writes it.
+/// Encodes a JPEG with quality 95 and chroma at half resolution (4:2:0), as OpenCV does.
 /// @param image CV_8UC1 or CV_8UC3
-/// @param unmixed quality 100 with whole colours (4:4:4)
+/// @param unmixed quality 100 with full chroma (4:4:4)
 /// @return the file; empty if it cannot be encoded
 std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed = false);
 
-/// Formats other than JPEG and PNG.
+/// Encodes formats other than JPEG and PNG.
 /// @param extension with its dot
 /// @return the file; empty if it cannot be encoded
 /// @throws cv::Exception
 std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& extension);
 
-/// Encodes a picture as a PNG file (png_encode.cpp), on all threads. Any number of threads gives
-/// the same bytes.
+/// Encodes a picture as PNG (png_encode.cpp) on all threads, to the same bytes for any number.
 ///
 /// libpng takes 127 ms for a Native of the Portrait on one thread, of a run of 0.37 s. This takes
 /// 113 ms, which the threads share.
-///
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR], not empty
 /// @param text contents of a text chunk: keyword, a zero byte, text; empty = no chunk
 std::vector<unsigned char> encodePng(const cv::Mat& picture, std::string_view text = {});
 
-/// The rows of a PNG, from top to bottom: pngHead(), an IDAT for each part of deflated() and one
-/// for end(), IEND.
+/// The rows of a PNG: pngHead(), an IDAT for each part of deflated() and one for end(), IEND.
 class PngRows {
   public:
     /// @param size of the whole picture
@@ -72,7 +67,7 @@ class PngRows {
 
 /// The beginning of a PNG: signature, header and a text, see encodePng().
 std::vector<unsigned char> pngHead(cv::Size size, int type, std::string_view text);
-/// Appends chunks with the size in print, and that the colours are sRGB.
+/// Appends chunks that state the printed size and sRGB colours.
 /// @param dpi px per inch across and down
 void appendPngSize(cv::Size2d dpi, std::vector<unsigned char>& to);
 void appendPngChunk(std::string_view name, const std::vector<unsigned char>& contents,

@@ -18,9 +18,7 @@ namespace {
 
 using std::string_view;
 
-constexpr unsigned kMaxTextProfiles = 4; // of a PNG; each may have to be inflated
-
-// ---------------------------------------------------------------------------------------- PNG
+constexpr unsigned kMaxTextProfiles = 4; // limit for a PNG; each may have to be inflated
 
 void readPng(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, false);
@@ -64,8 +62,6 @@ void readPng(string_view bytes, ImageHeader& header) {
     header.isCutOff = !hasEnd;
 }
 
-// --------------------------------------------------------------------------------------- JPEG
-
 void readJpegFrame(const ByteReader& reader, std::uint64_t data, unsigned marker,
                    ImageHeader& header) {
     header.bitsPerSample = static_cast<int>(reader.u8(data));
@@ -107,8 +103,6 @@ void readJpeg(string_view bytes, ImageHeader& header) {
     header.isUnmarkedCmyk = header.isCmyk && !hasAdobe;
 }
 
-// --------------------------------------------------------------------------------------- TIFF
-
 void readTiff(string_view bytes, ImageHeader& header) {
     TiffFile(bytes).describe(header);
 }
@@ -123,8 +117,6 @@ void nameRaw(const std::string& extension, ImageHeader& header) {
     if (extension == ".dng") header.otherFormat = "DNG";
     if (!header.otherFormat.empty()) header.format = ImageFormat::Unknown;
 }
-
-// --------------------------------------------------------------------------------------- WebP
 
 void readWebP(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, true);
@@ -161,8 +153,6 @@ void readWebP(string_view bytes, ImageHeader& header) {
     header.pictures = std::max(1u, frames);
     if (!hasPicture && frames == 0) header.isCutOff = true;
 }
-
-// --------------------------------------------------------------------------- the simple formats
 
 void readBmp(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, true);
@@ -216,7 +206,7 @@ void readExr(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, true);
     header.alpha = AlphaKind::Premultiplied;
     std::size_t at = 8;
-    std::uint64_t columns = 0; // of the data
+    std::uint64_t columns = 0; // columns of the data
     std::uint64_t rows = 0;
     // A damaged header is ignored as a whole: OpenEXR allocates any size that it states.
     const auto giveUp = [&] { header.columns = header.rows = 0; };
@@ -267,8 +257,7 @@ void readHdr(string_view bytes, ImageHeader& header) {
         header.unreadable = "turned or mirrored HDR";
 }
 
-// Start of the codestream of a JPEG 2000 file. In a .jp2 it has its own box after any number of
-// other boxes.
+// Start of the codestream of a JPEG 2000 file. In a .jp2 it has a box after any other boxes.
 std::uint64_t codestreamAt(string_view bytes, const ByteReader& reader) {
     if (startsWith(bytes, "\xff\x4f")) return 0;
     std::uint64_t at = 0;
@@ -295,7 +284,7 @@ void readJpeg2000(string_view bytes, ImageHeader& header) {
     };
     header.columns = extent(at + 8, at + 16);
     header.rows = extent(at + 12, at + 20);
-    const unsigned depth = reader.u8(at + 42); // of the first component
+    const unsigned depth = reader.u8(at + 42); // bits of the first component
     const unsigned bits = (depth & 127U) + 1;
     if ((depth & 128U) != 0) {
         header.unreadable = "signed JPEG 2000";
@@ -305,8 +294,6 @@ void readJpeg2000(string_view bytes, ImageHeader& header) {
         header.largestSample = (1U << bits) - 1;
     }
 }
-
-// ------------------------------------------------------------------------------ HEIC and AVIF
 
 // Turning and mirroring belong to the format and are done by its decoder; EXIF only repeats them.
 void readHeif(string_view bytes, ImageHeader& header) {

@@ -20,7 +20,6 @@ constexpr std::string_view kNativeMark("altiro3D\0Native", 15);
 ///
 /// Any bytes give a result, at worst Unknown. The contents decide the format. The name helps only
 /// for formats whose contents look like another format (raw photos are TIFF files).
-///
 /// @param bytes the whole file, or a beginning that holds all that is asked for
 /// @param extension extension of the file name, lower case with its dot; may be empty
 ImageHeader readImageHeader(std::string_view bytes, const std::string& extension);

@@ -1,5 +1,5 @@
 // Names of picture files: which files of a directory are pictures and their order, and what names
-// say of depth, both eyes and VR.
+// say about depth, both eyes and VR.
 
 #include "altiro3D/image_io.hpp"
 
@@ -264,7 +264,7 @@ fs::path findDepthBeside(const fs::path& photo) {
     if (stem.empty()) return {};
     const std::u32string comparable = comparableName(stem);
     fs::path best;
-    fs::path alike;        // of a comparable name
+    fs::path alike;        // a picture with a comparable name
     bool isShared = false; // another photo has a comparable name
     std::error_code error;
     fs::directory_iterator entry(directory.empty() ? fs::path(".") : directory, error);

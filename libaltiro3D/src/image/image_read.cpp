@@ -230,8 +230,8 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& byt
 }
 
 struct LoadedPicture {
-    cv::Mat picture;    // 1 or 3 channels, any depth, upright
-    ImageHeader header; // of the file
+    cv::Mat picture; // 1 or 3 channels, any depth, upright
+    ImageHeader header;
 };
 
 // Runs the work of reading a file and reports exceptions of OpenCV as errors of the file.
@@ -376,7 +376,7 @@ cv::Mat greyOf(const cv::Mat& bgr, Notes* notes) {
 
 struct PhotoFile::State {
     fs::path path;
-    std::mutex mutex; // of the following
+    std::mutex mutex; // guards the following
     std::string bytes;
     bool isRead = false;
 };

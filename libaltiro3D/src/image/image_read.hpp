@@ -26,7 +26,6 @@ cv::Mat smallGrey(const cv::Mat& picture);
 /// inferno, magma, viridis, plasma and hue (full saturation and brightness) are recognised: nearly
 /// all px lie near the curve of one of them, and they spread over a part of it. Black px, which
 /// most maps do not contain, are unknown.
-///
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]; other types are not recognised
 /// @param subject the file or argument, for errors
 /// @param notes if given, receives a remark that names the map

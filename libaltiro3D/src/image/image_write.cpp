@@ -68,8 +68,7 @@ std::vector<unsigned char> encode(const cv::Mat& picture, const Writer& writer,
     return jpeg;
 }
 
-// The file's bytes.
-// @param path as the user wrote it, for errors
+// The file's bytes. @param path as the user wrote it, for errors
 std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
                                   const cv::Mat& picture, const FileMark& mark) {
     checkType(picture, {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}, "picture",

@@ -50,7 +50,7 @@ class MemoryStream : public Imf::IStream {
     std::uint64_t at_ = 0;
 };
 
-// It allocates what a file states.
+// OpenCV allocates what a file states.
 void limitSizes() {
     Imf::Header::setMaxImageSize(altiro3D::kMaxImageSide, altiro3D::kMaxImageSide);
     Imf::Header::setMaxTileSize(4096, 4096);

@@ -33,8 +33,8 @@ enum class Squeeze { None, Width, Height };
 
 /// @param whole width : height of the whole picture
 inline Squeeze squeezeOf(double whole, bool isBeside, StereoHalves halves) {
-    constexpr double kNarrowest = 1.70; // of 3D TV: 16:9 = 1.78
-    constexpr double kWidest = 1.85;    // of 3D cinema
+    constexpr double kNarrowest = 1.70; // 3D TV: 16:9 = 1.78
+    constexpr double kWidest = 1.85;    // 3D cinema
     if (halves == StereoHalves::Full) return Squeeze::None;
     if (halves == StereoHalves::Automatic && !(whole >= kNarrowest && whole <= kWidest))
         return Squeeze::None;
@@ -83,24 +83,23 @@ struct StatedEyes {
     int gap = 0; ///< px between the two pictures.
 };
 
-/// What a JPEG or PNG file states of eyes.
+/// What a JPEG or PNG file states about the eyes.
 struct EyesMark {
     std::optional<StatedEyes> eyes;
     std::string name;       ///< What it is called: "JPS header"; empty: there is none.
     std::string damage;     ///< Why a mark is not used: the end of a sentence; empty: none or good.
     std::string unreadable; ///< A layout that is not read ("interleaved"); empty otherwise.
-    bool isOneEye = false;  ///< The mark says that the picture is of one eye.
+    bool isOneEye = false;  ///< The mark says that the picture shows one eye.
 };
 
-/// Reads the JPS header of a JPEG (the first segment APP3 "_JPSJPS_", before the first scan), or
-/// the chunk sTER or the mark of writeImage() of a PNG (before the pixels). Any bytes give a
-/// result.
+/// Reads the JPS header of a JPEG (first segment APP3 "_JPSJPS_", before the first scan), or the
+/// chunk sTER or writeImage()'s mark of a PNG (before the pixels). Any bytes give a result.
 EyesMark readEyesMark(std::string_view bytes);
 
 /// How a file is marked and kept.
 struct FileMark {
-    std::string text;       ///< Of a PNG: keyword, a zero byte, text; empty: none.
-    std::string segment;    ///< Of a JPEG; empty: none.
+    std::string text;       ///< PNG: keyword, a zero byte, text; empty: none.
+    std::string segment;    ///< JPEG; empty: none.
     bool isUnmixed = false; ///< Neighbouring px or colours belong to different views or eyes.
 };
 
@@ -119,12 +118,12 @@ struct MarkedEyes {
 /// @throws Error Unsupported (interleaved or anaglyph JPS)
 MarkedEyes findMarkedEyes(const std::filesystem::path& photo, std::string_view bytes, Notes* notes);
 
-/// Leaves out a frame of one colour around both eyes' pictures, and a gap between them: as much of
-/// both. Eyes of different sizes stay as they are. @param notes if given, receives a remark
+/// Removes a frame of one colour around both eyes' pictures and a gap between them, as much from
+/// both. Eyes of different sizes are not changed. @param notes if given, receives a remark
 void leaveOutFrame(StereoPair& pair, Notes* notes);
 
-/// Splits a picture by what findMarkedEyes() found. @param name stands in messages
-/// @param notes if given, receives a remark if a frame is left out
+/// Splits a picture by what findMarkedEyes() found. @param name for messages
+/// @param notes if given, receives a remark if a frame is removed
 /// @throws Error InvalidArgument (too small to split)
 StereoPair splitMarkedEyes(const cv::Mat& picture, const MarkedEyes& marked,
                            const std::string& name, Notes* notes);

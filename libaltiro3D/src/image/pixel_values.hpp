@@ -11,7 +11,7 @@
 
 namespace altiro3D {
 
-/// The value of a rank, 0 = the smallest. The values are put in another order.
+/// The value with a rank, 0 = the smallest. Reorders the values.
 template <typename T>
 T valueOfRank(std::vector<T>& values, std::size_t rank) {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(rank);
@@ -19,7 +19,7 @@ T valueOfRank(std::vector<T>& values, std::size_t rank) {
     return *at;
 }
 
-/// The value below which a share of the others lies, 0 = the smallest, 1 = the largest; of none: 0.
+/// The value at a share of the sorted values, 0 = the smallest, 1 = the largest; 0 if none.
 template <typename T>
 T percentileOf(std::vector<T> values, double share) {
     if (values.empty()) return 0;

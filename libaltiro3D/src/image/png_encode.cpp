@@ -1,4 +1,3 @@
-
 #include "base/pixel_rows.hpp"
 #include "image/image_codecs.hpp"
 
@@ -55,7 +54,6 @@ void orderedRow(const cv::Mat& picture, int y, unsigned char* to) {
 
 // Filters one row with PNG filter `Filter`. Returns the sum of the absolute values of the results
 // as signed numbers; small sums compress well. Vector arithmetic limits the speed.
-//
 // @param row preceded by as many zeros as a pixel has bytes
 // @param above the row above, preceded by zeros in the same way
 template <int Filter>
@@ -86,8 +84,7 @@ std::uint32_t filterRow(const unsigned char* row, const unsigned char* above, st
     return sum;
 }
 
-// The rows of a band. Each row has the filter with the smallest sum, preceded by the filter's
-// number.
+// The rows of a band. Each row has the filter with the smallest sum and begins with its number.
 // @param before the row above the picture; empty: none
 Bytes filteredBand(const cv::Mat& picture, cv::Range rows, const cv::Mat& before) {
     const std::size_t pixel = picture.elemSize();

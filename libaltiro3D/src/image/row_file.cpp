@@ -40,7 +40,7 @@ Bytes bytesOf(std::string_view text) {
     return {text.data(), text.size()};
 }
 
-// What a format writes before, for and behind the rows.
+// What a format writes before, for and after the rows.
 class RowFormat {
   public:
     RowFormat(FileWriter& file, cv::Size size, int channels, cv::Size2d dpi)
@@ -160,7 +160,7 @@ class TiffFormat : public RowFormat {
             put16(entry.tag);
             put16(entry.type);
             put32(entry.count);
-            put32(entry.value); // of a short one: the low bytes come first
+            put32(entry.value); // a short value has its low bytes first
         }
         put32(0);
         flush();
@@ -205,7 +205,7 @@ class TiffFormat : public RowFormat {
             throw Error(ErrorCode::TooLarge, "TIFF", "has more than 4 GB, expected a .png");
         return static_cast<std::uint32_t>(file_.size());
     }
-    // The numbers, or the only one itself; returns their place.
+    // Writes a list of numbers and returns its place; a single number is returned itself.
     std::uint32_t list(const std::vector<std::uint32_t>& numbers) {
         if (numbers.size() == 1) return numbers.front();
         const std::uint32_t at = place();

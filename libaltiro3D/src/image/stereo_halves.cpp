@@ -1,5 +1,3 @@
-// Pictures that hold both eyes: what their files state, and how they are split.
-
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/image_io.hpp"
 
@@ -23,7 +21,7 @@ namespace {
 
 using std::string_view;
 
-// Both eyes in one picture, the right one's at the left.
+// Whether a name says that one picture holds both eyes, the right one's at the left.
 bool isPairName(const std::filesystem::path& photo) {
     const std::string extension = lowerExtension(photo);
     return extension == ".jps" || extension == ".pns";
@@ -49,7 +47,7 @@ StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::stri
 template <class Line>
 int frameLines(int count, const Line& line) {
     constexpr double kNoise = 16; // grey levels
-    constexpr double kFew = 0.01; // of the px of a line
+    constexpr double kFew = 0.01; // share of a line's px
     constexpr double kMany = 0.33;
     constexpr int kBlur = 8; // lines at the step that compression changes
     const cv::Scalar colour = cv::mean(line(0));
@@ -70,7 +68,7 @@ int frameLines(int count, const Line& line) {
 }
 
 constexpr string_view kJpsMark = "_JPSJPS_";
-constexpr string_view kTextMark("altiro3D\0eyes ", 14); // of a PNG, then layout and flags
+constexpr string_view kTextMark("altiro3D\0eyes ", 14); // for PNG; layout and flags follow
 constexpr unsigned kHalfHeight = 1;
 constexpr unsigned kHalfWidth = 2;
 constexpr unsigned kLeftFirst = 4;
@@ -112,8 +110,7 @@ EyesMark readDescriptor(unsigned media, unsigned layout, unsigned flags, unsigne
     return mark;
 }
 
-// The length of the descriptor (2 bytes), then from its last byte to its first: media, layout,
-// flags, separation.
+// Length of the descriptor (2 bytes), then in reverse order: media, layout, flags, separation.
 EyesMark readJps(string_view body) {
     const ByteReader reader(body, false);
     EyesMark mark;
@@ -161,7 +158,7 @@ EyesMark markOfPng(string_view bytes) {
         StatedEyes& eyes = mark.eyes.emplace();
         eyes.layout = mode == 0 ? StereoLayout::RightLeft : StereoLayout::LeftRight;
         eyes.gap = static_cast<int>((16 - reader.u32(16) % 16) % 16); // 16 is IHDR's width
-        if (eyes.gap > 7) eyes.gap = 0; // not as the chunk demands: halves
+        if (eyes.gap > 7) eyes.gap = 0; // not as the chunk requires: halves
         return false;
     });
     return mark;
@@ -280,8 +277,7 @@ StereoPair splitNamedHalves(const cv::Mat& picture, StereoLayout layout, StereoH
         halves = stated->squeeze == Squeeze::None ? StereoHalves::Full : StereoHalves::Squeezed;
     StereoPair pair = splitStereoPair(picture, layout, halves);
     constexpr const char* kOptions[] = {"left-right", "right-left", "top-bottom", "bottom-top"};
-    // the shape of a scene whose halves are whole, in the other direction than that of a squeezed
-    // one
+    // the shape of a scene with whole halves, in the other direction than that of a squeezed one
     const double aspect = static_cast<double>(picture.cols) / picture.rows;
     const bool mayBeSqueezed = isBeside(layout) ? aspect < 1.95 : aspect > 1.02;
     if (halves == StereoHalves::Automatic && mayBeSqueezed &&

@@ -27,7 +27,7 @@ void addUnused(Notes* notes, const std::string& why) {
     addNote(notes, NoteCode::LeftOut, "the right eye's picture is not used: " + why);
 }
 
-// Nothing and a remark if a pair cannot be of one scene.
+// Checks a pair; nothing and a remark if it cannot show one scene.
 std::optional<StereoPair> checked(StereoPair pair, Notes* notes) {
     if (canBeEyes(pair.left.size(), pair.right.size())) return pair;
     addUnused(notes, "its shape is not that of the left picture");

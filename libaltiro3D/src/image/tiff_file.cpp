@@ -212,9 +212,9 @@ struct TiffFile::Page {
             return 3;
         }
     }
-    // of the decoded samples
+    // depth of the decoded samples
     int depth() const { return !isWhole() || bits > 16 ? CV_32F : bits > 8 ? CV_16U : CV_8U; }
-    // not of JPEG, whose decoder converts it
+    // false for JPEG, whose decoder converts it
     bool isYcbcr() const { return photometric == PHOTOMETRIC_YCBCR; }
     bool isInks() const { return photometric == PHOTOMETRIC_SEPARATED; }
     std::string kindThatIsNotRead() const;
@@ -259,7 +259,7 @@ TiffFile::Page::Page(TIFF* file) {
     }
 }
 
-// For people; empty if it is read.
+// Names an unsupported kind for people; empty if the page can be read.
 std::string TiffFile::Page::kindThatIsNotRead() const {
     const std::string depthText = std::to_string(bits) + "-bit " +
                                   (format == SAMPLEFORMAT_IEEEFP ? "float "
@@ -470,7 +470,7 @@ cv::Mat TiffFile::Impl::decodeSamples() const {
     return picture;
 }
 
-// By libtiff, which knows how the colours are sampled.
+// Decodes with libtiff, which knows how the colours are sampled.
 cv::Mat TiffFile::Impl::decodeYcbcr() const {
     TIFF* const tiff = file.get();
     TIFFSetField(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT); // turning is left to others

@@ -15,7 +15,7 @@ enum class TiffColours {
     Grey,    ///< One channel.
     Rgb,     ///< Three channels, BGR; also from palettes and YCbCr.
     Inks,    ///< Four channels: cyan, magenta, yellow, black; the largest value is all of an ink.
-    Lab,     ///< Three channels: L* 0..100, a*, b*, of a white of D50.
+    Lab,     ///< Three channels: L* 0..100, a*, b*, relative to D50.
     LightXyz ///< Three channels: light as X, Y, Z.
 };
 
@@ -32,11 +32,10 @@ class TiffFile {
     TiffFile(const TiffFile&) = delete;
     TiffFile& operator=(const TiffFile&) = delete;
 
-    /// Sets what the directories say: sizes, orientation, samples, and pages without reduced
-    /// copies and masks.
+    /// Sets what the directories say: sizes, orientation, samples, pages except copies and masks.
     void describe(ImageHeader& header) const;
     TiffColours colours() const;
-    /// Whether the samples are light: not encoded for a screen.
+    /// Whether the samples are linear light, not encoded for a screen.
     bool isLight() const;
     /// The ICC profile; empty if there is none.
     std::string iccProfile() const;

@@ -17,7 +17,7 @@ namespace {
 using std::string_view;
 
 constexpr std::size_t kLongValue = 1024;                // taken out before the XML parser
-constexpr std::size_t kMaxBytes = std::size_t{1} << 20; // of what remains
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20; // limit for what remains
 constexpr std::size_t kMaxProperties = 10000;
 constexpr int kMaxDepth = 100;
 constexpr char kSeparator = '\n';                          // between namespace and name

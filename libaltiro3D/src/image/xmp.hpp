@@ -20,7 +20,7 @@ struct XmpItem {
 struct XmpProperty {
     std::string space; ///< URI of the namespace.
     std::string name;  ///< Local name.
-    std::string value; ///< Text.
+    std::string value;
 };
 
 /// The properties of XMP data (XML), in document order. Attributes and elements count the same.
@@ -34,7 +34,6 @@ class Xmp {
 
     /// The value of the first property whose namespace contains `space`; empty if there is none.
     std::string_view value(std::string_view space, std::string_view name) const;
-    /// Whether there is such a property.
     bool has(std::string_view space, std::string_view name) const;
     /// The value as a number; 0 if it is missing or no finite number.
     double number(std::string_view space, std::string_view name) const;
@@ -49,8 +48,7 @@ class Xmp {
     std::vector<XmpItem> items_;
 };
 
-/// Decodes base64. White space and character references (`&#xA;`) are skipped; the first other
-/// character ends it.
+/// Decodes base64. Skips white space and references (`&#xA;`); the first other character ends it.
 std::string decodeBase64(std::string_view text);
 
 } // namespace altiro3D

@@ -41,8 +41,7 @@ using Format = std::array<int, 3>;
 
 } // namespace
 
-// Decoded frames are resampled to `ready`. Positions count samples at the delivered rate from the
-// start of the file.
+// Frames are resampled to `ready`. Positions count delivered samples from the start of the file.
 struct AudioReader::Impl {
     Impl(const fs::path& path, const AudioReaderOptions& options);
 

@@ -19,7 +19,7 @@ extern "C" {
 /// Ownership and conversions for FFmpeg's C interfaces.
 namespace altiro3D {
 
-/// Frees by a function that takes the object, or the address of its pointer.
+/// Deleter that calls a function with the object, or with the address of its pointer.
 template <auto kFree>
 struct Free {
     template <class Object>
@@ -64,7 +64,6 @@ inline bool isNear(std::int64_t time) {
     return time >= -kFarthestTime && time <= kFarthestTime;
 }
 
-/// Owns a dictionary.
 class Dictionary {
   public:
     Dictionary() = default;
@@ -101,7 +100,6 @@ CodecPtr newDecoder(const AVCodec* codec, const AVCodecParameters& parameters, A
 ParametersPtr copyOf(const AVCodecParameters& parameters);
 /// A container to write, of a kind or of the name of one.
 OutputPtr newOutput(const AVOutputFormat* kind, const char* name);
-/// Adds a stream to a container.
 AVStream& newStream(AVFormatContext& output);
 
 /// @throws Error OutOfMemory

@@ -78,8 +78,7 @@ void copyReference(const AVFrame& from, AVFrame& to) {
     checkRoom(av_frame_ref(&to, &from));
 }
 
-// Whether a picture of spatial video is that of the right eye: by what the video states (a message
-// of HEVC), else the second layer's.
+// Whether a picture of spatial video shows the right eye: by HEVC's message, else by its layer.
 bool isOfRightEye(const AVFrame& frame) {
 #if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(61, 19, 100)
     const AVFrameSideData* const side = av_frame_get_side_data(&frame, AV_FRAME_DATA_STEREO3D);
@@ -94,7 +93,7 @@ bool isOfRightEye(const AVFrame& frame) {
 #endif
 }
 
-// Whether a frame is the second of two by turns; nothing if it does not say so.
+// Whether a frame is the second of an alternating pair; nothing if it does not say so.
 std::optional<bool> isSecond(const AVFrame& frame) {
     const AVFrameSideData* const side = av_frame_get_side_data(&frame, AV_FRAME_DATA_STEREO3D);
     if (side == nullptr) return std::nullopt;

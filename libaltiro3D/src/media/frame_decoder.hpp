@@ -63,16 +63,16 @@ class Deinterlacer {
 };
 
 /// Joins both eyes' pictures: of spatial video, which a decoder delivers one after the other with
-/// the same time, of two videos, or of frames that show the eyes by turns.
+/// the same time, of two videos, or of frames that show the eyes alternately.
 class EyesJoiner {
   public:
-    /// Which pictures come, and whether the left ones alone are wanted.
+    /// Order of the pictures, and whether only the left ones are wanted.
     struct Turns {
-        bool alternate = false; ///< Of two frames with different times, a pair has the first one's.
+        bool alternate = false;  ///< Frames alternate; a pair has the time of its first one.
         bool rightFirst = false; ///< The right eye's is the first.
         bool leftAlone = false;
         std::size_t mostWaiting = 1;   ///< Pictures of an eye that may wait for the other's.
-        std::int64_t mostDistance = 0; ///< Of the times of a pair.
+        std::int64_t mostDistance = 0; ///< Largest difference between the times of a pair.
     };
     EyesJoiner() = default;
     explicit EyesJoiner(const Turns& turns) : turns_(turns) {}
@@ -84,7 +84,7 @@ class EyesJoiner {
     bool join(AVFrame& frame, bool isOfTwin = false);
     /// Pictures whose other eye is missing, since the last call.
     int takeLost() { return std::exchange(lost_, 0); }
-    /// Leaves a damaged picture out, and the other one of its pair if they come by turns.
+    /// Skips a damaged picture, and the other one of its pair if they alternate.
     void skip();
     /// Forgets the pictures that wait, for a seek or at the end. @return how many there were
     std::size_t restart() {
@@ -95,13 +95,12 @@ class EyesJoiner {
   private:
     Turns turns_;
     bool skips_ = false;           // the next picture
-    std::deque<FramePtr> waiting_; // of one eye
+    std::deque<FramePtr> waiting_; // pictures of one eye
     bool isRightWaiting_ = false;
     int lost_ = 0;
 };
 
-/// Assigns rising times to the frames of a video, in the stream's unit: the times of the file, or
-/// repaired ones.
+/// Assigns rising times to a video's frames, in the stream's unit: the file's, or repaired ones.
 ///
 /// A few frames in disorder are placed one tick apart until the next valid time. If times start
 /// again, as in concatenated files, all following times are shifted.
@@ -119,7 +118,7 @@ class FrameTimes {
 
     /// Whether a frame has a time.
     bool hasBegun() const { return hasLast_; }
-    /// Times of the file do.
+    /// Whether the file's times start again.
     bool beginsAgain() const { return beginsAgain_; }
     /// Nominal duration of a frame; 0 = unknown.
     std::int64_t frameDuration() const { return frameDuration_; }

@@ -1,5 +1,3 @@
-// Opens a video: chooses its stream, opens its decoder and reads its facts.
-
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
@@ -52,8 +50,8 @@ std::string codecName(AVCodecID id) {
     return id == AV_CODEC_ID_NONE ? "unknown" : avcodec_get_name(id);
 }
 
-// The video stream to deliver: those of colours (or of depth, if it is wanted), large ones and the
-// default one first, cover pictures never.
+// The video stream to deliver: prefers colours (or depth, if it is wanted), then large streams,
+// then the default one; never takes cover pictures.
 AVStream* chooseStream(const AVFormatContext& format, bool isDepth) {
     AVStream* best = nullptr;
     double bestScore = -1;
@@ -175,8 +173,7 @@ CodecPtr openDecoder(VideoInput& input, const AVStream& stream, int threads) {
     return decoder;
 }
 
-// End of the last picture or sound, s from the start of the file. Chapters and subtitles may end
-// later.
+// End of the last picture or sound, s from the file's start. Chapters and subtitles may end later.
 double endOfPictureAndSound(const AVFormatContext& format) {
     double end = 0;
     for (unsigned i = 0; i < format.nb_streams; ++i) {

@@ -15,11 +15,10 @@
 #include <string>
 #include <vector>
 
-/// Videos that are written so that an interrupted run can be resumed, and the JSON files of such
-/// runs and of chunks.
+/// Videos whose interrupted runs can be resumed, and the JSON files of such runs and of chunks.
 namespace altiro3D {
 
-constexpr std::uintmax_t kMaxRunBytes = std::uintmax_t{64} << 20; ///< Of a JSON file of a run.
+constexpr std::uintmax_t kMaxRunBytes = std::uintmax_t{64} << 20; ///< Limit for a run's JSON file.
 constexpr JsonLimits kRunLimits{8, 1000, false};                  ///< Ours have 3 levels.
 constexpr std::int64_t kLatestPts = std::numeric_limits<std::int64_t>::max() / 8;
 
@@ -49,7 +48,8 @@ std::string runFileText(const Json& value);
 
 /// A segment as JSON files hold it.
 Json jsonOf(const VideoSegment& segment);
-/// For readingMembers(): the opposite. @param folder of its file @param mostFrames it may have
+/// For readingMembers(): the opposite of jsonOf(). @param folder of its file @param mostFrames it
+/// may have
 VideoSegment segmentOf(const Json& entry, const std::filesystem::path& folder, int mostFrames);
 
 /// Reads run.json, the list of an unfinished run.
@@ -96,8 +96,7 @@ class ResumableVideoWriter {
     ///         (names the setting that differs); BadFormat (damaged contents of `NAME.parts`)
     ResumableVideoWriter(const std::filesystem::path& path, const VideoWriterOptions& options,
                          const ResumableVideoOptions& resumable, VideoReader* source = nullptr);
-    /// Keeps all complete segments, unless the video is complete. Without any, `NAME.parts` is
-    /// removed.
+    /// Keeps complete segments, unless the video is complete; without any, removes `NAME.parts`.
     ~ResumableVideoWriter();
     ResumableVideoWriter(const ResumableVideoWriter&) = delete;
     ResumableVideoWriter& operator=(const ResumableVideoWriter&) = delete;
@@ -118,8 +117,7 @@ class ResumableVideoWriter {
     void write(const VideoFrame& frame, const SavedState& state = {});
 
     /// Joins all frames written so far and gives the file its name.
-    /// @param source a new reader of the source video, which supplies sound and the other streams;
-    ///        may be null
+    /// @param source new reader of the source video, for sound and the other streams; may be null
     /// @param complete false: complete segments stay, so that a later run can resume
     /// @throws Error InvalidArgument (no frame was written, a second call, a source that has
     ///         delivered a frame), BadFormat (a damaged segment), Unsupported, WriteFailed, and
@@ -143,7 +141,7 @@ class ResumableVideoWriter {
     Json settings_;
     FileHandle lock_;
     std::vector<VideoSegment> segments_; // whole ones
-    std::size_t listed_ = 0;             // of them, in run.json
+    std::size_t listed_ = 0;             // number of segments in run.json
     std::vector<std::string> states_;    // file names of the states after them; empty: none
     std::optional<SegmentWriter> writer_;
     bool finished_ = false;

@@ -30,8 +30,7 @@ const char* containerName(const fs::path& path) {
     return nullptr;
 }
 
-// Says in the stream how its frames show both eyes. MP4 holds only some layouts, MOV none; FFmpeg
-// leaves the others out.
+// Says in the stream how its frames show both eyes. FFmpeg writes some layouts to MP4, none to MOV.
 void markEyes(EyesPicture picture, AVFormatContext& output, AVStream& stream) {
     AVStereo3D mark{};
     mark.type = picture == EyesPicture::Rows ? AV_STEREO3D_LINES
@@ -174,8 +173,7 @@ void VideoContainer::open(const AVCodecParameters& pictures, const VideoWriterOp
                           const std::shared_ptr<OtherStreams>& source, Notes& notes) {
     AVFormatContext& output = *output_;
     output.flags |= AVFMT_FLAG_BITEXACT;
-    // Sound may begin slightly before 0, for the start of its decoder. Times are not shifted for
-    // this.
+    // Sound may begin slightly before 0, for its decoder. Times are not shifted for this.
     output.avoid_negative_ts = AVFMT_AVOID_NEG_TS_DISABLED;
     stream_ = &newStream(output);
     checkRoom(avcodec_parameters_copy(stream_->codecpar, &pictures));

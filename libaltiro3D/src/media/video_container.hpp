@@ -69,7 +69,6 @@ class VideoContainer {
     void write(AVPacket& packet);
     /// Writes the packets of the source's other streams before a time, in the options' time base.
     void copyOthers(std::optional<std::int64_t> before);
-    /// Whether the source has been read to its end.
     bool sourceHasEnded() const { return copier_ && copier_->sourceHasEnded(); }
     /// Writes the remaining data and renames the file to its target.
     /// @param end end of the last picture in the options' time base; other streams end there unless

@@ -44,8 +44,8 @@ std::uint64_t seekIndex(std::ifstream& file, bool& isMovie) {
     return 0;
 }
 
-// What a file says of its streams: of MP4 the beginning of the box "moov", which has the sample
-// entries, of Matroska the beginning of the file. Empty: another format.
+// The part of a file that describes its streams: in MP4 the beginning of the box "moov", which has
+// the sample entries, in Matroska the beginning of the file. Empty for other formats.
 // @param format FFmpeg's name of it
 std::string streamHead(const fs::path& path, std::string_view format) {
     std::error_code error;
@@ -58,7 +58,7 @@ std::string streamHead(const fs::path& path, std::string_view format) {
         bytes.resize(static_cast<std::size_t>(file.gcount()));
         return bytes;
     };
-    constexpr std::uint64_t kTracks = 1 << 16; // of Matroska are in front
+    constexpr std::uint64_t kTracks = 1 << 16; // Matroska's tracks are in front
     if (startsWith(format, "matroska")) return read(kTracks);
     if (!startsWith(format, "mov,")) return {};
     bool isMovie = false;
@@ -201,7 +201,7 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
             throw Error(ErrorCode::BadFormat, input.subject, "is not a video that FFmpeg can read");
         }
         if (result == AVERROR(ENOMEM)) checkMemory(nullptr);
-        // Error of drivers of devices that are not cameras when asked for their formats.
+        // Drivers of devices that are not cameras report this error when asked for their formats.
         if (isCamera &&
             (result == AVERROR(ENOTTY) || result == AVERROR(EINVAL) || result == AVERROR(ENODEV))) {
             throw Error(ErrorCode::BadFormat, input.subject,

@@ -13,15 +13,14 @@
 
 namespace altiro3D {
 
-/// An open video from which nothing has been read: its container, the stream to deliver and its
-/// decoder.
+/// An open, unread video: its container, the stream to deliver and its decoder.
 struct VideoInput {
     enum class Kind { File, Stream, Device };
 
     std::string subject; ///< name of the file, for errors
     Kind kind = Kind::File;
-    FileHandle file;  ///< of a pipe, which is opened once, or its copy; else none
-    std::string head; ///< of an MP4 file its box "moov", of Matroska its beginning; else empty
+    FileHandle file;  ///< the pipe, which is opened once, or its copy; else none
+    std::string head; ///< MP4: its box "moov"; Matroska: its beginning; else empty
     InputPtr format;
     AVStream* stream = nullptr; ///< the one to deliver; `format` owns it
     AVStream* twin = nullptr;   ///< the right eye's video, if it is joined to `stream`
@@ -29,8 +28,8 @@ struct VideoInput {
     CodecPtr twinDecoder;
     std::set<int> encrypted; ///< indices of streams
     bool joinsEyes = false;  ///< both eyes' pictures are decoded, to be joined
-    bool alternates = false; ///< frames show the eyes by turns; without joinsEyes the left one's
-                             ///< alone are delivered
+    bool alternates = false; ///< frames show the eyes alternately; without joinsEyes only the left
+                             ///< one's are delivered
     bool isMvc = false;      ///< a layer of H.264 that FFmpeg does not decode has the other eye
     bool rightFirst = false; ///< they begin with the right one
     std::deque<PacketPtr> ahead; ///< packets that were read to see what they state
@@ -42,8 +41,8 @@ struct VideoInput {
     /// Whether a time leads to the same frame regardless of what was read before: false where the
     /// input cannot be sought, and where times may start again.
     bool hasFixedTimes() const;
-    /// Whether the frames after a seek are known: not those of a bare stream, which has no times,
-    /// of eyes by turns and of two videos, whose key frames may differ.
+    /// Whether the frames after a seek are known. They are not in a bare stream, which has no
+    /// times, with alternating eyes, and with two videos, whose key frames may differ.
     bool canSeek() const;
     /// Reads the next packet. @return FFmpeg's number of an error, or at least 0
     int readPacket(AVPacket& packet);

@@ -22,10 +22,10 @@ namespace {
 
 constexpr std::size_t kNone = std::string_view::npos;
 
-// What the first packet of H.264 or HEVC states of both eyes.
+// What the first packet of H.264 or HEVC states about both eyes.
 struct EyesInPacket {
     bool isMvc = false;      // a second layer of H.264 holds the other eye's pictures
-    bool alternates = false; // frames show the eyes by turns
+    bool alternates = false; // frames show the eyes alternately
     bool rightFirst = false; // they begin with the right eye
 };
 
@@ -107,7 +107,7 @@ EyesInPacket eyesInPacket(const AVCodecParameters& stream, std::string_view byte
     const bool hasLengths = !setup.empty() && setup[0] == 1;
     const unsigned lengthSize =
         hasLengths ? (ByteReader(setup, false).u8(isHevc ? 21 : 4) & 3U) + 1 : 0;
-    found.isMvc = !isHevc && setup.find("mvcC") != kNone; // of MakeMKV
+    found.isMvc = !isHevc && setup.find("mvcC") != kNone; // written by MakeMKV
     forUnits(bytes, lengthSize, [&](std::string_view unit) {
         const ByteReader reader(unit, false);
         if (isHevc) {
@@ -119,7 +119,7 @@ EyesInPacket eyesInPacket(const AVCodecParameters& stream, std::string_view byte
         const unsigned profile = reader.u8(1);
         constexpr unsigned kMessages = 6;
         constexpr unsigned kSecondSetup = 15; // its profile: Multiview or Stereo High
-        constexpr unsigned kSecondLayer = 20; // of MVC unless the first bit says SVC
+        constexpr unsigned kSecondLayer = 20; // MVC unless the first bit says SVC
         if (type == kMessages) readMessages(unit, 1, found);
         if ((type == kSecondSetup && (profile == 118 || profile == 128)) ||
             (type == kSecondLayer && unit.size() > 1 && (profile & 128U) == 0))
@@ -136,8 +136,8 @@ bool isSpatial(std::string_view boxes) {
            boxes.find("vexu", entry) < entry + 4096;
 }
 
-// FFmpeg 7.1 writes the layout of both eyes into the box "st3d", and "vexu" without a layout; of
-// both it reads the latter alone.
+// FFmpeg 7.1 writes the layout of both eyes into the box "st3d", and "vexu" without a layout; if
+// both exist, it reads only "vexu".
 void readStereoBox(const std::string& boxes, VideoFacts& facts) {
     const std::string start("\0\0\0\x0dst3d\0\0\0\0", 12);
     const std::size_t at = boxes.find(start);
@@ -149,8 +149,8 @@ void readStereoBox(const std::string& boxes, VideoFacts& facts) {
     setEyes(&mark, facts);
 }
 
-// Reads what the first picture of H.264 or HEVC, its container and other streams state of a second
-// layer and of frames by turns.
+// Reads what the first picture of H.264 or HEVC, its container and other streams state about a
+// second layer and alternating frames.
 void readFirstPicture(VideoInput& input, std::string_view head) {
     const AVCodecParameters& parameters = *input.stream->codecpar;
     const AVCodecID codec = parameters.codec_id;
@@ -167,7 +167,7 @@ void readFirstPicture(VideoInput& input, std::string_view head) {
         input.ahead.push_back(std::move(packet));
         if (isPicture) break;
     }
-    constexpr unsigned kSecondLayer = 0x20; // of MPEG transport streams
+    constexpr unsigned kSecondLayer = 0x20; // in MPEG transport streams
     for (unsigned i = 0; i < input.format->nb_streams; ++i) {
         const AVCodecParameters& other = *input.format->streams[i]->codecpar;
         found.isMvc = found.isMvc || (codec == AV_CODEC_ID_H264 && other.codec_id == codec &&
@@ -182,7 +182,7 @@ void readFirstPicture(VideoInput& input, std::string_view head) {
                                         : isMarked && (mark->flags & AV_STEREO3D_FLAG_INVERT) != 0;
 }
 
-// Which eye a video is of, as its names say: 'l', 'r', or 0 if they do not say it.
+// The eye that a video's names state: 'l', 'r', or 0 if they state none.
 char namedEye(const AVStream& stream) {
     for (const char* const tag : {"stereo_mode", "title", "name", "handler_name"}) {
         const std::string text = tagOf(stream.metadata, tag);
@@ -301,7 +301,7 @@ constexpr Projection kFisheye{"fisheye:ih_fov=180:iv_fov=180", "fisheye", 180};
 constexpr Projection kMesh{"he", "mesh, usually nearly half equirectangular", 180};
 
 std::optional<Projection> projectionOf(const AVSphericalMapping& stated) {
-    constexpr int kHalfEquirectangular = 3; // of FFmpeg 7.1, as the next ones
+    constexpr int kHalfEquirectangular = 3; // since FFmpeg 7.1, as the next ones
     constexpr int kRectilinear = 4;
     const int projection = numberOf(stated.projection);
     if (projection == kRectilinear) return std::nullopt;
@@ -313,8 +313,7 @@ std::optional<Projection> projectionOf(const AVSphericalMapping& stated) {
     return isHalf || projection == kHalfEquirectangular ? kHalfSphere : kSphere;
 }
 
-// FFmpeg 5.1 reads of Google's marks only those with all elements and not those with a mesh, and
-// none of Apple's.
+// FFmpeg 5.1 reads only Google's marks with all elements and no mesh, and none of Apple's.
 std::optional<Projection> projectionOf(std::string_view head) {
     constexpr std::string_view kUuid("\xff\xcc\x82\x63\xf8\x55\x4a\x93"
                                      "\x88\x14\x58\x7a\x02\x52\x1f\xdd",

@@ -5,20 +5,19 @@
 #include <string>
 #include <string_view>
 
-/// What a video states of both eyes and of its projection, where FFmpeg does not read it.
+/// What a video states about both eyes and about its projection, where FFmpeg does not read it.
 namespace altiro3D {
 
-/// How surely a stream holds depth, by its title and by its px: one grey value of 16 bits.
+/// How likely a stream holds depth, by its title and by its px: one grey value of 16 bits.
 int likenessToDepth(const AVStream& stream);
 
-/// Finds out how a video holds both eyes and whether they are to be joined. Sets `stream` to the
-/// left eye's video where it is known, all that VideoInput states of eyes but for its facts, and
-/// remarks.
+/// Finds out how a video holds both eyes and whether to join them. Sets `stream` to the left eye's
+/// video if known, the other members of VideoInput about eyes except its facts, and remarks.
 /// @param head VideoInput::head
 /// @throws Error Unsupported (two videos are wanted, but it does not have them)
 void findOtherEye(VideoInput& input, const VideoReaderOptions& options, const std::string& head);
 
-/// Fills in what the facts say of eyes, and corrects their size and shape. @param head as before
+/// Fills in the facts about eyes, and corrects their size and shape. @param head VideoInput::head
 void describeEyes(VideoInput& input, const std::string& head);
 
 /// Refuses videos of a sphere or of half of one, because their pictures are bent.

@@ -75,8 +75,7 @@ void PacketTimes::restart() {
     pieces_.assign(1, {});
 }
 
-// Whether the time of a key frame, or of sound, is neither the next one of its stream nor near
-// those of the others.
+// Whether a key frame's or sound's time is neither next in its stream nor near the others.
 bool PacketTimes::beginsPiece(const Stream& stream, std::int64_t time) const {
     if (time <= stream.last && time + kFarBack < stream.end) return true;
     if (time - stream.end <= kFarAhead) return false;

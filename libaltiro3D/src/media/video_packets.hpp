@@ -14,19 +14,17 @@
 
 namespace altiro3D {
 
-/// Describes the contents of a video other than its pictures for a writer, clipped to the part that
-/// is read.
+/// Describes a video's contents other than pictures for a writer, clipped to the part that is read.
 /// @return for each stream of the file, its index in `others.streams`; -1 = the pictures
 std::vector<std::int64_t> describeOthers(const VideoInput& input, const VideoReaderOptions& options,
                                          OtherStreams& others);
 
-/// Joins the pieces of a file whose times jump or begin again, as of broadcasts and of recordings
+/// Joins the pieces of a file whose times jump or begin again, such as broadcasts and recordings
 /// that were appended to each other. Each piece begins where the one before ends. All streams keep
 /// in step, although they pass the joint one after the other.
 ///
-/// As in FFmpeg's tools, this holds for containers whose times may be discontinuous (MPEG transport
-/// streams and others). A jump is a step back, to 0.1 s or more before the expected time, or
-/// forward by more than 10 s.
+/// As in FFmpeg's tools, this is for containers with discontinuous times (MPEG transport streams,
+/// ...). A jump goes back, to 0.1 s or more before the expected time, or forward by more than 10 s.
 class PacketTimes {
   public:
     explicit PacketTimes(const AVFormatContext& format);
@@ -40,14 +38,14 @@ class PacketTimes {
   private:
     struct Stream {
         AVRational unit{0, 1};
-        bool lasts = false; ///< Of pictures or sound.
+        bool lasts = false; ///< Its packets have a duration: pictures or sound.
         bool begun = false;
         std::size_t piece = 0;
         std::int64_t last = 0; ///< Decoding time of its last packet, as stored, in µs.
         std::int64_t end = 0;  ///< Its end.
     };
     struct Piece {
-        std::int64_t shift = 0; ///< In µs.
+        std::int64_t shift = 0; ///< Shift in µs.
         std::int64_t last = 0;  ///< The last time in it, as stored.
     };
 
@@ -61,8 +59,7 @@ class PacketTimes {
 /// The packets of an open video: those of the pictures, and the others for a writer.
 class VideoPackets {
   public:
-    /// @param counts receives at the end whether the file is cut off; it and `input` must outlive
-    ///        this
+    /// @param counts receives whether the file is cut off; it and `input` must outlive this
     VideoPackets(VideoInput& input, const VideoReaderOptions& options, VideoReadCounts& counts);
 
     /// The other streams, for a writer.

@@ -19,8 +19,7 @@ namespace {
 
 constexpr int kLinesOfStandardDefinition = 576;
 
-// Position of the chroma samples relative to the luma samples, in swscale's 1/256 px; -513 = its
-// default.
+// Position of chroma relative to luma samples, in swscale's 1/256 px; -513 = its default.
 struct ChromaPlace {
     int x = -513;
     int y = -513;
@@ -101,15 +100,14 @@ bool isHdr(const VideoColour& stored) {
     return stored.transfer == AVCOL_TRC_SMPTE2084 || stored.transfer == AVCOL_TRC_ARIB_STD_B67;
 }
 
-// Whether pictures are converted to sRGB: of wide gamut, HDR or linear light.
+// Whether pictures are converted to sRGB: those of wide gamut, HDR or linear light.
 bool isConverted(const VideoColour& stored) {
     return isHdr(stored) || stored.transfer == AVCOL_TRC_LINEAR ||
            stored.primaries == AVCOL_PRI_BT2020 || stored.primaries == AVCOL_PRI_SMPTE431 ||
            stored.primaries == AVCOL_PRI_SMPTE432;
 }
 
-// Multiplies a row of px by their alpha.
-// @param step from one alpha to the next
+// Multiplies a row of px by their alpha. @param step from one alpha to the next
 void composeOverBlack(const std::uint8_t* alpha, int step, int columns, std::uint8_t* bgr) {
     for (int x = 0; x < columns; ++x, alpha += step, bgr += 3) {
         for (int c = 0; c < 3; ++c)

@@ -31,17 +31,15 @@ class ColourTable {
 
     /// Converts a row. Reads 6 or 8 bytes per px and four entries of the table, which bound the
     /// speed; writes 3.
-    ///
     /// @param from blue, green, red and perhaps alpha, which composes the px over black
     /// @param channels 3 or 4
     /// @param to blue, green, red
     void row(const std::uint16_t* from, int channels, int columns, std::uint8_t* to) const;
 
   private:
-    /// Linear light of blue, green and red, which may leave 0..1; by blue, green and red. Empty:
-    /// colours stay.
+    /// Linear B, G and R, which may leave 0..1, by B, G and R. Empty: colours stay.
     std::vector<std::array<float, 3>> nodes_;
-    std::vector<float> encoded_; ///< By the root of light, 0..255.
+    std::vector<float> encoded_; ///< Encoded value by the root of light, 0..255.
 };
 
 /// Sets the rotation and mirroring nearest to a display matrix (nine numbers); none if it is null.
@@ -94,8 +92,8 @@ class PictureMaker {
     int threads_;
     std::string subject_;
     ScalerPtr scaler_;
-    cv::Size size_; // of the frames that the scaler was made for
-    int rows_ = 0;  // of the first frame, which decides about colours that are not stated
+    cv::Size size_; // size of the frames that the scaler was made for
+    int rows_ = 0;  // rows of the first frame, which decide about colours that are not stated
     int format_ = AV_PIX_FMT_NONE;
     int chromaLocation_ = AVCHROMA_LOC_UNSPECIFIED;
     VideoColour colour_;
@@ -104,7 +102,7 @@ class PictureMaker {
     FramePtr planes_;
     ColourTable table_;
     cv::Mat deep_;  // [CV_16UC3 or CV_16UC4]
-    cv::Mat mixed_; // of Direct with alpha [CV_8UC4]
+    cv::Mat mixed_; // for Direct with alpha [CV_8UC4]
     bool hasAlpha_ = false;
     cv::Mat unturned_;
     int hdrTransfer_ = 0;

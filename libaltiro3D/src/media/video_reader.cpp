@@ -139,8 +139,7 @@ void VideoReader::Impl::begin(bool maySeek) {
     if (found) std::swap(current_, ahead_);
 }
 
-// Decodes a frame (ahead_) at the beginning of the part or before it. False: decode everything from
-// the current position.
+// Decodes a frame (ahead_) at or before the beginning of the part. False: decode on from here.
 bool VideoReader::Impl::seekToPart() {
     bool found = false;
     // A container may seek past the requested frame; then the search starts further back.
@@ -242,8 +241,7 @@ void VideoReader::Impl::skipTo(std::int64_t pts) {
     }
 }
 
-// Decodes up to the first frame at or after that time, in the part or after it. Distant frames are
-// reached by seeking.
+// Decodes up to the first frame at or after that time, in the part or after it. Seeks if it is far.
 void VideoReader::Impl::goTo(std::int64_t goal) {
     const auto far = static_cast<std::int64_t>(kFarSeconds / unit_);
     const bool needsBefore = decoder.deinterlaces(); // the frame depends on the one before

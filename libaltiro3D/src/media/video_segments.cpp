@@ -18,10 +18,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // of any time
+constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 8; // limit of any time
 constexpr std::int64_t kToTheEnd = std::numeric_limits<std::int64_t>::max(); // later than any time
 
-// A container that holds the codec and keeps times exactly, but for Matroska, which keeps ms.
+// A container that holds the codec and keeps times exactly, except Matroska, which keeps ms.
 const char* segmentExtension(VideoCodec codec) {
     return codec == VideoCodec::Ffv1 ? ".mkv" : codec == VideoCodec::ProRes ? ".mov" : ".mp4";
 }
@@ -102,7 +102,7 @@ SegmentWriter::SegmentWriter(fs::path directory, VideoWriterOptions options, int
                              std::size_t number, std::int64_t earliest)
     : directory_(std::move(directory)), options_(std::move(options)), segmentFrames_(segmentFrames),
       number_(number), earliest_(earliest) {
-    options_.tags.clear(); // of the whole file
+    options_.tags.clear(); // they describe the whole file
 }
 
 SegmentWriter::~SegmentWriter() = default;
@@ -169,7 +169,7 @@ bool SegmentJoiner::join(const fs::path& path, const VideoWriterOptions& options
     for (const VideoSegment& segment : segments)
         reordered = std::max(reordered, static_cast<std::size_t>(segment.reorderedPlaces));
     VideoContainer container(path);
-    std::deque<std::int64_t> decodeTimes; // of the pictures to come, in display order
+    std::deque<std::int64_t> decodeTimes; // times of the pictures to come, in display order
     bool begun = false;
     const PacketPtr packet = newPacket();
     for (const VideoSegment& segment : segments) {

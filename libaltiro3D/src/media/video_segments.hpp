@@ -17,11 +17,11 @@ namespace altiro3D {
 struct VideoSegment {
     std::filesystem::path file;
     std::int64_t frames = 0;
-    std::int64_t pts = 0;     ///< of the first frame
-    std::int64_t end = 0;     ///< of the last frame
+    std::int64_t pts = 0;     ///< time of the first frame
+    std::int64_t end = 0;     ///< end of the last frame
     std::uintmax_t bytes = 0; ///< size of the file
     int reorderedPlaces = 0;  ///< the most places by which a picture is decoded before its turn
-    std::uint64_t times = 0;  ///< of all frames, see mixTime()
+    std::uint64_t times = 0;  ///< sum over the times of all frames, see mixTime()
 };
 
 /// Adds the time of a frame to a sum that tells sequences of times apart.
@@ -47,7 +47,6 @@ class SegmentWriter {
     /// Encodes a frame. @return whether a segment is full; end() must follow
     /// @throws Error InvalidArgument, WriteFailed
     bool write(const VideoFrame& frame);
-    /// Whether a segment has been begun and not ended.
     bool hasBegun() const { return writer_ != nullptr; }
     /// Closes the segment. @throws Error WriteFailed, BadFormat
     VideoSegment end();
@@ -70,8 +69,7 @@ class SegmentJoiner {
     /// Joins without encoding again.
     /// @param options of the encoder and the file; `timeBase` is that of the segments' times
     /// @param segments in order, at least one
-    /// @param source a new reader of the source video, which supplies sound and the other streams;
-    ///        may be null
+    /// @param source new reader of the source video, for sound and the other streams; may be null
     /// @param toTheEnd copy the other streams to their end, else to the end of the last segment
     /// @param before called before each segment is copied; false cancels. May be empty.
     /// @param notes receives what was left out

@@ -63,8 +63,7 @@ bool isExact(const VideoWriterOptions& options) {
            (options.codec == VideoCodec::H264 || options.codec == VideoCodec::Hevc);
 }
 
-// Without that optimization, files have about the same size at a greater value. 0 stays, because
-// x264 then loses nothing.
+// Without that optimization, files have about the same size at a greater value. 0 is lossless.
 double usedCrf(const VideoWriterOptions& options) {
     constexpr double kExactIsGreaterBy = 2;
     constexpr double kMost = 51;
@@ -74,9 +73,9 @@ double usedCrf(const VideoWriterOptions& options) {
 
 // Natives are noisy, and their rate is high: CAVLC without deblocking is decoded in half of CABAC's
 // time. The coarser chroma, which an eye hardly sees, pays for the larger files. Slow presets keep
-// the accuracy of every sub-pixel. In the quick presets, a fixed quantizer saves x264 the look at
-// small copies of the frames, a fifth of its time or more; a cap of rate needs a factor, which can
-// be changed on the way.
+// the accuracy of every sub-pixel. In the quick presets, a fixed quantizer spares x264 the analysis
+// of small copies of the frames, a fifth of its time or more. A rate cap needs a rate factor,
+// because that can be changed while encoding.
 std::string x264Params(const VideoWriterOptions& options) {
     if (!isExact(options)) return {};
     if (options.preset >= EncoderPreset::Medium) return "psy=0";
@@ -210,7 +209,7 @@ struct VideoWriter::Impl {
     std::unique_ptr<FrameMaker> frames_;
     std::optional<RateCap> cap_;
     PacketPtr packet_ = newPacket();
-    std::map<std::int64_t, std::int64_t> durations_; // of the frames inside the encoder, by pts
+    std::map<std::int64_t, std::int64_t> durations_; // frames inside the encoder, by pts
     std::int64_t lastPts_ = -1;
     std::int64_t lastDuration_ = 0;
     bool finished_ = false;

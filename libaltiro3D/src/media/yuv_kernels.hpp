@@ -21,7 +21,6 @@ YuvWeights yuvWeights(ColourMatrix matrix, ColourRange range, int bits);
 /// Converts a row of pixels to Y, U and V. Before rounding, results differ from the exact value by
 /// at most 0.05 (8 bits) or 0.2 (10 bits). Grey has exactly the middle U and V. Results are the
 /// same on every instruction set.
-///
 /// @param bgr 3 bytes per pixel
 /// @param y, u, v one value per pixel
 void bgrToYuv(const std::uint8_t* bgr, std::size_t count, const YuvWeights& weights,
@@ -46,7 +45,6 @@ BgrWeights bgrWeights(ColourMatrix matrix, ColourRange range);
 
 /// Converts a row of Y, U and V to pixels. Before rounding, results differ from the exact value by
 /// at most 0.1. Grey stays grey. Results are the same on every instruction set.
-///
 /// @param y, u, v one byte per pixel
 /// @param bgr 3 bytes per pixel
 void yuvToBgr(const std::uint8_t* y, const std::uint8_t* u, const std::uint8_t* v,

@@ -29,7 +29,7 @@ namespace altiro3D {
 namespace {
 
 constexpr int kMostChosen = 80; // pictures whose cameras are found
-constexpr double kTold = 0.05;  // of the path: the camera is farther from a straight line
+constexpr double kTold = 0.05;  // share of the path; larger distances from a line are reported
 
 // A picture of a stretch of the path.
 struct Stop {
@@ -51,7 +51,7 @@ void validate(const SlideOptions& options) {
 }
 
 SlidePictureSource slideVideo(std::filesystem::path file, Notes* notes) {
-    std::shared_ptr<FileHandle> copy; // of a pipe, as the pictures are read more than once
+    std::shared_ptr<FileHandle> copy; // copy of a pipe, as pictures are read more than once
     std::error_code error;
     if (std::filesystem::is_fifo(file, error)) {
         constexpr std::uintmax_t kMost = std::uintmax_t{1} << 36;
@@ -131,7 +131,7 @@ struct CameraSlide::Impl {
     void chooseWindow(double pictureWidth);
     SlideWindow windowOf(double share, double pictureWidth) const;
 
-    std::size_t nearestTo(double position) const; // of the stops
+    std::size_t nearestTo(double position) const; // index of the nearest stop
     // Gives the frames of the stops with these indices to a function.
     void readStops(const std::set<std::size_t>& wanted,
                    const std::function<void(std::size_t, SlideFrame)>& take) const;
@@ -170,7 +170,7 @@ PictureSteps CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pic
     const std::size_t most = std::max<std::size_t>(2, all / 10);
     std::vector<SlidePicture> kept = pictures;
     const std::vector<SlidePicture> strangers = removeStrangers(kept, found);
-    // without any, following corners tells what is missing
+    // if none are left, following corners reports what is missing
     if (strangers.empty() || kept.size() < 2) return found;
     if (strangers.size() > most) {
         constexpr std::size_t kNamed = 8;
@@ -266,7 +266,7 @@ void CameraSlide::Impl::find() {
     };
     use();
     if (paths.reversed) {
-        // what hides what, which is more certain if it says the same as the tracks
+        // which one hides the other, more certain if it agrees with the tracks
         constexpr double kMore = 1.25;
         constexpr double kMuchMore = 2.2;
         constexpr double kWorse = 1.8;
@@ -391,7 +391,7 @@ std::size_t CameraSlide::Impl::nearestTo(double position) const {
 }
 
 void CameraSlide::Impl::chooseWindow(double pictureWidth) {
-    constexpr double kSmallest = 0.3; // of a side of the pictures
+    constexpr double kSmallest = 0.3; // share of a side of the pictures
     const double side = std::max(high - window.focus, window.focus - low);
     const auto isGood = [&](double share) {
         const SlideWindow at = windowOf(share, pictureWidth);
@@ -543,7 +543,7 @@ void CameraSlide::makeViews(int count,
     for (const Plan& plan : plans)
         wanted.insert({plan.first, plan.last});
     std::map<std::size_t, SlideFrame> frames;
-    std::map<std::pair<std::size_t, std::size_t>, SlideDepths> depths; // of the last pair
+    std::map<std::pair<std::size_t, std::size_t>, SlideDepths> depths; // depths of the last pair
     std::size_t next = 0;
     impl_->readStops(wanted, [&](std::size_t stop, SlideFrame frame) {
         frames.emplace(stop, std::move(frame));
@@ -578,7 +578,7 @@ void CameraSlide::makeDepth(cv::Mat& photo, cv::Mat& depth) try {
     const double path = impl_->to - impl_->from;
     const std::size_t middle = impl_->nearestTo((impl_->from + impl_->to) / 2);
     std::set<std::size_t> wanted = {middle};
-    for (const double away : {-0.25, -0.12, 0.12, 0.25}) // of the path
+    for (const double away : {-0.25, -0.12, 0.12, 0.25}) // shares of the path
         wanted.insert(impl_->nearestTo(stops[middle].position() + away * path));
     if (wanted.size() == 1) // few pictures
         wanted.insert(middle > 0 ? middle - 1 : middle + 1);

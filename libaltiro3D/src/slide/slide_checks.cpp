@@ -12,8 +12,8 @@ namespace altiro3D {
 
 namespace {
 
-// How much the tracks that do not fit are gathered in parts of the picture: 0 (everywhere alike) ..
-// 1 (parts in which all are wrong, and parts in which none is).
+// How much the tracks that do not fit are concentrated in parts of the picture: 0 (everywhere
+// alike) .. 1 (parts in which all are wrong, and parts in which none is).
 double gatheringOf(const SlidePath& path, const std::vector<SlideTrack>& tracks) {
     constexpr int kCells = 4; // each way
     std::array<double, kCells * kCells> all{};
@@ -52,7 +52,7 @@ double growthOf(const std::vector<SlideTrack>& tracks, int pictures) {
             before.push_back(track.at[static_cast<std::size_t>(i - track.first) - 1]);
         }
         std::vector<double> ratios;
-        for (std::size_t k = 0; k < before.size(); ++k) { // of distances of far neighbours
+        for (std::size_t k = 0; k < before.size(); ++k) { // distances of far neighbours
             const std::size_t other = (k + before.size() / 2) % before.size();
             const double distance = cv::norm(before[k] - before[other]);
             if (distance > 0.1) ratios.push_back(cv::norm(after[k] - after[other]) / distance);
@@ -80,7 +80,7 @@ void requireCorners(int corners, const std::string& name) {
 }
 
 void requireMotion(const std::vector<SlideTrack>& tracks, const std::string& name) {
-    constexpr double kStill = 0.01; // of the width
+    constexpr double kStill = 0.01; // share of the width
     std::vector<double> ways;
     for (const SlideTrack& track : tracks) {
         double way = 0;
@@ -99,8 +99,8 @@ void requireMotion(const std::vector<SlideTrack>& tracks, const std::string& nam
 void requireSlide(const SlidePath& path, const std::vector<SlideTrack>& tracks, double parallax,
                   const std::string& name) {
     constexpr double kGathered = 0.25;
-    constexpr double kMostMisfits = 0.3; // of the corners
-    constexpr double kLeast = 0.01;      // of the width
+    constexpr double kMostMisfits = 0.3; // share of the corners
+    constexpr double kLeast = 0.01;      // share of the width
     constexpr double kSideways = 0.7;    // cosine
     constexpr double kGrowth = 0.1;      // logarithm
     const char* const expected =

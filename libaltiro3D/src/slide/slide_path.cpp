@@ -12,11 +12,11 @@ namespace {
 
 // What changes from one picture to the next, in widths of the picture.
 struct Step {
-    double right = 0; // of all
+    double right = 0; // common shift
     double down = 0;
     double roll = 0; // radians
     double growth = 0;
-    double way = 0; // of the camera: things move to the left by it, times their nearness
+    double way = 0; // way of the camera: things move to the left by it, times their nearness
 };
 
 // A corner in two neighbouring pictures.
@@ -64,8 +64,8 @@ Step stepOf(const std::vector<Shift>& shifts, const std::vector<double>& nearnes
     return step;
 }
 
-// Ways of the camera and nearness, in turn. Shifts that are common to all corners, which tell
-// nothing of the way, are those of a hand that turns, or of pictures that were aligned.
+// Finds the ways of the camera and the nearness of corners, alternately. A shift that all corners
+// share says nothing about the way: it comes from a hand that turns, or from aligned pictures.
 std::vector<Step> findSteps(const std::vector<std::vector<Shift>>& shifts,
                             std::vector<double>& nearness, double pixel) {
     constexpr int kRounds = 8;
@@ -100,7 +100,7 @@ void guessPath(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, S
     std::vector<Step> steps =
         findSteps(shiftsOf(tracks, path.cameras.size()), nearness, guess.pixel);
     // The camera turns as little as possible; things are in front of it.
-    constexpr double kLeast = 0.1; // of the range of nearness
+    constexpr double kLeast = 0.1; // share of the range of nearness
     double products = 0;
     double squares = 1e-12;
     for (const Step& step : steps) {
@@ -163,7 +163,7 @@ void guessPoints(const std::vector<SlideTrack>& tracks, SlidePath& path) {
     }
 }
 
-// Of the points at rest.
+// Inverse depths of the points at rest.
 std::vector<double> depthsOf(const SlidePath& path) {
     std::vector<double> depths;
     for (std::size_t t = 0; t < path.points.size(); ++t)
@@ -173,8 +173,7 @@ std::vector<double> depthsOf(const SlidePath& path) {
 
 // Turns the axes of the scene: x along the path, z forwards. Positions become 0..1.
 void turnAlong(SlidePath& path) {
-    // What is behind infinity is seen the same way in front of it, from a camera that moves the
-    // other way.
+    // What is behind infinity looks the same in front of it to a camera that moves the other way.
     if (percentileOf(depthsOf(path), 0.95) < 0) {
         for (SlideCamera& camera : path.cameras)
             camera.place = -camera.place;
@@ -231,7 +230,7 @@ void turnAlong(SlidePath& path) {
 
 // Whether the camera turns about as much as it takes to follow what it passes.
 bool followsAThing(const SlidePath& path) {
-    constexpr double kMuch = 0.3; // of the turn that keeps a point of median depth in its column
+    constexpr double kMuch = 0.3; // share of the turn that keeps median depth in its column
     const auto count = static_cast<double>(path.cameras.size());
     double places = 0;
     for (const SlideCamera& camera : path.cameras)
@@ -301,7 +300,7 @@ FoundPaths findPaths(const std::vector<SlideTrack>& tracks, int pictures, const 
     if (guess.isTurntable || !followsAThing(path)) return found;
     found.reversed = reversedPath(path, tracks, guess);
     SlidePath& other = *found.reversed;
-    double alike = 0; // of positions, which are 0..1
+    double alike = 0; // correlation of positions, which are 0..1
     for (std::size_t i = 0; i < path.cameras.size(); ++i)
         alike += (path.cameras[i].place[0] - 0.5) * (other.cameras[i].place[0] - 0.5);
     if (alike > 0) { // it came back to the same one
@@ -349,7 +348,7 @@ std::vector<SlideTrack> turnedByAQuarter(std::vector<SlideTrack> tracks, double 
 }
 
 std::vector<std::size_t> longestStretch(const std::vector<SlideCamera>& cameras) {
-    constexpr double kBack = 0.02; // of the path
+    constexpr double kBack = 0.02; // share of the path
     std::size_t bestBegin = 0;
     std::size_t bestEnd = 0;
     double bestSign = 1;

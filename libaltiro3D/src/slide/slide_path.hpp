@@ -11,24 +11,21 @@ namespace altiro3D {
 /// What the camera may have done.
 struct FoundPaths {
     SlidePath best;
-    /// If the camera turns as if it followed a thing: the path that explains the tracks not much
-    /// worse, in which near and far are exchanged, the camera moves the other way, and turns make
-    /// up for it.
+    /// Set if the camera seems to follow a thing: another path that explains the tracks not much
+    /// worse. In it, near and far are exchanged, the camera moves the other way; turns compensate.
     std::optional<SlidePath> reversed;
-    double worse = 1; ///< How much more the tracks are off with it: 1 or more.
+    double worse = 1; ///< Ratio of its residuals to those of `path`, 1 or more.
 };
 
 /// Finds cameras and points that explain the tracks: least squares of the places where points are
-/// seen (Gauss-Newton steps, Levenberg's damping; points are eliminated), in which far residuals
-/// weigh less. Weak prior knowledge (a hand turns the camera by a few degrees, the path is nearly
-/// straight) decides what the tracks leave open. Then the axes of the scene are turned along the
-/// path: places are (position, small, small); positions are 0..1, and fall if the camera moves to
-/// the left.
-///
+/// seen (Gauss-Newton steps, Levenberg's damping; points are eliminated) with less weight for far
+/// residuals. Weak prior knowledge (a hand turns the camera by a few degrees, the path is nearly
+/// straight) decides what the tracks leave open. Then the scene's axes turn along the path: places
+/// are (position, small, small); positions are 0..1, and fall if the camera moves to the left.
 /// @param tracks each of 2 pictures at least @param pictures their number, 2 at least
 FoundPaths findPaths(const std::vector<SlideTrack>& tracks, int pictures, const SlideGuess& guess);
 
-/// Whether near and far things move apart upright rather than sideways.
+/// Whether near and far things move apart vertically rather than horizontally.
 /// @param pixel size of a px in which tracks were found, widths
 bool movesUpright(const std::vector<SlideTrack>& tracks, int pictures, double pixel);
 

@@ -12,18 +12,18 @@ namespace altiro3D {
 namespace {
 
 constexpr int kOwn = 8;    // unknowns of a camera: turns about x, y, z; place; zoom; shear
-constexpr int kCommon = 2; // of the lens: logarithm of the focal length, bend
-constexpr int kParts = 8;  // of the sums over tracks; fixed, so that results are
+constexpr int kCommon = 2; // unknowns of the lens: logarithm of the focal length, bend
+constexpr int kParts = 8;  // parts of the sums over tracks; fixed, so that results are reproducible
 
-// What is known of them before: standard deviations.
-constexpr double kTurn = 0.05; // of a hand, radians
+// Standard deviations of the unknowns, known beforehand.
+constexpr double kTurn = 0.05; // turn of a hand, radians
 constexpr double kOrbit = 0.5; // about y, if the object turns
-constexpr double kAway = 0.05; // from a straight path, of its length
+constexpr double kAway = 0.05; // distance from a straight path, in its lengths
 constexpr double kZoom = 0.02;
 constexpr double kShear = 0.01;
 constexpr double kFocal = 0.5;
 constexpr double kBend = 0.01;
-constexpr double kDepth = 5; // of q about 1
+constexpr double kDepth = 5; // q, about 1
 
 using Own = cv::Vec<double, kOwn>;
 using ByOwn = cv::Matx<double, 2, kOwn>;
@@ -112,7 +112,7 @@ class Solver {
                square(path.lens.bend / kBend);
     }
 
-    // Of a track in a picture, px.
+    // Residual of a track in a picture, px.
     cv::Vec2d residual(const SlidePath& path, std::size_t t, int i) const {
         const cv::Point2d at = tracks_[t].at[static_cast<std::size_t>(i - tracks_[t].first)];
         const cv::Point2d is =
@@ -161,7 +161,7 @@ class Solver {
         cv::Matx33d inverse;
         cv::Vec3d right;
         cv::Matx<double, kCommon, 3> common;
-        std::vector<cv::Matx<double, 3, kOwn>> own; // of each picture of the track
+        std::vector<cv::Matx<double, 3, kOwn>> own; // for each picture of the track
     };
 
     PointSums addTrack(std::size_t t, double damping, Sums& sums) const {
@@ -182,7 +182,8 @@ class Solver {
             const double weight = 1 / (1 + r.dot(r) / square(reach_));
             const double scale = 1 / guess_.pixel;
             const ByPoint byP = is.byP * scale;
-            const cv::Matx33d cross(0, p[2], -p[1], -p[2], 0, p[0], p[1], -p[0], 0); // of turns
+            const cv::Matx33d cross(0, p[2], -p[1], -p[2], 0, p[0], p[1], -p[0],
+                                    0); // derivatives by turns
             const ByPoint byTurn = byP * cross;
             const ByPoint byPlace = byP * camera.turn * -point.q;
             const cv::Matx33d pointAxes(camera.turn(0, 0), camera.turn(0, 1), 0, camera.turn(1, 0),
@@ -359,7 +360,7 @@ void solvePath(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, S
     constexpr double kFarReach = 3;    // px; first, while little is known
     constexpr double kNearReach = 0.7; // px
     constexpr double kFit = 1.5;       // px; root mean square of a track that fits
-    constexpr double kUsual = 2.5;     // of the median root mean square of those: used
+    constexpr double kUsual = 2.5;     // times the median of those: still used
     constexpr double kExact = 0.1;     // px
     path.fits.assign(tracks.size(), 1);
     Solver solver(tracks, guess, path);

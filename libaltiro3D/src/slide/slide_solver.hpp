@@ -54,24 +54,24 @@ struct SlidePath {
     std::vector<SlidePoint> points; ///< One for each track.
     std::vector<char> fits; ///< Whether a track is used: that of a point at rest, not far off.
     double misfitShare = 0; ///< Share of the tracks that do not fit.
-    /// Of each picture, to the right and down: root mean square without the largest 5 %, widths.
+    /// Residual of each picture, right and down: root mean square without the largest 5 %, widths.
     std::vector<cv::Vec2d> residual;
     double forwards = 0; ///< Cosine between the path and the direction of view, 0..1.
 };
 
-/// What is known before.
+/// Prior knowledge.
 struct SlideGuess {
     double pixel = 1.0 / 640; ///< Size of a px in which tracks were found, widths.
     SlideLens lens;
     bool isLensKnown = false;
-    bool isTurntable = false; ///< The camera stands, and what the tracks are on turns.
+    bool isTurntable = false; ///< The camera stands, and the thing with the tracks turns.
 };
 
 /// Rotation about an axis. @param angles the axis, as long as the angle is large, radians
 cv::Matx33d turnBy(const cv::Vec3d& angles);
 
 /// Finds the cameras, the lens and the points that explain tracks best, from a guess in `path`, and
-/// which tracks fit. As findPath(), but for the axes of the scene, which stay.
+/// which tracks fit. As findPaths(), but keeps the axes of the scene.
 void solvePath(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, SlidePath& path);
 
 } // namespace altiro3D

@@ -14,10 +14,10 @@ namespace altiro3D {
 namespace {
 
 constexpr int kMostPictures = 600; // that are kept in memory
-constexpr int kLevels = 4;         // of the pyramid, besides the whole picture
+constexpr int kLevels = 4;         // levels of the pyramid besides the whole picture
 const cv::Size kWindow(21, 21);    // px
-const cv::Size kWide(61, 61);      // px, of pictures full of noise
-constexpr double kQuality = 0.005; // of a corner against the best one
+const cv::Size kWide(61, 61);      // px, for pictures full of noise
+constexpr double kQuality = 0.005; // quality of a corner against the best one
 
 std::vector<cv::Mat> pyramidOf(const cv::Mat& grey, cv::Size window) {
     std::vector<cv::Mat> pyramid;
@@ -25,7 +25,7 @@ std::vector<cv::Mat> pyramidOf(const cv::Mat& grey, cv::Size window) {
     return pyramid;
 }
 
-// What is left without the brightness around each px, which the light changes.
+// The picture without the mean brightness around each px, which the light changes.
 std::vector<cv::Mat> detailOf(const cv::Mat& grey, cv::Size window) {
     cv::Mat detail;
     cv::blur(grey, detail, window);
@@ -139,8 +139,8 @@ void SlidePictures::add(const cv::Mat& picture) {
 }
 
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
-    constexpr double kMany = 80;    // of the corners of stepsWith()
-    constexpr double kGained = 1.2; // of the corners: the wide window is worth it
+    constexpr double kMany = 80;    // corners of stepsWith()
+    constexpr double kGained = 1.2; // ratio of corners at which the wide window is worth it
     const auto usual = [](const PictureSteps& of) {
         return percentileOf(std::vector<double>(of.counts.begin() + 1, of.counts.end()), 0.5);
     };
@@ -152,9 +152,9 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
 
 std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
                                           const PictureSteps& steps) {
-    constexpr std::size_t kRuns = 3;   // that a picture may continue
-    constexpr int kFewest = 10;        // of the corners of stepsOf()
-    constexpr double kSharpness = 0.1; // of one picture against the other
+    constexpr std::size_t kRuns = 3;   // runs that a picture may continue
+    constexpr int kFewest = 10;        // corners of stepsOf()
+    constexpr double kSharpness = 0.1; // sharpness of one picture against the other
     const auto areNeighbours = [&](std::size_t a, std::size_t b) {
         if (std::min(pictures[a].sharpness, pictures[b].sharpness) <
             kSharpness * std::max(pictures[a].sharpness, pictures[b].sharpness))

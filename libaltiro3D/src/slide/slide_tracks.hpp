@@ -35,16 +35,16 @@ class SlidePictures {
 
 /// How pictures differ from those before them.
 struct PictureSteps {
-    std::vector<cv::Point2d> steps; ///< Of each picture, the median of its corners, px; first: 0.
-    std::vector<int> counts;        ///< Of corners that were followed to it, of 120 at most.
-    cv::Size window;                ///< In which corners are compared, px.
+    std::vector<cv::Point2d> steps; ///< Median step of each picture's corners, px; first: 0.
+    std::vector<int> counts;        ///< Corners that were followed to each picture, at most 120.
+    cv::Size window;                ///< Window in which corners are compared, px.
 };
-/// Takes a wide window if that follows more corners: where there is much noise.
+/// Steps of pictures, with a wide window if that follows more corners, where there is much noise.
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
 
 /// Removes pictures that do not continue the others: black, blurred or of another scene.
 /// @param pictures keeps the longest row of pictures in which each shows what the one before shows
-/// @param steps of them @return what was removed
+/// @param steps steps of the pictures @return what was removed
 std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
                                           const PictureSteps& steps);
 

@@ -197,9 +197,9 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
     const cv::Mat byRight = movedDepth(depths.right, window, position - to);
     const float same = static_cast<float>(1 / (window.focal * std::abs(to - from))); // 1 px
     const auto share = static_cast<float>(
-        std::clamp((position - from) / (to - from), 0.0, 1.0)); // of the right frame
+        std::clamp((position - from) / (to - from), 0.0, 1.0)); // share of the right frame
     cv::Mat depth(window.size, CV_32FC1);
-    cv::Mat weight(window.size, CV_32FC1); // of the right frame
+    cv::Mat weight(window.size, CV_32FC1); // weight of the right frame
     overRows(window.size.height, [&](int y) {
         const float* const a = byLeft.ptr<float>(y);
         const float* const b = byRight.ptr<float>(y);
@@ -219,7 +219,7 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
             }
         }
     });
-    // What no frame knows is behind what is beside it, or a part of it that was not matched: where
+    // What no frame knows is behind what is beside it, or is an unmatched part of it: the one where
     // the frames agree better.
     cv::Mat nearer = -depth;
     fillRows(depth);

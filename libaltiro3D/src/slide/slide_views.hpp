@@ -15,9 +15,9 @@ namespace altiro3D {
 ///
 /// so points whose q is `focus` stay in their columns.
 struct SlideWindow {
-    cv::Size size;      ///< Of the views, px.
+    cv::Size size;      ///< Size of the views, px.
     double focal = 0;   ///< px
-    cv::Point2d middle; ///< Of the picture of the camera at 0, px.
+    cv::Point2d middle; ///< Middle of the picture of the camera at 0, px.
     double focus = 0;
 };
 
@@ -31,7 +31,7 @@ struct SlideFrame {
     SlideCamera camera;
 };
 
-/// The view of a camera at `position`, made of one frame.
+/// The view of a camera at `position`, made from one frame.
 /// @param depth [window size, CV_32FC1] inverse depth of each px; empty: all have that of the focus
 cv::Mat viewFrom(const SlideFrame& frame, const SlideLens& lens, const SlideWindow& window,
                  double position, const cv::Mat& depth = {});
@@ -45,7 +45,7 @@ cv::Rect2d commonPart(const std::vector<SlideCamera>& cameras, const SlideLens& 
 struct SlideDepths {
     cv::Mat left;  ///< [window size, CV_32FC1, NaN = unknown], as the camera at the position of the
                    ///< left frame sees it
-    cv::Mat right; ///< The same of the right frame.
+    cv::Mat right; ///< The same for the right frame.
 };
 /// @param left the frame with the smaller position
 /// @param low,high range of inverse depth in the scene
@@ -57,8 +57,8 @@ SlideDepths matchFrames(const SlideFrame& left, const SlideFrame& right, const S
 cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const SlideLens& lens,
                     const SlideWindow& window, double position, const SlideDepths& depths);
 
-/// Of places that only one of two frames sees, the share that look like what is in front of them.
-/// It is small if near and far are right: they look like what is behind. 0.5: unknown.
+/// The share of the places seen by only one of two frames that look like what is in front of them.
+/// It is small if near and far are right, because they then look like what is behind. 0.5: unknown.
 /// @param pairs left and right frames @param low,high as for matchFrames()
 double frontShare(const std::vector<std::pair<SlideFrame, SlideFrame>>& pairs,
                   const SlideLens& lens, const SlideWindow& window, double low, double high);

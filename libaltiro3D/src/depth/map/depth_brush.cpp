@@ -15,11 +15,10 @@ namespace altiro3D {
 namespace {
 
 constexpr double kMaxRadius = 4096;
-// Costs of paths, of 255: up to the first a px belongs to the same surface, from the second on it
-// does not.
+// Costs of paths, in levels of 255: up to the first the same surface, from the second on another.
 constexpr float kSameSurface = 12;
 constexpr float kOtherSurface = 40;
-constexpr double kSpacing = 0.25; // of the places of a stroke, in radii
+constexpr double kSpacing = 0.25; // distance between the places of a stroke, in radii
 constexpr double kBlur = 0.25;    // standard deviation of Smooth, in radii
 
 bool isFinite(cv::Point2d place) {
@@ -45,12 +44,12 @@ cv::Rect squareAround(cv::Point2d place, double radius, cv::Size size) {
     return inside({low, high}, size);
 }
 
-// The border lies this far from the outline, at most, of the photo's longer side. People draw
+// Largest distance of the border from the outline, as share of the photo's longer side. People draw
 // around things rather than into them.
 constexpr double kInside = 0.05;
 constexpr double kOutside = 0.015;
 constexpr float kPerPixel = 0.25F; // without edges the border is the outline
-constexpr float kSharpness = 8;    // of the border
+constexpr float kSharpness = 8;    // sharpness of the border
 
 // The px inside a polygon: 255, else 0. Where it crosses itself, every second area is inside.
 cv::Mat filled(const std::vector<cv::Point2d>& outline, cv::Size size) {
@@ -68,9 +67,9 @@ cv::Mat filled(const std::vector<cv::Point2d>& outline, cv::Size size) {
     return mask;
 }
 
-// The cost of paths from the px that are surely on one side of the outline: those more than `band`
-// away from it, and the middle of parts that are thinner. Without edges, paths of `widest` px cost
-// the same from both sides.
+// The cost of paths from the px that are certainly on one side of the outline: those more than
+// `band` away from it, and the middle of parts that are thinner. Without edges, paths of `widest`
+// px cost the same from both sides.
 cv::Mat costsFrom(const cv::Mat& side, float band, float widest, const cv::Mat& photo) {
     cv::Mat distance; // to the other side
     cv::distanceTransform(side, distance, cv::DIST_L2, cv::DIST_MASK_5);
@@ -89,7 +88,7 @@ cv::Mat costsFrom(const cv::Mat& side, float band, float widest, const cv::Mat& 
     return costs;
 }
 
-constexpr int kNoise = 3; // difference of two neighbours of one surface, of 255
+constexpr int kNoise = 3; // difference of two neighbours of one surface, in levels of 255
 constexpr int kRounds = 2;
 
 float stepCost(const cv::Vec3b& a, const cv::Vec3b& b) {

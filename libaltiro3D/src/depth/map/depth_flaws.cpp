@@ -23,13 +23,13 @@ namespace {
 
 constexpr int kReach = 7;               // edges of the photo are searched this far away, px
 constexpr int kMaxRamp = 40;            // px on each side of the steepest place
-constexpr float kMinHeight = 0.04F;     // of a step, in units of depth
-constexpr float kMinSlope = 0.004F;     // of its steepest place, per px
-constexpr int kMinContrast = 30;        // of the photo around a step, summed over px and channels
+constexpr float kMinHeight = 0.04F;     // lowest step, in units of depth
+constexpr float kMinSlope = 0.004F;     // slope at its steepest place, per px
+constexpr int kMinContrast = 30;        // contrast of the photo at a step, sum over px and channels
 constexpr int kWeakContrast = 60;       // steps with less count less
 constexpr std::int64_t kMinSteps = 100; // fewer may look alike by chance
 constexpr int kEdgeReach = 4;           // px from a step to colours of its sides
-constexpr int kEdgeContrast = 90;       // between the sides, for the width of an edge of the photo
+constexpr int kEdgeContrast = 90;       // contrast of the sides, for the width of a photo's edge
 
 // Counts of values in bins of equal width.
 template <std::size_t kBins>
@@ -280,7 +280,7 @@ struct Displacement {
 
 // @param mostGrowth 0 to find shifts alone
 Displacement bestDisplacement(const Alignment& alignment, int mostGrowth) {
-    constexpr double kMinGain = 1.1; // of the alignment, for a correction
+    constexpr double kMinGain = 1.1; // gain of the alignment that justifies a correction
     double best = kMinGain * alignment.at(0, {});
     Displacement found;
     for (int g = -mostGrowth; g <= mostGrowth; ++g) {

@@ -16,8 +16,8 @@ inline float withinRange(float value) {
     return value > 0 ? (value < 1 ? value : 1.0F) : 0.0F;
 }
 
-/// Px of 65535 in distances of 16 bits, which are unknown then; 0 where distances reach up to it,
-/// so that it is the farthest that fits.
+/// Number of px with 65535 in distances of 16 bits, if 65535 means unknown; 0 if distances reach up
+/// to it, so that it is the farthest that fits.
 /// @param raw any type; others than CV_16UC1 have none
 int unknownFarthest(const cv::Mat& raw);
 
@@ -79,9 +79,9 @@ inline void fillUnknownRows(cv::Mat& depth, const std::vector<char>& known) {
 /// The photo as pathCosts() needs it, with less noise. @param photo [CV_8UC3] @return the same size
 cv::Mat withoutGrain(const cv::Mat& photo);
 
-/// Finds the cost of the cheapest path to each px from the px that have a cost already: a step
-/// costs what the colours differ (largest channel, less 3 for noise; docs/mathematics.md, 4b).
-/// Approximate: two rounds over the picture.
+/// Finds the cost of the cheapest path to each px from the px that have a cost already. A step
+/// costs the difference of the colours (largest channel, less 3 for noise; docs/mathematics.md,
+/// 4b). Approximate: two rounds over the picture.
 /// @param photo [rows x cols, CV_8UC3], from withoutGrain()
 /// @param perPixel what a step costs in addition
 /// @param costs [as photo, CV_32FC1]: 0 or more where paths begin, kFarAway elsewhere

@@ -1,6 +1,3 @@
-// The programs that run networks: OpenCV's DNN module and, if the library is built with it, ONNX
-// Runtime.
-
 #include "depth/network/network_graph.hpp"
 
 #include "altiro3D/depth_network.hpp"
@@ -75,7 +72,7 @@ class OpenCvGraph : public NetworkGraph {
             net_.setPreferableBackend(cuda ? cv::dnn::DNN_BACKEND_CUDA
                                            : cv::dnn::DNN_BACKEND_OPENCV);
             net_.setPreferableTarget(cuda ? cv::dnn::DNN_TARGET_CUDA : cv::dnn::DNN_TARGET_CPU);
-            // Of several outputs the last one, because decoders put their finest output last.
+            // If there are several outputs, the last one: decoders put their finest output last.
             const std::vector<cv::String> outputs = net_.getUnconnectedOutLayersNames();
             if (!outputs.empty()) outputLayer_ = outputs.back();
             if (anySize) freeShapeAtEnd(net_, outputLayer_);
@@ -147,15 +144,14 @@ class OnnxRuntimeGraph : public NetworkGraph {
             options.SetInterOpNumThreads(1);
             options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
             options.DisableMemPattern(); // photos differ in shape
-            // Threads that spin while they wait take time from those that decode, render and
-            // encode.
+            // Threads that spin take time from those that decode, render and encode.
             options.AddConfigEntry("session.intra_op.allow_spinning", "0");
             session_ = Ort::Session(environment(), contents.data(), contents.size(), options);
             Ort::AllocatorWithDefaultOptions memory;
             if (session_.GetInputCount() == 1)
                 input_ = session_.GetInputNameAllocated(0, memory).get();
             const std::size_t outputs = session_.GetOutputCount();
-            // Of several outputs the last one, because decoders put their finest output last.
+            // the last output, as with OpenCV
             if (outputs > 0) output_ = session_.GetOutputNameAllocated(outputs - 1, memory).get();
         } catch (const Ort::Exception& exception) {
             passOnLackOfMemory(exception);

@@ -16,13 +16,13 @@ namespace altiro3D {
 
 namespace {
 
-constexpr int kPhotoSide = 512; // of the depth of photos, px
-constexpr int kFrameSide = 320; // and of frames
+constexpr int kPhotoSide = 512; // longer side of the depth of photos, px
+constexpr int kFrameSide = 320; // the same for frames
 constexpr int kReadSide = 1024; // networks read a copy of larger photos
 // docs/lab/depth.md has the measurements of other sizes and shares.
-constexpr double kDetailSize = 1.625; // of the larger copy, in sizes of the network's own input
-constexpr double kCoarseShare = 0.65; // of the run at the network's own size
-constexpr int kWindows = 16;          // of the guided filter, across the longer side
+constexpr double kDetailSize = 1.625; // size of the larger copy, in sizes of the network's input
+constexpr double kCoarseShare = 0.65; // weight of the run at the network's own size
+constexpr int kWindows = 16;          // windows of the guided filter across the longer side
 constexpr double kFlatVariance = 1e-3;
 
 cv::Mat resized(const cv::Mat& picture, cv::Size size) {
@@ -75,7 +75,7 @@ cv::Mat joined(const cv::Mat& coarse, const cv::Mat& mirrored, cv::Size size) {
     return depth;
 }
 
-constexpr double kMinLength = 0.07;  // of the photo's longer side
+constexpr double kMinLength = 0.07;  // share of the photo's longer side
 constexpr double kLongLength = 0.16; // lines of this length and more have the full weight
 // The depth is read this far from an edge, px.
 constexpr std::array<float, 5> kAsides{-3.0F, -1.5F, 0.0F, 1.5F, 3.0F};
@@ -119,7 +119,7 @@ std::vector<Profile> readProfiles(const cv::Vec4f& line, float aside, const cv::
     return profiles;
 }
 
-// What the affine function of the place along the line that fits best lacks: f(along) - depth.
+// Departures from the affine function of the place along the line that fits best: f(along) - depth.
 // Outliers count little (Cauchy's weights).
 std::vector<double> departures(const Profile& profile) {
     constexpr int kFits = 5;
@@ -157,8 +157,7 @@ std::vector<double> departures(const Profile& profile) {
     return missing;
 }
 
-// A membrane over the picture, without hold where the depth has a step, that is pulled to wanted
-// corrections and, weakly, to 0.
+// A membrane, cut where the depth has a step, that is pulled to corrections and, weakly, to 0.
 class Membrane {
   public:
     explicit Membrane(const cv::Mat& depth)
@@ -222,8 +221,8 @@ class Membrane {
     cv::Size size_;
     cv::Mat wanted_; // weighted corrections
     cv::Mat pull_;   // their weights
-    cv::Mat right_;  // hold from each px to that on its right
-    cv::Mat down_;   // and to that below it
+    cv::Mat right_;  // coupling of each px to that on its right
+    cv::Mat down_;   // coupling to that below it
 };
 
 bool isAtFrame(const cv::Vec4f& line, cv::Size size) {

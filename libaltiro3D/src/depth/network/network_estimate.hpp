@@ -21,17 +21,16 @@ struct NetworkRun {
 [[nodiscard]] std::vector<NetworkRun> runsOfPhoto(const NetworkProfile& profile, cv::Size inputSize,
                                                   const cv::Mat& photo);
 
-/// The depth of a photo by the results of runsOfPhoto(); as of estimatePhoto().
+/// The depth of a photo from the results of runsOfPhoto(), as by estimatePhoto().
 /// @param photo its size, px
 /// @param read NetworkRun::photo of the first run
-/// @param depths of each run, as of DepthNetwork::estimate()
+/// @param depths depth of each run, as from DepthNetwork::estimate()
 [[nodiscard]] cv::Mat depthOfRuns(cv::Size photo, const cv::Mat& read,
                                   const std::vector<cv::Mat>& depths);
 
 /// Depth of a photo. Networks that follow the photo's shape run twice, on the photo and on a larger
 /// mirrored copy, whose edges the result takes. Then straight lines become straight, and steps for
 /// which there is evidence become hard (below, and depth_steps.hpp).
-///
 /// @param network its inputSize() is that of the larger copy, if it is larger than the profile's;
 ///        if it is smaller, the network runs once
 /// @param photo [rows x cols, CV_8UC3, BGR]
@@ -47,13 +46,11 @@ struct NetworkRun {
 /// @return x and y of both ends, px; those along the frame, as scans have them, are left out
 [[nodiscard]] std::vector<cv::Vec4f> findLines(const cv::Mat& photo);
 
-/// Pulls the depth on both sides of straight edges to what a straight line in space has: inverse
+/// Corrects the depth on both sides of straight edges to that of a straight line in space: inverse
 /// depth that is affine along it, (4.16) and (4.17) of docs/mathematics.md. Surfaces follow as far
-/// as they have no step. An edge that departs too far is not one line, and stays.
-///
+/// as they have no step. An edge that departs too far is not one line and is not changed.
 /// @param lines from findLines() of the photo
-/// @param depth [rows x cols of the photo, CV_32FC1, finite, about 0..1, 1 = nearest] changed in
-///        place. The same bytes for any number of threads.
+/// @param depth [as the photo, CV_32FC1, finite, about 0..1, 1 = nearest] changed in place
 void straightenLines(const std::vector<cv::Vec4f>& lines, cv::Mat& depth);
 
 } // namespace altiro3D

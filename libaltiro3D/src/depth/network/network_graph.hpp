@@ -10,8 +10,7 @@
 
 namespace altiro3D {
 
-/// The graph of an ONNX file in the program that runs it: network_engines.cpp. One thread at a time
-/// per object.
+/// The graph of an ONNX file in its engine: network_engines.cpp. One thread at a time per object.
 class NetworkGraph {
   public:
     NetworkGraph() = default;

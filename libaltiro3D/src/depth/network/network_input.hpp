@@ -3,7 +3,7 @@
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
 
-/// What networks read of photos. The source is depth_network.cpp.
+/// Inputs of networks, made from photos. The source is depth_network.cpp.
 namespace altiro3D {
 
 struct NetworkProfile;

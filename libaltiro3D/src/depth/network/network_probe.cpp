@@ -1,5 +1,3 @@
-// probeNetwork(): tests a network in a child process, so that a crash does not end this one.
-
 #include "altiro3D/depth_network.hpp"
 #include "base/checks.hpp"
 #include "base/posix_file.hpp"
@@ -26,8 +24,7 @@ namespace {
 
 constexpr char kSurvived = 'y';
 
-// Runs in the child and never returns, because destructors of the parent's objects must not run
-// here.
+// Runs in the child and never returns, because the parent's destructors must not run here.
 [[noreturn]] void tryNetwork(const fs::path& file, const NetworkProfile& profile, cv::Size size,
                              InferenceEngine engine, int result) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL); // without the parent there is no time limit
@@ -52,8 +49,7 @@ constexpr char kSurvived = 'y';
     ::_exit(0);
 }
 
-// Waits until the descriptor can be read or its other end is closed. Returns false after the time
-// limit.
+// Waits until the descriptor can be read or its other end closes. False after the time limit.
 bool waitFor(int descriptor, double seconds) {
     using Clock = std::chrono::steady_clock;
     const auto end = Clock::now() + std::chrono::duration<double>(seconds);

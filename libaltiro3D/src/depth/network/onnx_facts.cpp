@@ -9,13 +9,12 @@ namespace {
 
 enum class WireType { Varint = 0, Fixed64 = 1, Bytes = 2, Fixed32 = 5 };
 
-// One field of a protobuf message. Parsers skip a field whose number is known but whose wire type
-// is another one.
+// One field of a protobuf message. Parsers skip a known field of another wire type.
 struct Field {
     std::uint32_t number = 0;
     WireType type = WireType::Varint;
-    std::uint64_t value = 0; // of a Varint
-    std::string_view bytes;  // of the others
+    std::uint64_t value = 0; // if it is a Varint
+    std::string_view bytes;  // if it is another type
 
     bool isNumber(std::uint32_t wanted) const {
         return number == wanted && type == WireType::Varint;
@@ -134,7 +133,7 @@ GraphInput readGraphInput(std::string_view message, bool& broken) {
     return input;
 }
 
-constexpr int kMaxDepth = 16; // of graphs in graphs
+constexpr int kMaxDepth = 16; // nested graphs
 
 void readGraph(std::string_view message, int depth, OnnxFacts& facts,
                std::set<std::string>& weights);

@@ -1,4 +1,3 @@
-
 #include "base/pixel_rows.hpp"
 #include "depth/refine/depth_steps.hpp"
 
@@ -24,24 +23,24 @@ namespace {
 
 // Lengths are px of a picture whose longer side is kSide; docs/lab/edges.md has the measurements.
 constexpr double kSide = 512;
-constexpr double kRadius = 10;    // of the window in which a step is seen
-constexpr double kFlat = 3;       // of the window in which a surface is flat
-constexpr double kReach = 36;     // of the colours that decide
-constexpr double kStride = 4;     // between them
+constexpr double kRadius = 10;    // window in which a step is seen
+constexpr double kFlat = 3;       // window in which a surface is flat
+constexpr double kReach = 36;     // reach of the colours that decide
+constexpr double kStride = 4;     // stride between them
 constexpr double kRamp = 16;      // width of the widest step: more is a slope
-constexpr double kSmooth = 7;     // of the window over which evidence is averaged
-constexpr float kHeight = 0.06F;  // of the lowest step, in units of depth
+constexpr double kSmooth = 7;     // window over which evidence is averaged
+constexpr float kHeight = 0.06F;  // lowest step, in units of depth
 constexpr float kSure = 0.15F;    // distance from the level of a side, in heights of the step
 constexpr float kSureFlat = 0.3F; // range of depth on a side, in heights of the step
 constexpr float kBand = 0.42F;    // px farther from the middle are not in doubt
 constexpr float kDepthWeight = 1.2F;
 constexpr float kColorWeight = 0.6F;
-constexpr float kColorFloor = 0.02F; // the photo may contradict, but not for ever
-constexpr float kOwnWeight = 0.15F;  // of a px against each px beside it that has its colour
-constexpr double kColorSigma = 12;   // of such px, levels
+constexpr float kColorFloor = 0.02F; // limits how much the photo may contradict
+constexpr float kOwnWeight = 0.15F;  // weight of a px against each px beside it that has its colour
+constexpr double kColorSigma = 12;   // standard deviation of the colours of such px, levels
 constexpr float kLeak = 0.02F;       // weight of px of another colour
 constexpr int kPasses = 30;
-constexpr float kSharpness = 4; // of the result
+constexpr float kSharpness = 4; // sharpness of the result
 // Evidence: logarithm of the slope, and how clearly the colours decide.
 constexpr float kSlopeUnit = 0.8F;
 constexpr float kClarityUnit = 0.12F;
@@ -73,7 +72,7 @@ class Contours {
     Contours(const cv::Mat& photo, const cv::Mat& depth)
         : photo_(photo), depth_(depth), unit_(std::max(photo.cols, photo.rows) / kSide) {}
 
-    // @param result [as depth], which it is
+    // @param result [as depth]; it is the depth itself
     void decide(cv::Mat& result) {
         around_.find(depth_, scaled(kRadius, unit_));
         if (!findSteps()) return;
@@ -283,7 +282,7 @@ class Contours {
     cv::Mat isStep_;   // CV_8UC1
     cv::Mat isInBand_; // CV_8UC1
     cv::Mat sure_;     // CV_32FC1, 0 or 1
-    cv::Mat share_;    // CV_32FC1, of the near side
+    cv::Mat share_;    // CV_32FC1, share of the near side
     cv::Mat near_;     // CV_32FC1, depth of the sides of a band
     cv::Mat far_;      // CV_32FC1
 };

@@ -1,5 +1,3 @@
-// Resamples depth to the size of a picture: fitDepth() of depth_map.hpp, interpolateDepth().
-
 #include "depth/refine/depth_fit.hpp"
 
 #include "altiro3D/depth_map.hpp"
@@ -16,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "depth/refine/depth_fit.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -99,7 +96,6 @@ HWY_INLINE F fitVector(const Taps& taps, const FitSamples& samples, const F* col
 // The mean depth of the 4 x 4 samples around each px of a row, weighted by distance and by
 // similarity of colour. The four columns of samples are summed separately, then in pairs, so the
 // result has the same bits on all instruction sets.
-//
 // @param rowWeight weights of the four rows of samples
 // @param colorWeight kColorSteps + 1 weights, by squared colour distance >> kColorShift
 // @param fitted result, exactly `count`
@@ -335,14 +331,14 @@ Samples collectSamples(const cv::Mat& depth, const cv::Mat& guide, const Axis& c
 }
 
 // The 2 x 2 samples around each place between samples. Enlarged depth stays within their range, and
-// takes one end of it where they are the whole of a step.
+// takes one end of it where they hold a whole step.
 struct Steps {
     std::vector<float> from; // per place, as the planes of FitSamples: the least sample
-    std::vector<float> to;   // the largest one; of a step: exchanged
+    std::vector<float> to;   // the largest one; exchanged at a step
 
     explicit Steps(const Samples& samples) : from(samples.depth.size()), to(from) {
-        constexpr float kHeight = 0.03F; // of the lowest step, in units of depth
-        constexpr float kPart = 0.6F;    // of the range around; a slope has a third of it
+        constexpr float kHeight = 0.03F; // lowest step, in units of depth
+        constexpr float kPart = 0.6F;    // share of the range around; a slope has a third of it
         const std::size_t columns = samples.columns;
         for (std::size_t i = 0; i + kFitTaps <= samples.rows; ++i) {
             for (std::size_t at = i * columns; at + kFitTaps <= (i + 1) * columns; ++at) {

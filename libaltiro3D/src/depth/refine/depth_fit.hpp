@@ -14,10 +14,10 @@ namespace altiro3D {
 /// @throws Error as fitDepth()
 void interpolateDepth(const cv::Mat& depth, const cv::Rect2d& part, cv::Size size, cv::Mat& fitted);
 
-/// As fitDepth(), for depth whose steps are hard: they stay hard, where fitDepth() has depths
-/// between their sides. Depth lies within the range of the 2 x 2 samples around it. Where these
-/// differ by 0.03 and by 0.6 of the range of the 4 x 4 samples around, it is their least or largest
-/// one, whichever is nearer to that of fitDepth().
+/// As fitDepth(), but hard steps stay hard, where fitDepth() makes depths between their sides.
+/// Depth lies within the range of the 2 x 2 samples around it. If these differ by 0.03 and by 0.6
+/// of the range of the 4 x 4 samples around, the depth is their least or largest one, whichever is
+/// nearer to that of fitDepth().
 /// @throws Error as fitDepth()
 void fitRefinedDepth(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat& guide,
                      cv::Mat& fitted);

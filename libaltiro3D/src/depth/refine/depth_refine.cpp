@@ -1,5 +1,3 @@
-// Corrects the flaws of a depth map: refineDepth() of depth_map.hpp.
-
 #include "altiro3D/depth_map.hpp"
 
 #include "base/checks.hpp"
@@ -139,10 +137,10 @@ void keepHardSteps(const cv::Mat& given, double sigma, Surroundings& around, cv:
 
 // How the px of a step are decided.
 struct StepRule {
-    double width;    // of the steps, px
-    int radius;      // of the window that decides on a px
+    double width;    // width of the steps, px
+    int radius;      // radius of the window that decides on a px
     float part;      // px within this part of a step's height from its middle are decided
-    float minHeight; // of a step, in units of depth
+    float minHeight; // lowest step, in units of depth
 };
 
 // The neighbourhood of a px that decides to which side it belongs.
@@ -161,18 +159,18 @@ std::vector<StepNeighbour> windowOf(const StepRule& rule) {
     return taps;
 }
 
-// Parameters that were measured on the scenes of docs/lab/views.md.
+// Measured on the scenes of docs/lab/views.md.
 constexpr float kWholeStep = 1;  // px farther from the middle belong to something else
 constexpr float kMiddle = 0.3F;  // px that are left between the sides after the first pass
 constexpr double kLeftWidth = 2; // width of what is left
 constexpr float kSimilar = 0.8F; // a px that is so similar to both sides is no edge
 
 // In a wide window, lower steps are slopes of a surface.
-constexpr double kMinHeight = 0.03; // of a step, in units of depth
+constexpr double kMinHeight = 0.03; // lowest step, in units of depth
 constexpr double kMinHeightOfWide = 0.08;
 constexpr double kMinHeightPerPixel = 0.006;
 
-// Equally soft steps of a width: the depth knows well where they are.
+// The rule for equally soft steps of a width: the depth has them at accurate places.
 StepRule evenRule(double width) {
     const int radius = std::max(2, static_cast<int>(std::lround(0.9 * width)));
     const double least = std::clamp(kMinHeightPerPixel * width, kMinHeight, kMinHeightOfWide);
@@ -181,8 +179,8 @@ StepRule evenRule(double width) {
 
 // The depth of a px in a step: 0 far, 1 near, from its own place between the sides and its colour.
 float sideOf(float place, const StepSide& nearSide, const StepSide& farSide) {
-    constexpr float kFloor = 0.02F;   // the photo may contradict, but not for ever
-    constexpr float kDepthWeight = 6; // of the place, the colour counts once
+    constexpr float kFloor = 0.02F;   // limits how much the photo may contradict
+    constexpr float kDepthWeight = 6; // weight of the place; the colour counts once
     const double color =
         std::log(static_cast<double>((nearSide.color + kFloor) / (farSide.color + kFloor)));
     const double side = static_cast<double>(kDepthWeight * (2 * place - 1)) + color;
@@ -193,7 +191,7 @@ class Sharpener {
   public:
     // @param given the depth that stays where the photo has no edge
     // @param sides the depth of which steps are made, and the photo
-    // @param around what surrounds each px, of rule.radius
+    // @param around surroundings of each px within rule.radius
     Sharpener(const cv::Mat& given, const StepRule& rule, const StepSides& sides,
               const Surroundings& around)
         : given_(given), depth_(sides.depth()), rule_(rule), sides_(sides), around_(around) {}
@@ -224,8 +222,7 @@ class Sharpener {
             const auto at = static_cast<std::size_t>(x);
             const float height = most[x] - least[x];
             buffers.wanted[at] = 0;
-            // A slope is not a step: it is higher than its steepest place makes a step of this
-            // width.
+            // A slope is not a step: it is higher than a step of this width and slope.
             if (height < rule_.minHeight || height * height > ramp * ramp * steepest[x]) continue;
             const float middle = (most[x] + least[x]) / 2;
             const float scale = 2 / height;

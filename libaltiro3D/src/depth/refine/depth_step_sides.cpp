@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "depth/refine/depth_step_sides.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -104,7 +103,6 @@ HWY_INLINE void sumRow(const StepRow& row, const float* HWY_RESTRICT colorWeight
 
 // The sums of both sides of each wanted px, (4.8) of docs/mathematics.md. They are added in the
 // order of the taps, so they have the same bits on all instruction sets.
-//
 // @param colorWeight kStepColors + 1 similarities
 // @param nearSide @param farSide results; undefined where a px is not wanted
 void sumStepSidesOn(const StepRow& row, const float* HWY_RESTRICT colorWeight,

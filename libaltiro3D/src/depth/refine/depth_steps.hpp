@@ -15,11 +15,9 @@ namespace altiro3D {
 
 /// Turns the soft steps of a depth map into hard ones where the photo has an edge. Each px of a
 /// step takes the side to which its depth and its colour belong. Contours are smoothed by a median.
-///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param flaws softness (> 0 px) and blur of the steps, which are equally soft
-/// @param depth [as photo, CV_32FC1, 0..1], changed in place; the same bytes for any number of
-///        threads
+/// @param depth [as photo, CV_32FC1, 0..1], changed in place
 void sharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, cv::Mat& depth);
 
 /// Similarity of colours by their squared distance >> kStepColorShift, in steps of 16 and at most
@@ -34,9 +32,8 @@ struct StepTap {
     float weight;
 };
 
-/// A row of px and what surrounds it. Pointers are to the row's first px. The planes are padded on
-/// all sides by the reach of the taps, and at the end of a row by kRowPadding; the other arrays
-/// also have kRowPadding.
+/// A row of px and what surrounds it. Pointers are to the row's first px. Planes are padded on all
+/// sides by the reach of the taps; rows of all arrays end with kRowPadding.
 struct StepRow {
     std::size_t count = 0;        ///< Px of the row; taps beyond it are left out.
     const float* depth = nullptr; ///< Plane of depth.
@@ -48,27 +45,26 @@ struct StepRow {
     const std::uint8_t* wanted = nullptr;    ///< Not 0: the px is wanted.
     const float* middle = nullptr;           ///< Depth between the sides of the step.
     const float* scale = nullptr;            ///< 2 / height of the step.
-    const StepTap* taps = nullptr;           ///< Those of which the rows exist.
+    const StepTap* taps = nullptr;           ///< Taps whose rows exist.
     std::size_t tapCount = 0;
-    int reach = 0; ///< Largest column of the taps, and least, negated.
+    int reach = 0; ///< Largest column of the taps; the least one is its negative.
 };
 
 /// Sums over one side of the steps of a row, per px and padded (kRowPadding).
 struct StepSums {
-    float* depth = nullptr;  ///< Of weighted depth.
-    float* weight = nullptr; ///< Of the weights.
-    float* color = nullptr;  ///< Of weighted similarities with the px.
+    float* depth = nullptr;  ///< Sum of weighted depth.
+    float* weight = nullptr; ///< Sum of the weights.
+    float* color = nullptr;  ///< Sum of weighted similarities with the px.
 };
 
 /// A symmetric filter of `count` values: to[x] = weights[0] middle[x] + the sum of weights[k]
 /// (before[k][x] + after[k][x]) for k = 1..reach, added in this order.
-///
 /// @param before @param after `reach` + 1 pointers; those at 0 are not used
 /// @param to result; must not overlap the others
 void filterRow(const float* middle, const float* const* before, const float* const* after,
                const float* weights, std::size_t reach, std::size_t count, float* to);
 
-/// What a square window around each px of a depth map holds.
+/// Extremes in a square window around each px of a depth map.
 struct Surroundings {
     cv::Mat least;    ///< [as depth, CV_32FC1] depth
     cv::Mat most;     ///< [as depth, CV_32FC1] depth
@@ -108,11 +104,11 @@ struct SideRows {
     StepSide mean(std::size_t x) const { return {depth[x] / weight[x], color[x] / weight[x]}; }
 };
 
-/// What the px of one row need.
+/// Data of the px of one row; the first three are as in StepRow.
 struct StepBuffers {
-    std::vector<std::uint8_t> wanted; ///< Not 0: to be decided.
-    std::vector<float> middle;        ///< Depth between the sides.
-    std::vector<float> scale;         ///< 2 / height of the step.
+    std::vector<std::uint8_t> wanted;
+    std::vector<float> middle;
+    std::vector<float> scale;
     SideRows nearSide;
     SideRows farSide;
     std::vector<StepTap> taps;
@@ -130,10 +126,8 @@ class StepSides {
 
     /// @param depth [as photo, CV_32FC1]
     /// @param sure [as photo, CV_32FC1, 0..1] weights of px as members of a side; px farther from
-    ///        the middle than the height of the step then belong to something else. Empty: all
-    ///        px count fully.
+    ///        the middle than the step's height then belong elsewhere. Empty: all px count fully.
     void setDepth(const cv::Mat& depth, const cv::Mat& sure = {});
-    /// The depth as set. @return [as photo, CV_32FC1]
     const cv::Mat& depth() const { return depth_; }
 
     /// Sums both sides of the wanted px of a row.
@@ -155,13 +149,11 @@ class StepSides {
 };
 
 /// Turns the soft steps of a depth map into hard contours where there is evidence for them: the
-/// step is steep, and the colours of the photo tell its two sides apart. Other steps stay as soft
-/// as they are: views stretch a slope, but tear a step. Steps of differing softness, as depth
-/// networks leave them. (4.12) to (4.15) of docs/mathematics.md.
-///
+/// step is steep, and the colours of the photo distinguish its two sides. Other steps stay as soft
+/// as they are, because views stretch a slope, but tear a step. The steps may differ in softness,
+/// as those of depth networks do. (4.12) to (4.15) of docs/mathematics.md.
 /// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1, finite, about 0..1, 1 = nearest] changed in place. The same
-///        bytes for any number of threads.
+/// @param depth [as photo, CV_32FC1, finite, about 0..1, 1 = nearest] changed in place
 void decideContours(const cv::Mat& photo, cv::Mat& depth);
 
 } // namespace altiro3D

@@ -24,7 +24,7 @@ cv::Mat withNotes(Read read, const PhotoFile& file, Notes* notes) {
     return picture;
 }
 
-// Photos that bring their depth do not need it.
+// Stands for a network that is not installed. Photos with depth do not need it.
 class MissingNetwork : public DepthSource {
   public:
     std::string description() const override { return "no network"; }

@@ -11,7 +11,7 @@
 
 namespace altiro3D {
 
-/// Depth of pictures in memory, as that of files: see storedDepthOr().
+/// Depth of pictures in memory, like that of files: see storedDepthOr().
 
 /// The left eye's picture with its depth by matching.
 /// @param notes receives the remarks on the match, without the name of the file
@@ -21,7 +21,7 @@ PhotoDepth matchedDepth(const StereoPair& pair, Notes& notes);
 /// The left half of a picture whose name says that it holds both eyes, with its depth by matching.
 /// @param file name of the picture's file @param bytes its contents
 /// @param notes if given, receives remarks
-/// @return nothing, and a remark, if the halves do not match so well that they are surely eyes
+/// @return nothing, and a remark, unless the halves match so well that they are certainly eyes
 std::optional<PhotoDepth> matchedDepth(const SceneName& name, const cv::Mat& picture,
                                        const std::filesystem::path& file, std::string_view bytes,
                                        Notes* notes);

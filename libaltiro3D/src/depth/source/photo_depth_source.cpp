@@ -1,6 +1,3 @@
-// Depth that comes with a photo: beside it, in its file, from the pictures of both eyes, or in a
-// half of it; and another source for all other photos.
-
 #include "altiro3D/depth_source.hpp"
 
 #include "altiro3D/enum_table.hpp"
@@ -28,7 +25,7 @@ struct Found : PhotoDepth {
     Notes notes;
 };
 
-// A damaged depth image beside the photo, which nobody named, is reported and left out.
+// A damaged depth image beside the photo, which the user did not name, is reported and left out.
 Found findBeside(const fs::path& photo) {
     Found found;
     const fs::path beside = findDepthBeside(photo);
@@ -111,7 +108,7 @@ cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& fallback
             return original;
         }
     }
-    return fallback.readPhoto(file, notes).photo; // of a network: altiro3D::readPhoto()
+    return fallback.readPhoto(file, notes).photo; // for a network, altiro3D::readPhoto()
 }
 
 PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options,

@@ -24,7 +24,8 @@ constexpr double kMatchPixels = 7.5e5; // and most px
 constexpr int kCoarseSide = 250;       // px; at which the range of disparities is found
 constexpr double kSearch = 0.35;       // share of the width, to both sides of zero
 constexpr double kMinMatched = 0.25;   // share of px
-constexpr double kMinLikeness = 0.5;   // of matched detail; unrelated pictures stay below it
+constexpr double kMinLikeness = 0.5;   // correlation of matched detail; lower for unrelated
+                                       // pictures
 constexpr int kMinDetail = 4;          // grey levels beside the mean of the surroundings
 constexpr double kFlatRange = 0.0015;  // share of the width
 constexpr int kMinSide = 16;           // px; smaller pictures are not matched
@@ -73,8 +74,7 @@ cv::Mat detailOf(const cv::Mat& grey) {
     return detail;
 }
 
-// Correlation of the detail of matched px with that of their matches: smoothness alone makes also
-// unrelated pictures match.
+// Correlation of the detail of matched px with their matches': smooth pictures match anyway.
 double likenessOf(const cv::Mat& left, const cv::Mat& right, const cv::Mat& disparity) {
     const cv::Mat a = detailOf(left);
     const cv::Mat b = detailOf(right);

@@ -21,7 +21,7 @@ namespace {
 constexpr int kReach = 16; // px around a px that count for its median, to each side
 constexpr int kStep = 4;   // px between them
 constexpr int kPasses = 2;
-constexpr int kBins = 256;       // of the range of disparities
+constexpr int kBins = 256;       // bins of the range of disparities
 constexpr int kColourScale = 24; // sum of the differences of B, G and R with weight 1/2
 
 void fillRows(cv::Mat& disparity) {
@@ -75,13 +75,13 @@ constexpr float kBehind = 1.5F; // px of disparity by which hidden px lie behind
 constexpr float kTear = 1;      // px of disparity between neighbours of one surface
 
 // Moves a row of the right picture to the left one.
-// @param disparity, seen of the right and of the left picture, px
-// @param bgr of the right picture
+// @param disparity, seen rows of disparities of the right and of the left picture, px
+// @param bgr row of the right picture
 void moveRow(const float* disparity, const std::uint8_t* bgr, const float* seen, int width,
              std::uint8_t* hiddenBgr, float* hidden) {
     const auto put = [&](int x, float value, const std::uint8_t* first, float share) {
         if (x < 0 || x >= width || seen[x] - value < kBehind) return;
-        if (hidden[x] >= value) return; // of several, the nearest one is visible behind the thing
+        if (hidden[x] >= value) return; // the nearest one is visible behind the thing
         hidden[x] = value;
         for (int c = 0; c < 3; ++c) {
             const float colour = share > 0 ? static_cast<float>(first[c]) * (1 - share) +

@@ -22,11 +22,9 @@ struct RowFit {
 /// cross-correlation in whole numbers) and a fit that ignores outliers. Exact on any processor.
 ///
 /// Limits: rows are searched within 4 % of the height, columns within 35 % of the width.
-///
 /// @param left [rows x cols, CV_8UC1]
 /// @param right as left, of the same size
-/// @return the fit; all 0 if fewer than 12 blocks or fewer than a quarter of the textured ones
-/// agree
+/// @return the fit; all 0 if fewer than 12 blocks or a quarter of the textured ones agree
 RowFit fitRows(const cv::Mat& left, const cv::Mat& right);
 
 /// Moves the rows of the right picture to those of the left one. The slope is undone as a rotation,
@@ -62,16 +60,14 @@ struct HiddenLooks {
 HiddenLooks looksOfHidden(const cv::Mat& disparity, const cv::Mat& grey, double pixels);
 
 /// Fills the unknown disparities of a pair. Each takes the farther of the nearest known values to
-/// its left and right in the row, as what one eye misses lies behind. Then each filled px takes the
-/// median of its surroundings, weighted by the likeness of the colours (bilateral weights, as in
-/// Hosni et al. 2013), twice, which removes streaks along the rows.
-///
+/// its left and right in the row, because what one eye misses lies behind. Then each filled px
+/// takes the median of its surroundings, weighted by the likeness of the colours (bilateral
+/// weights, as in Hosni et al. 2013), twice, which removes streaks along the rows.
 /// @param disparity [rows x cols, CV_32FC1, NaN = unknown], at least one known; filled in place
 /// @param photo [as disparity, CV_8UC3, BGR]
 void fillFromBehind(cv::Mat& disparity, const cv::Mat& photo);
 
-/// What only the right eye of a pair sees, where the left eye would see it if nothing stood before
-/// it:
+/// What only the right eye of a pair sees, where the left eye would see it if nothing hid it:
 ///
 ///     right picture      b b b b h h h T T T b b     h: seen by the right eye only
 ///     left picture       b b b T T T b b b b b b     T: a thing, b: background

@@ -1,4 +1,3 @@
-
 #include "base/pixel_rows.hpp"
 #include "depth/stereo/stereo_parts.hpp"
 
@@ -24,7 +23,7 @@ constexpr double kSearchColumns = 0.35; // share of the width, to both sides
 constexpr double kSearchRows = 0.04;    // share of the height, up and down
 constexpr double kMinCorrelation = 0.8;
 constexpr double kMinDeviation = 4; // grey levels: below, a block has no texture
-constexpr double kMinDrop = 0.02;   // of the correlation 3 rows above and below the match
+constexpr double kMinDrop = 0.02;   // drop of the correlation 3 rows above and below the match
 constexpr double kTolerance = 1.5;  // px; a block within it agrees with the fit
 constexpr int kMinBlocks = 12;
 
@@ -36,7 +35,7 @@ struct Block {
 struct Match {
     cv::Point shift;
     double correlation = -1;
-    double rowPart = 0; // of a px, from a parabola through the correlations above and below
+    double rowPart = 0; // fraction of a px, by a parabola through correlations above and below
 };
 
 // Sums over a block of n px, from which the normalized correlation follows without rounding.
@@ -165,8 +164,7 @@ double residual(const RowFit& fit, const Block& block) {
            fit.stretch * block.at.y;
 }
 
-// Medians of the slopes between blocks that are far apart (Theil and Sen), which up to a quarter of
-// wrong matches do not move.
+// Medians of slopes between distant blocks (Theil and Sen); up to a quarter may be wrong matches.
 RowFit robustFit(const std::vector<Block>& blocks, cv::Size size) {
     RowFit fit;
     std::vector<double> values;

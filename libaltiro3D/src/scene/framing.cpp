@@ -73,7 +73,7 @@ cv::Rect middleHalf(const cv::Rect& part) {
 
 using Line = std::vector<std::uint8_t>; // brightness of a row or column
 
-// Px that differ from a level by more than noise does.
+// Share of the px that differ from a level by more than noise does.
 double shareBeside(const Line& line, int level) {
     constexpr int kNoise = 12;
     const auto beside = std::count_if(line.begin(), line.end(), [&](std::uint8_t value) {
@@ -87,7 +87,7 @@ int borderLines(const std::vector<Line>& lines) {
     constexpr double kFew = 0.05;  // dust, and the ends of the lines, which lie in other borders
     constexpr double kMany = 0.33; // the photo begins with a step all along the border
     const std::size_t most = lines.size() - 1;
-    int level = 0; // of the last line of the border
+    int level = 0; // level of the last line of the border
     std::size_t count = 0;
     for (; count < most; ++count) {
         Line sorted = lines[count];
@@ -95,7 +95,7 @@ int borderLines(const std::vector<Line>& lines) {
         if (shareBeside(lines[count], middle) > kFew) break;
         level = middle;
     }
-    // The next line may hold some of both. What has no end here is a part of the photo, as the sky.
+    // The next line may hold parts of both. A border without an end here belongs to the photo.
     if (count == 0 || count == most || shareBeside(lines[count + 1], level) < kMany) return 0;
     return static_cast<int>(count) + 1;
 }

@@ -8,8 +8,8 @@
 
 namespace altiro3D {
 
-/// The part of a photo that the panel shows: PhotoFit::source of fitPhoto(), which the size of the
-/// result does not change.
+/// The part of a photo that the panel shows: PhotoFit::source of fitPhoto(), which does not depend
+/// on the size of the result.
 inline cv::Rect shownPart(cv::Size photo, double panelAspect, FitMode mode,
                           const Framing& framing) {
     return fitPhoto(photo, panelAspect, {1, 1}, mode, framing).source;
@@ -17,7 +17,6 @@ inline cv::Rect shownPart(cv::Size photo, double panelAspect, FitMode mode,
 
 /// How likely each place of a scene belongs to its subject: places that are sharp, near, nearer
 /// than others in their row, and close to the middle have large weights; (7.1).
-///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [any size, CV_32FC1, 0..1, 1 = nearest]; shows all of the photo. NaN counts as 0.
 /// @param weights [size of the photo, scaled down to at most 320 px per side, CV_32SC1, 1..65535];
@@ -26,7 +25,6 @@ inline cv::Rect shownPart(cv::Size photo, double panelAspect, FitMode mode,
 void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& weights);
 
 /// The part of a scene that fills the panel and has the largest weights; (7.2).
-///
 /// @param weights from subjectWeights()
 /// @param picture size of the photo in px
 /// @param panelAspect width : height of the panel, 0.01..100
@@ -36,7 +34,6 @@ void subjectWeights(const cv::Mat& photo, const cv::Mat& depth, cv::Mat& weights
 Framing frameSubject(const cv::Mat& weights, cv::Size picture, double panelAspect, double zoom = 1);
 
 /// Depth of the subject: the median of the depth, weighted with the squares of the weights.
-///
 /// @param weights from subjectWeights()
 /// @param depth of the same scene
 /// @param part the part of the scene that is shown, in its widths and heights
@@ -53,7 +50,6 @@ constexpr double kMaxSideZoom = 5;
 
 /// Finds the border of a scan: rows and columns at the rim that have nearly one colour and end in a
 /// step all along. What goes on beyond kMaxScanBorder is a part of the photo, such as a night sky.
-///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @return the part of the photo inside; all of it if there is no border
 /// @throws Error InvalidArgument (empty or wrong type)
@@ -61,7 +57,6 @@ cv::Rect withoutScanBorder(const cv::Mat& photo);
 
 /// Moves and enlarges what is shown so that no view looks beyond a part of the photo, as far as
 /// kMaxSideZoom allows; (7.5). The depth at the sides determines how far views look.
-///
 /// @param scene photo and depth, before the fit
 /// @param inside the part of the photo that may be seen, from withoutScanBorder()
 /// @param panelAspect width : height of what fills the panel, in px of the photo, 0.01..100

@@ -50,7 +50,7 @@ bool isInside(const cv::Rect& part, cv::Size whole) {
     return fits(part.x, part.width, whole.width) && fits(part.y, part.height, whole.height);
 }
 
-// Fits what is known of the hidden background. Colours are means of the known px only; a px is
+// Fits what is known about the hidden background. Colours are means of the known px only; a px is
 // known if at least half of it is.
 void fitHidden(const HiddenLayer& hidden, cv::Size photo, const PhotoFit& fit,
                HiddenLayer& fitted) {
@@ -109,8 +109,7 @@ int marginColumns(const PhotoFit& fit, int margin, int beside) {
     return std::clamp(cvRound(margin * columnsPerPixel(fit)), 1, beside);
 }
 
-// Resamples to the size of the target: first shrinks by area average, then enlarges by
-// interpolation; each may affect one axis only.
+// Resamples to the target's size: shrinks by area average, then enlarges; each may affect one axis.
 void resample(const cv::Mat& source, cv::Mat target) {
     const cv::Size smaller(std::min(source.cols, target.cols), std::min(source.rows, target.rows));
     cv::Mat shrunk = source;
@@ -178,7 +177,7 @@ void resampleDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit
 }
 
 // Whether the fit enlarges the photo and its depth by so much that refinement before it pays. Views
-// of a quilt's size seldom do; their depth, of networks above all, is better refined afterwards.
+// of a quilt's size seldom do; their depth, above all from networks, is better refined afterwards.
 bool isEnlarged(const Scene& scene, const PhotoFit& fit) {
     constexpr double kLeast = 1.25;
     return fit.target.width >= kLeast * fit.source.width &&

@@ -18,7 +18,7 @@ bool isEstimated(const Scene& scene) {
     return scene.edges == DepthEdges::Aligned;
 }
 
-// The depth of a part of a photo, with at most as many px as tell its steps.
+// The depth of a part of a photo, with no more px than are needed to show its steps.
 cv::Mat depthOf(const Scene& scene, const cv::Rect& part) {
     constexpr int kMost = 1024;
     const cv::Size photo = scene.photo.size();
@@ -48,10 +48,10 @@ double fallOfRows(const cv::Mat& depth) {
     return std::max(right, left) / depth.rows;
 }
 
-// Without double edges, and content moving too far, for a range of depth; (7.3).
+// The largest strength for a range of depth without double edges and too large shifts; (7.3).
 double strengthOfRange(double focus, const QuiltLayout& quilt, cv::Vec2d depthRange) {
     const double reach = std::max(std::abs(depthRange[0] - focus), std::abs(depthRange[1] - focus));
-    double widths = kMaxAutoParallax / 100; // of content at `reach`
+    double widths = kMaxAutoParallax / 100; // shift of content at `reach`
     if (quilt.viewCount > 1) {
         const double pixels = kParallaxBudgetPixels * (quilt.viewCount - 1);
         widths = std::min(widths, pixels / quilt.tileSize.width);
@@ -124,7 +124,7 @@ Scene withDepthCurve(const Scene& scene, double exponent) try {
 
 PhotoFit withMargins(const PhotoFit& fit, cv::Size picture, const ViewOptions& options) {
     validate(options);
-    constexpr int kSteps = 32;          // of the width
+    constexpr int kSteps = 32;          // steps per width
     constexpr double kInterpolated = 2; // px beside the last position
     const double shift =
         options.strengthPercent / 200 * fit.size.width * std::max(options.focus, 1 - options.focus);

@@ -31,8 +31,7 @@ constexpr EyesPictureName kNames[] = {
     {"rows", "interlaced rows", ""},
 };
 
-// Where the picture of an eye lies in one of whole or half pictures.
-// @param index 0: the first one
+// Where the picture of an eye lies in one of whole or half pictures. @param index 0: the first one
 cv::Rect placeOf(cv::Size joined, bool isBeside, int index) {
     const cv::Size half = isBeside ? cv::Size(joined.width / 2, joined.height)
                                    : cv::Size(joined.width, joined.height / 2);

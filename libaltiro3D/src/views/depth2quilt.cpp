@@ -16,8 +16,8 @@ namespace altiro3D {
 
 namespace {
 
-// Tells a caller how much of some work is done. Thread-safe; an exception of the caller's waits
-// until finish(), because it must not leave cv::parallel_for_ from a thread of the pool.
+// Reports progress to a caller. Thread-safe; an exception of the caller's waits until finish(),
+// because it must not leave cv::parallel_for_ from a thread of the pool.
 class Progress {
   public:
     Progress(const QuiltProgressFunction& goOn, int steps) : goOn_(goOn), steps_(steps) {}

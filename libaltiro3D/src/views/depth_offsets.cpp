@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "views/depth_offsets.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep

@@ -6,16 +6,14 @@
 
 namespace altiro3D {
 
-/// Offset of a depth from the focus. Depth is clamped to 0..1, NaN counts as 0. Exactly 0 at the
-/// focus.
+/// Offset of a depth from the focus, exactly 0 there. Depth is clamped to 0..1, NaN counts as 0.
 inline float offsetFromFocus(float depth, double focus) {
     const float d = depth > 0 ? (depth < 1 ? depth : 1.0F) : 0.0F;
     if (d == static_cast<float>(focus)) return 0; // also if the focus is not representable as float
     return static_cast<float>(static_cast<double>(d) - focus);
 }
 
-/// offsetFromFocus() of a row.
-/// @param depth `count` values @param offsets result, `count` values
+/// offsetFromFocus() of a row. @param depth `count` values @param offsets result, `count` values
 void offsetsFromFocus(const float* depth, std::size_t count, double focus, float* offsets);
 
 /// Steps of wholeOffsets() per unit of depth.

@@ -9,7 +9,6 @@
 namespace altiro3D {
 
 /// Creates the renderer of a method. The scene must outlive it.
-///
 /// @param scene photo [rows x cols, CV_8UC3, BGR]; depth [as the photo, CV_32FC1], clamped to 0..1,
 ///        NaN counts as 0; hidden layer of the photo's size or empty
 /// @param options method and its options; must be valid
@@ -19,23 +18,19 @@ namespace altiro3D {
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
                                            double outermost);
 
-/// Method Fast. Photo and depth must outlive the renderer.
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
+/// Method Fast. Photo and depth as for makeRenderer(); they must outlive the renderer.
 /// @param largestShift largest |shift| of the views, px
 std::unique_ptr<ViewRenderer> makeFastRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                                const ViewOptions& options, double largestShift);
 
-/// Method Real for cameras on one horizontal line. Photo and depth must outlive the renderer.
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
+/// Method Real for cameras on one horizontal line. Photo and depth as for makeFastRenderer().
 /// @param focus depth of zero parallax, 0..1
 std::unique_ptr<ViewRenderer> makeRealRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                                double focus, const RealOptions& options);
 
 /// Parameters of method Layered.
 struct LayeredSettings : LayeredOptions {
-    /// What is known of the hidden background, of the photo's size.
+    /// What is known about the hidden background, of the photo's size.
     HiddenLayer hidden{};
 
     /// Scene::mixedPixels
@@ -45,14 +40,11 @@ struct LayeredSettings : LayeredOptions {
     /// shift. Views beyond are still complete; their gaps repeat the last prepared pixel.
     double reachPixels = 32;
 
-    /// The depth step above which a surface is torn: it moves apart by tearPixels in the outermost
-    /// view.
+    /// Depth step above which a surface tears: it moves apart by tearPixels in the outermost view.
     double tearStep() const { return tearPixels / reachPixels; }
 };
 
-/// Method Layered. Photo and depth must outlive the renderer.
-/// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param depth [as photo, CV_32FC1], clamped to 0..1, NaN counts as 0
+/// Method Layered. Photo and depth as for makeFastRenderer().
 /// @param focus depth of zero parallax, 0..1
 std::unique_ptr<ViewRenderer> makeLayeredRenderer(const cv::Mat& photo, const cv::Mat& depth,
                                                   double focus, const LayeredSettings& options);

@@ -16,8 +16,7 @@ namespace altiro3D {
 /// Limit of shifts, px, which keeps all positions finite. Beyond it no view shows any of the photo.
 constexpr double kMaxShift = 1e9;
 
-/// A shift in whole steps. Opposite shifts have opposite steps.
-/// @param steps per px
+/// A shift in whole steps. Opposite shifts have opposite steps. @param steps per px
 inline std::int16_t wholeShift(double shiftPixels, double steps) {
     return static_cast<std::int16_t>(
         std::round(std::clamp(shiftPixels * steps, -32640.0, 32640.0)));
@@ -39,7 +38,6 @@ class SubpixelSampler {
 
     /// Reads one channel of the open row, which must not be still. The values equal those of
     /// ViewRenderer::render().
-    ///
     /// @param channel 0 blue, 1 green, 2 red
     /// @param shifts p S/2 in px of the requested view, for each column that the sampler was made
     ///        for, and kRowPadding more
@@ -56,8 +54,7 @@ class SubpixelSampler {
     }
 };
 
-/// Renders the same row of several views, so work that a row needs once is done once. One object
-/// per thread.
+/// Renders a row of several views and shares the work of a row. One object per thread.
 class RowRenderer {
   public:
     RowRenderer() = default;
@@ -72,8 +69,7 @@ class RowRenderer {
                         const std::vector<std::uint8_t*>& views) = 0;
 };
 
-/// Renders views of one photo with its depth by one method. The constructor does the work that all
-/// views share. Thread-safe.
+/// Renders views of one photo by one method. The constructor does the shared work. Thread-safe.
 class ViewRenderer {
   public:
     ViewRenderer() = default;
@@ -82,7 +78,6 @@ class ViewRenderer {
     virtual ~ViewRenderer() = default;
 
     /// Renders the view in which content at depth d is moved by -shiftPixels (d - focus) px.
-    ///
     /// @param shiftPixels p S/2 in px, any finite number; 0 gives the photo bit for bit
     /// @param view [as the photo, CV_8UC3, BGR], allocated; must not be the photo
     virtual void render(double shiftPixels, cv::Mat& view) const = 0;

@@ -14,7 +14,6 @@
 #include <numeric>
 #include <opencv2/core.hpp>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "views/fast/fast.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -32,7 +31,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 // Source positions of view pixels in a row of the photo, by method Fast: column + shift * offset,
 // clamped to the row. Each refinement step reads the offset again, linearly, at the position found
 // so far. All rows are padded (kRowPadding); the padding is read and written.
-//
 // @param columns column of each of `count` pixels
 // @param ownOffsets depth - focus in that column
 // @param shifts p S/2 of each, px, finite
@@ -68,8 +66,7 @@ void fastPlacesOn(const float* HWY_RESTRICT columns, const float* HWY_RESTRICT o
     }
 }
 
-// Samples at places in 1/32 px. One gather of four bytes per sample, of which two are used, limits
-// the speed.
+// Samples at places in 1/32 px. A gather of four bytes, of which two are used, limits the speed.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void gatherSamples(D whole, const std::uint8_t* plane, V place,
                               std::uint8_t* HWY_RESTRICT values) {
@@ -127,7 +124,6 @@ HWY_INLINE void forWindows(const FastRow& row, const W& inWindow, const E& elsew
 }
 
 // Samples a plane linearly at places in whole numbers, with the rounding of cv::remap.
-//
 // @param shifts wholeShift() of each pixel, in kShiftSteps
 // @param values result, `count` and padding
 //
@@ -165,7 +161,6 @@ void fastWholeSamplesOn(const FastRow& row, const std::int16_t* HWY_RESTRICT shi
 }
 
 // Samples a plane linearly at given places, rounded to 1/32 px, with the rounding of cv::remap.
-//
 // @param places from fastPlaces()
 // @param values result, `count` and padding
 void fastSamplesAtOn(const FastRow& row, const float* HWY_RESTRICT places,
@@ -322,7 +317,7 @@ class FastSampler : public SubpixelSampler {
     FastPixels pixels_;
     bool still_ = false;
     std::array<std::vector<std::uint8_t>, 3> planes_;
-    std::vector<float> offsets_; // of the row of the photo
+    std::vector<float> offsets_; // offsets of the row of the photo
     std::vector<std::int32_t> wholeOffsets_;
     // unless in whole numbers, for each requested column
     std::vector<float> columnPlaces_;

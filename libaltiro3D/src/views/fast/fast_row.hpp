@@ -17,8 +17,7 @@ namespace altiro3D {
 constexpr float kMaxWholeShift = 64;
 constexpr float kShiftSteps = 128;
 
-/// Pixels that read one channel of a row of the photo. All arrays are padded (kRowPadding); the
-/// padding is read.
+/// Pixels that read a channel of a row. All arrays are padded (kRowPadding) and read there.
 struct FastRow {
     const std::uint8_t* plane = nullptr; ///< The channel; its last px is repeated at least 4 times.
     const std::int32_t* columns = nullptr;  ///< 32 times the column of each of `count` pixels.

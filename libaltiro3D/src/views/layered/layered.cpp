@@ -1,5 +1,4 @@
-// Method Layered: each pixel of a row shows the front-most surface there. A background behind near
-// things is painted once.
+// Method Layered: each pixel shows the front-most surface; the hidden background is painted once.
 
 #include "views/view_methods.hpp"
 
@@ -287,8 +286,7 @@ class LayeredReader {
                 left_.push_back({static_cast<float>(surface.first),
                                  static_cast<float>(surface.hidden),
                                  surface.hidden > 0 ? kNoBorder : 1 + surface.leftExtra, strip});
-                // without a strip to its right, its last column is that of the photo, which may be
-                // soft
+                // without a strip to its right, its last column is the photo's, which may be soft
                 const int plain = direction == 0 ? surface.last : scene_.width - 1 - surface.last;
                 right_.push_back({static_cast<float>(surface.last),
                                   static_cast<float>(surface.beyond), 1 + surface.rightExtra,
@@ -319,8 +317,7 @@ class LayeredReader {
         return least;
     }
 
-    // Planes of the row and of the mirrored row, with their last px repeated on both sides, and of
-    // the painted strips.
+    // Planes of the row and the mirrored row, end px repeated, and of the painted strips.
     void splitPlanes() {
         const auto width = static_cast<std::size_t>(scene_.width);
         const LayeredRow* rows[] = {&scene_.rows[0][static_cast<std::size_t>(row_)],
@@ -356,8 +353,9 @@ class LayeredReader {
     bool bounded_ = true;
     LayeredTables tables_;
     LayeredColumns known_;
-    LayeredLines<std::int16_t> lines_; // of each pixel's column
-    LayeredColumns copies_;            // of each pixel's column, if isPicked_ and not isWholeRow_
+    LayeredLines<std::int16_t> lines_; // lines of each pixel's column
+    LayeredColumns copies_;            // copies per pixel's column, if isPicked_ and not
+                                       // isWholeRow_
     bool isPicked_ = false;
     bool isWholeRow_ = false;         // pixels and columns are the same
     std::vector<std::uint8_t> parts_; // 1/256 px right of the columns; empty if all are at columns
@@ -365,7 +363,7 @@ class LayeredReader {
     std::vector<float> columnPlaces_;  // all pixels, see LayeredPixels
     std::vector<std::int32_t> places_; // the same, in 1/256 px
     LayeredRoom room_;
-    std::vector<LayeredCovers> hard_; // of LayeredRoom::hard
+    std::vector<LayeredCovers> hard_; // covers of LayeredRoom::hard
     SoftBorders soft_;
     std::vector<std::int32_t> softPixels_; // at soft borders
     std::vector<SoftPixel> behind_;        // what is behind them,

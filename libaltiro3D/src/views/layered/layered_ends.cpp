@@ -10,7 +10,6 @@
 #include <cmath>
 #include <optional>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "views/layered/layered_ends.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -144,13 +143,10 @@ std::size_t SoftBorders::find(const LayeredRoom& room, std::size_t count,
     return HWY_DYNAMIC_DISPATCH(softPixelsOn)(room, count, shares_.data(), 2 * stride_, found);
 }
 
-// ---- the exact search
-
 namespace {
 
 constexpr int kSubColumns = 1 << kSubColumnBits;
 
-// One search.
 class Search {
   public:
     // @param strips first column of the direction's strips in the planes
@@ -203,8 +199,7 @@ class Search {
         return full;
     }
 
-    // Place of the background painted `distance` px left of surface k, limited to the painted
-    // columns.
+    // Place of the background `distance` px left of surface k, limited to the painted columns.
     std::int32_t hiddenPlace(int k, float distance) const {
         const LayeredSurface& surface = surfaces_[k];
         const float inside = std::min(distance, static_cast<float>(surface.hidden));

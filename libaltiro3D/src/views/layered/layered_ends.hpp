@@ -9,8 +9,7 @@
 
 namespace altiro3D {
 
-/// Contents of a pixel at or behind the end of a surface: covers of parts of the pixel, from front
-/// to back.
+/// Contents of a pixel at or behind the end of a surface: covers of its parts, from front to back.
 struct LayeredCovers {
     static constexpr int kMax = 4;
     std::int32_t place[kMax] = {}; ///< Places as in LayeredRoom.
@@ -33,7 +32,6 @@ class LayeredSearch {
           strips_{strips[0], strips[1]} {}
 
     /// Finds what the pixel at `x` shows in the view shifted by `shift`.
-    ///
     /// @param direction 0, or 1 for the mirrored row, in which x and column then count
     /// @param x px, a multiple of 1/256
     /// @param shift >= 0, px
@@ -100,14 +98,13 @@ class SoftBorders {
     std::size_t find(const LayeredRoom& room, std::size_t count, std::int32_t* found) const;
 
   private:
-    // The surface behind a soft border, in the direction in which it continues to the left, behind
-    // the border.
+    // The surface behind a soft border, in the direction in which it continues to the left.
     struct Edge {
         int direction = 0;
         int first = 0;            // its first column
-        float offset = 0;         // of that column, px per px of shift
-        std::int32_t place = 0;   // of that column in the plane
-        std::int32_t length = 0;  // of what the photo shows of it, in 1/256 px
+        float offset = 0;         // offset of that column, px per px of shift
+        std::int32_t place = 0;   // place of that column in the plane
+        std::int32_t length = 0;  // length of its part that the photo shows, in 1/256 px
         std::int32_t strip = 0;   // place of that column in the strip painted to its left
         std::int32_t painted = 0; // length of the strip, in 1/256 px
 
@@ -119,7 +116,7 @@ class SoftBorders {
     int stride_ = 0;
     std::vector<Edge> edges_;          // none: all borders are hard
     std::vector<std::int16_t> edgeOf_; // index in edges_ of each column with a share
-    std::vector<std::uint8_t> shares_; // of the row and of the mirrored row
+    std::vector<std::uint8_t> shares_; // shares of the row and of the mirrored row
 };
 
 } // namespace altiro3D

@@ -39,7 +39,7 @@ struct Run {
     int strip = 0;          // index of the first cell in LayeredRow::strips
     int length = 0;         // cells
     int visible = 0;        // px of the surface's visible part
-    int offset = 0;         // of the surface's end, in units of LayeredTables
+    int offset = 0;         // offset of the surface's end, in units of LayeredTables
     std::int32_t first = 0; // index of the first cell
     // neighbours of the first cell: inwards, inwards above, inwards below
     std::int32_t inner = kNoLink;
@@ -62,8 +62,7 @@ class RowMap {
     bool holds(int x) const { return x >= -left_ && x + left_ < static_cast<int>(cells_.size()); }
     std::int32_t& cell(int x) { return cells_[static_cast<std::size_t>(x + left_)]; }
     std::int32_t cell(int x) const { return cells_[static_cast<std::size_t>(x + left_)]; }
-    // Offset of a pixel; kMixed for mixed pixels, which lie between two surfaces, and beside the
-    // frame.
+    // Offset of a pixel; kMixed for mixed pixels, between two surfaces, and beside the frame.
     int offset(int x) const {
         return x >= 0 && x < width_ ? offsets_[static_cast<std::size_t>(x)] : kMixed;
     }
@@ -97,7 +96,7 @@ class Background {
         link();
     }
 
-    // @param known of the hidden background, mirrored as the photo
+    // @param known what is known about the hidden background, mirrored as the photo
     void paint(const HiddenLayer& known, double focus) {
         if (cellCount_ == 0) return;
         colours_.resize(cellCount_);
@@ -396,7 +395,7 @@ class Background {
     int longest_ = 0; // length of the longest run
     std::vector<Run> runs_;
     std::vector<std::size_t> runsOfRow_; // index of the first one of each row
-    // of each cell
+    // values of each cell
     std::size_t cellCount_ = 0;
     std::vector<std::int16_t> distances_; // from the visible part of its surface, px, or kKnown
     std::vector<std::int16_t> offsets_;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "views/layered/layered_guesses.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -127,8 +126,7 @@ void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels, 
                    places + i);
         const auto sure = hn::Or(isLine, verified);
 #if !ALTIRO3D_AVX512
-        // With AVX-512, compressing takes one instruction and is cheaper than an unpredictable
-        // branch.
+        // With AVX-512, compressing is one instruction, cheaper than an unpredictable branch.
         if (hn::AllTrue(whole, sure)) return;
 #endif
         const I pixel = hn::Iota(whole, static_cast<std::int32_t>(i));
@@ -180,8 +178,7 @@ class EndPixels {
         coverRight_ = hn::IfThenElseZero(hn::AndNot(frame, inGap_), partOf(covered));
     }
 
-    // In a gap: what is painted left of the next surface, unless a surface further left also
-    // reaches the gap.
+    // In a gap: what is painted left of the next surface, unless one further left also reaches it.
     HWY_INLINE void lookIntoGap() {
         const F away = hn::Sub(nextStart, lanes_.x);
         const F zero = hn::Zero(d_);
@@ -414,10 +411,10 @@ class AmongSurfaces {
     const LayeredTables& tables_;
     const LayeredSurfaces& surfaces_;
     const Lanes<F, I>& lanes_;
-    // of the surface found
+    // the surface found
     F first_ = hn::Zero(D());
     F last_ = hn::Zero(D());
-    F offset_ = hn::Zero(D()); // of its first column
+    F offset_ = hn::Zero(D()); // offset of its first column
 };
 
 // Arithmetic limits the speed: some ten operations for each surface near a vector of pixels, and

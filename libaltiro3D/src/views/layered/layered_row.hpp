@@ -42,8 +42,7 @@ constexpr int wordOffset(std::int16_t word) {
     return word >> 2;
 }
 
-// Tables are written in layered_scene.cpp, columns and lines in layered_lines.cpp, guesses in
-// layered_guesses.cpp.
+// Sources: layered_scene.cpp (tables), layered_lines.cpp (columns, lines), layered_guesses.cpp.
 
 /// Tables of one row. Each holds the row with kTablePadding entries on both sides and then,
 /// `stride` entries further, the same for the mirrored row. Pointers are to column 0.
@@ -118,7 +117,7 @@ struct LayeredList {
     std::size_t size = 0;
 };
 
-/// What is found of some pixels.
+/// Results for some pixels.
 struct LayeredRoom {
     /// @param count pixels
     explicit LayeredRoom(std::size_t count)
@@ -127,12 +126,11 @@ struct LayeredRoom {
           hard(places.size()), hardColumns(places), mixed(places), covers(places), parts(places) {}
 
     std::vector<std::int32_t> places;     ///< Places, or kSeeEnds.
-    std::vector<std::uint8_t> openBlocks; ///< Of each block: 1 if it must be searched.
-    std::vector<float> shifts;            ///< Shift of each pixel's view, px; of open blocks.
+    std::vector<std::uint8_t> openBlocks; ///< For each block, 1 if it must be searched.
+    std::vector<float> shifts;            ///< Shift of each pixel's view in open blocks, px.
     LayeredList open[2];                  ///< Pixels without a place, per direction.
     LayeredList hard;                     ///< Those that need LayeredSearch.
-    /// For each of `hard`, the column (in its direction) from which the search must continue to the
-    /// left.
+    /// For each of `hard`, the column (in its direction) from which the search goes on to the left.
     std::vector<std::int32_t> hardColumns;
     std::vector<std::int32_t> mixed;  ///< Indices of the pixels that a border covers in part,
     std::vector<std::int32_t> covers; ///< for each of them, the place of its cover,
@@ -160,8 +158,7 @@ struct LayeredLines {
     std::array<std::vector<T>*, 4> all() { return {&offsets, &slopes, &from, &to}; }
 };
 
-/// What is known of the columns of a row before any search. Arrays of one value per column, and
-/// kRowPadding more.
+/// Facts about columns, known before any search: one value per column, and kRowPadding more.
 struct LayeredColumns {
     std::vector<float> offsets; ///< Movement in px per px of shift.
     std::vector<float> slopes;  ///< Change of the offset from column to column.
@@ -203,15 +200,12 @@ struct LayeredLinePixels {
 bool layeredLines(const LayeredLinePixels& pixels, LayeredRoom& room);
 
 /// Finds places of the pixels of open blocks and lists the pixels whose places it does not find.
-///
 /// @param tables data of the row
 /// @param pixels columns with their table entries
 void layeredGuesses(const LayeredTables& tables, const LayeredPixels& pixels, LayeredRoom& room);
 
 /// Finds the places of listed pixels, surface by surface. Only for rows whose surfaces keep the
-/// order of their columns in all views, and for shifts within the reach. Fast if there are few
-/// surfaces.
-///
+/// order of their columns in all views, and for shifts within the reach. Fast with few surfaces.
 /// @param tables, surfaces data of the row
 /// @param reach LayeredScene::reachColumns
 /// @param direction index in LayeredRoom::open
@@ -219,7 +213,6 @@ void layeredAmongSurfaces(const LayeredTables& tables, const LayeredSurfaces& su
                           int direction, LayeredRoom& room);
 
 /// Reads one channel between columns, linearly.
-///
 /// @param plane the channel: row and mirrored row, laid out as the tables, padded
 /// @param places of `count` pixels, and padding; kSeeEnds gives undefined values
 /// @param values result

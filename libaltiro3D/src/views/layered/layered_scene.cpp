@@ -41,8 +41,7 @@ int hiddenCount(const std::vector<float>& offsets, int first, int soft, double r
     return count;
 }
 
-// Prepares the strips beside the surfaces of a row and fills them with the colour of the adjacent
-// px.
+// Prepares the strips beside a row's surfaces and fills them with the colour of the adjacent px.
 // @param mirrored whether surfaces and offsets are those of the mirrored row; bgr is never mirrored
 void prepareStrips(const std::uint8_t* bgr, bool mirrored, const std::vector<float>& offsets,
                    const LayeredSettings& options, LayeredRow& row) {

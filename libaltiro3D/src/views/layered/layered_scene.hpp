@@ -18,9 +18,8 @@ namespace altiro3D {
 ///   surfaces        0 1 2 3 |   4 5 6 7 |   h h h h 8 9 ...
 ///                                           ^^^^^^^ hidden columns, behind 4..7
 ///
-/// A surface continues to the left behind its occluder, because a camera that moves to the right
-/// sees behind the right borders of near things. Painted columns move with the adjacent end of the
-/// surface.
+/// A surface continues to the left behind its occluder, because a camera moving right sees behind
+/// the right borders of near things. Painted columns move with the adjacent end of the surface.
 struct LayeredSurface {
     int first = 0;        ///< First column of the photo.
     int last = 0;         ///< Last column of the photo.
@@ -49,8 +48,7 @@ struct LayeredRow {
     std::vector<std::uint8_t> strips;
 };
 
-/// All rows, for a camera that moves to the right (direction 0), and for the mirrored photo
-/// (direction 1).
+/// All rows for a camera that moves to the right (direction 0), and mirrored (direction 1).
 struct LayeredScene {
     std::vector<LayeredRow> rows[2];
     cv::Mat words;     ///< [rows x 2 * stride, CV_16SC1], LayeredTables::words
@@ -75,7 +73,6 @@ struct LayeredScene {
 
 /// Divides a row into surfaces at its depth steps and moves the cuts to the edges in the photo.
 /// Mirrored input gives the mirrored surfaces.
-///
 /// @param bgr the row of the photo
 /// @param offsets depth - focus of each pixel; on return, near surfaces are dilated, and
 ///        mixed pixels at borders have the near depth
@@ -104,18 +101,16 @@ class BorderShares {
     cv::Mat depth_; // its steps are in the middle of the edges of the photo
     float focus_;
     int mostColumns_;
-    std::vector<int> weights_; // of px at a distance along a row or a column
+    std::vector<int> weights_; // weights of px at a distance along a row or a column
 };
 
-/// Smooths the staircases of depth with few levels (8 bits) if views would show them. Each px moves
-/// by up to half a level towards its neighbours on the same slope. Other depth is returned
-/// unchanged.
+/// Smooths the staircases of depth with few levels (8 bits) if views would show them. Px move by up
+/// to half a level towards neighbours on the same slope. Other depth is unchanged.
 /// @param depth [rows x cols, CV_32FC1], NaN counts as 0
 /// @param reach largest shift, px
 cv::Mat withoutLevels(const cv::Mat& depth, double reach);
 
 /// Builds the surfaces and tables of all rows.
-///
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @param depth [as photo, CV_32FC1]
 /// @param focus depth of zero parallax

@@ -15,14 +15,13 @@
 
 namespace altiro3D {
 
-// ---- levels: depth with few (8 bits) and a long reach turns slopes into staircases
+// Depth with few levels (8 bits) and a long reach turns slopes into staircases.
 
 namespace {
 
 // Steps that move by less than this (px at the reach) are not changed.
 constexpr double kVisibleStep = 0.2;
-// Fewer levels are taken for flat layers. More levels than in 8 bits are taken for continuous
-// depth.
+// Fewer levels count as flat layers, more than in 8 bits as continuous depth.
 constexpr std::size_t kMinLevels = 16;
 constexpr std::size_t kMaxLevels = 256;
 // The largest distance of two levels in a depth of 0..1: 6 bits.
@@ -62,9 +61,8 @@ double visibleLevel(const cv::Mat& depth, double reach) {
     return level <= kMaxLevel && level * reach >= kVisibleStep ? level : 0;
 }
 
-// Each pixel becomes the mean of its left and right and its upper and lower neighbours. A pair that
-// is not on the pixel's slope is replaced by the pixel itself. Slopes and the sides of steps do not
-// change.
+// Each pixel becomes the mean of its left, right, upper and lower neighbours. A pair that is not on
+// the pixel's slope is replaced by the pixel itself. Slopes and the sides of steps do not change.
 class Sweep {
   public:
     Sweep(const cv::Mat& given, double level)
@@ -165,7 +163,7 @@ Border findBorder(const std::uint8_t* bgr, int edge, int out, int nearRoom, int 
     for (int c = 0; c < 3; ++c)
         contrast += (near[c] - far[c]) * (near[c] - far[c]);
     if (contrast < kBorderContrast * kBorderContrast) return {};
-    const auto share = [&](int k) { // of the near surface in the px k beyond the edge
+    const auto share = [&](int k) { // share of the near surface in the px k beyond the edge
         const std::uint8_t* mix = bgr + 3 * static_cast<std::ptrdiff_t>(edge + out * k);
         double sum = 0;
         for (int c = 0; c < 3; ++c)
@@ -231,8 +229,6 @@ cv::Mat withoutLevels(const cv::Mat& depth, double reach) {
     }
     return now;
 }
-
-// ---- cuts and borders
 
 void cutSurfaces(const std::uint8_t* bgr, std::vector<float>& offsets,
                  const LayeredSettings& options, std::vector<LayeredSurface>& surfaces) {

@@ -1,12 +1,10 @@
-// Method Real: every pixel of the photo is projected by its distance (Fehn's DIBR) and spread over
-// the pixels that it falls between; the nearest wins. Cracks get a median, other holes are
-// inpainted.
+// Method Real: every photo pixel is projected by its distance (Fehn's DIBR) and spread over the
+// pixels it falls between; the nearest wins. Cracks get a median, other holes are inpainted.
 //
 //     photo   . . . N N N . . .        N near, . far; the camera moves to the right
 //     view    N N N x x x . . .        x disocclusion: painted from the far side
 //
-// Places are whole numbers of 1/256 px, so sums do not depend on their order. The cameras are side
-// by side, so each row is on its own.
+// Places are whole numbers of 1/256 px, so sums do not depend on their order. Rows are independent.
 
 #include "views/view_methods.hpp"
 
@@ -24,8 +22,6 @@ namespace altiro3D {
 
 namespace {
 
-// Projection of photo pixels into a view, and accumulation in the view's pixels.
-
 constexpr int kOne = 256; // one pixel; also the weight of a whole pixel
 constexpr int kCovered =
     kOne / 2; // minimum weight of a covered pixel; less is the fringe of an edge
@@ -34,8 +30,7 @@ constexpr std::uint32_t kFull = 1U << 23U; // weight at which a sum stops: 255 k
 constexpr double kNearest = 1e30;          // limit of nearness, representable as float
 constexpr float kNothing = -1e30F;
 
-// Surfaces less than this apart (px of parallax) are blended. Values of 0.5 to 2 px differ by at
-// most 0.05 dB.
+// Surfaces closer than this (px of parallax) are blended. 0.5 to 2 px differ by at most 0.05 dB.
 constexpr float kSameSurface = 1;
 
 // A weighted sum of colours.
@@ -52,9 +47,8 @@ struct Sum {
     }
 };
 
-// Accumulated contents of a view pixel. `surface` is the nearest content that falls onto the pixel.
-// `fringe` is nearer content that only reaches into the pixel from beside it: an edge, blended by
-// its weight.
+// Contents of a view pixel. `surface` is the nearest content that falls onto the pixel. `fringe` is
+// nearer content that only reaches into the pixel from beside it: an edge, blended by its weight.
 struct Cell {
     float nearest = kNothing;
     Sum surface;
@@ -144,8 +138,7 @@ void projectRow(const float* depth, int width, double shiftPixels, double focus,
     }
 }
 
-// Projects one row of the photo and writes one row of view, holes and nearness. The scattered sums
-// limit the speed.
+// Projects a row of the photo to rows of view, holes and nearness. Scattered sums limit the speed.
 // @param side 1, or -1 for the camera on the other side
 void warpRow(const uchar* photo, int width, int side, RowScratch& scratch, uchar* view,
              uchar* holes, float* nearness) {
@@ -230,8 +223,7 @@ class RealRenderer : public ViewRenderer {
         }
     }
 
-    // For views that no pixel falls into: each row takes the colour of the pixel nearest to the
-    // frame.
+    // For views that no pixel falls into: each row takes the colour nearest to the frame.
     void repeatBorders(double shiftPixels, cv::Mat& view) const {
         for (int y = 0; y < photo_.rows; ++y) {
             const float* depth = depth_.ptr<float>(y);

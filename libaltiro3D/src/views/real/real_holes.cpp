@@ -13,8 +13,7 @@ namespace altiro3D {
 
 namespace {
 
-// If the sides of a hole differ by more than this (px of parallax), they are foreground and
-// background.
+// Sides of a hole that differ by more (px of parallax) are foreground and background.
 constexpr float kDepthStep = 1.5F;
 
 // Whether a hole has a width of one or two px between covered ones. `stride` is the step to the

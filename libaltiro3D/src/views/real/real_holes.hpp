@@ -20,7 +20,6 @@ void fillHoles(cv::Mat& view, Warped& warped, const RealOptions& options);
 
 /// Fills holes of a view in place by cv::inpaint, each group of holes separately. The result equals
 /// inpainting the whole picture at a lower cost.
-///
 /// @param view [rows x cols, CV_8UC3, BGR]
 /// @param holes [as view, CV_8UC1, not 0 = hole]
 void inpaintHoles(cv::Mat& view, const cv::Mat& holes, const RealOptions& options);

@@ -17,19 +17,18 @@ namespace altiro3D {
 
 namespace {
 
-// The eye's blur of luminance, in lens periods: 2 px on a Portrait, a fine eye at 50 cm. Colour is
-// blurred by 3 times as much.
+// Luminance blur of an eye in lens periods: 2 px on a Portrait, a fine eye at 50 cm. Colour is
+// blurred 3 times as far.
 constexpr double kEyeLuminance = 1.0 / 3.1;
 // How much coloured noise counts beside noise of luminance; chosen by lens view
 // (docs/lab/views.md).
 constexpr double kColourWeight = 1;
-constexpr int kReach = 16;         // panel px to each side
-constexpr double kNear = 2;        // panel px to each side that bound a result
-constexpr int kHarmonics = 8;      // of the panel's sub-pixels; higher ones are too weak to matter
-constexpr double kLeastPass = 0.3; // of sampling; what it passes less of is not restored
+constexpr int kReach = 16;            // panel px to each side
+constexpr double kNear = 2;           // panel px to each side that bound a result
+constexpr int kHarmonics = 8;         // sub-pixel harmonics; higher ones are too weak to matter
+constexpr double kLeastPass = 0.3;    // gain of sampling; frequencies below it are not restored
 constexpr double kLeastPower = 1e-12; // what has less is left out
-// What products may leave out of the weights, root of the sum of squares: of noise, this share is
-// wrong.
+// Largest error of the products (root of the sum of squares): this share of noise is wrong.
 constexpr double kLeftOut = 4e-3;
 
 double sinc(double x) {
@@ -116,7 +115,7 @@ class LensSpectrum {
         return std::exp(-squared(2 * CV_PI * kEyeLuminance * period_ * f));
     }
 
-    // The same of colour, which is blurred by 3 kEyeLuminance.
+    // The same for colour, which is blurred by 3 kEyeLuminance.
     static double ofColour(double blur) {
         const double cube = blur * blur * blur;
         return cube * cube * cube;
@@ -138,7 +137,7 @@ class LensSpectrum {
     double slant_;  // panel px to the right per row
     Colours luminance_{};
     Colours colour_{};
-    // of the frequency across
+    // values for the frequency across
     double pass_ = 0;
     double wanted_ = 0;
     std::vector<Alias> aliases_;
@@ -188,7 +187,8 @@ void strongestProduct(const cv::Mat& matrix, std::vector<double>& column,
     project(matrix, row, column);
 }
 
-// Weights as a sum of products, but for kLeftOut. @param left [rows x cols, CV_64FC1], sum 1
+// Weights as a sum of products, with an error of at most kLeftOut. @param left [rows x cols,
+// CV_64FC1], sum 1
 SeparableWeights separated(cv::Mat left) {
     SeparableWeights weights;
     std::vector<double> column;
@@ -302,7 +302,7 @@ class Sums {
         partRows_.clear();
         for (std::size_t i = 0; i < weights.columns.size(); ++i)
             partRows_.push_back(parts_.data() + i * stride);
-        constexpr std::size_t kAtATime = 128; // of all rows, they fit into the nearest cache
+        constexpr std::size_t kAtATime = 128; // px; those of all rows fit into the nearest cache
         for (std::size_t x = 0; x < around; x += kAtATime) {
             const std::size_t count = std::min(kAtATime, around - x);
             for (std::size_t i = 0; i < weights.columns.size(); ++i)
@@ -362,7 +362,7 @@ class Ranges {
 
   private:
     cv::Size reach_;
-    std::vector<float> least_, most_; // of columns, in the rows around
+    std::vector<float> least_, most_; // extremes of columns, in the rows around
     std::vector<float> leastAround_, mostAround_;
 };
 

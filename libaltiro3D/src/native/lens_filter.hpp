@@ -19,8 +19,7 @@ struct SeparableWeights {
 /// lens shows one sub-pixel per row, of one colour; finer detail would come back as coloured noise.
 /// docs/mathematics.md, (2.7) to (2.10).
 ///
-/// Immutable and thread-safe. Results are the same bytes for any number of threads and on any
-/// processor.
+/// Immutable and thread-safe. The same bytes for any number of threads and on any processor.
 class LensFilter {
   public:
     /// @param geometry of the display, from lensGeometry()
@@ -29,7 +28,6 @@ class LensFilter {
 
     /// Filters a photo in linear light. Each colour is filtered to the place of its sub-pixels.
     /// Results stay within the range of the px around them, so edges get no halo.
-    ///
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param filtered result [as the photo]; must not share memory with it
     void apply(const cv::Mat& photo, cv::Mat& filtered) const;

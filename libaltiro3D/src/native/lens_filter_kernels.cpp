@@ -1,6 +1,5 @@
 #include "native/lens_filter_kernels.hpp"
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/lens_filter_kernels.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep

@@ -5,8 +5,7 @@
 
 namespace altiro3D {
 
-/// Weighted sums of values: result x is that of values x, x + 1, ... of each row, in the order of
-/// the weights.
+/// Weighted sums of values: result x sums values x, x + 1, ... of each row, in the weights' order.
 /// @param rows as many as weights.rows; each has kRowPadding values after the last that is read
 /// @param weights [CV_32FC1]
 /// @param count of results @param sums `count` results, and up to kRowPadding more

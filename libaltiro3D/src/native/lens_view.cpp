@@ -61,8 +61,7 @@ void nearestLit(const std::uint32_t* columnPhases, std::uint32_t rowPhase, int c
 }
 
 // Includes one more row, which must have a lit column: takes its nearest column where that is
-// nearer than the best so far. Reads one row and updates three rows of numbers; arithmetic limits
-// the speed.
+// nearer than the best so far. Reads one row, updates three; arithmetic limits the speed.
 void takeNearer(const std::uint16_t* nearest, int columns, int rowDistance, int row, int* best,
                 int* bestRow, int* bestColumn) {
     for (int x = 0; x < columns; ++x) {
@@ -139,8 +138,7 @@ class LensLight {
         if (!g.cells.empty()) balance();
     }
 
-    // Reads a row of the Native twice, writes its light, 3 floats a px; arithmetic limits the
-    // speed.
+    // Reads a Native's row twice, writes its light, 3 floats a px; arithmetic limits the speed.
     void row(int y, float* light) const {
         struct Lit {
             std::uint64_t distance = std::numeric_limits<std::uint64_t>::max();
@@ -295,7 +293,6 @@ class Blur {
 
 // What an eye sees of a Native: the light of the sub-pixel that each lens shows in each row, over
 // the width of the lens, blurred. Mirrored panels stay mirrored.
-//
 // @param native [panel, CV_8UC3, BGR]
 // @param phases of the display
 // @param phase that the eye sees
@@ -391,7 +388,7 @@ LensEye eyeAtView(int view, int viewCount) {
 }
 
 double eyeBlur(const Calibration& calibration, double distanceCentimetres) {
-    constexpr double kPixels = 3; // of a Portrait at 50 cm
+    constexpr double kPixels = 3; // px of a Portrait at 50 cm
     checkRange("distanceCentimetres", distanceCentimetres, 10, 1000);
     return std::min(kPixels * calibration.DPI / 324 * distanceCentimetres / 50, kMaxBlur);
 }

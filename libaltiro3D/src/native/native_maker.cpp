@@ -21,7 +21,7 @@ constexpr double kPixelsPerLens = 3;
 // Half of an 8K panel. More, for the finest lenses of such panels, is worth .16 dB of 2.5.
 constexpr int kMostLensPixels = 3840 * 2160;
 
-// Of prints, whose memory must not grow with them.
+// Limit for prints, whose memory must not grow with their size.
 constexpr double kMostPrintPixels = 1.2e7;
 
 // Rows per inch of prints whose lenses stand; those show all detail down.
@@ -56,10 +56,10 @@ struct NativeMaker::Impl {
     Depth2Quilt quilter;
     std::optional<NativeRenderer> direct;
     std::optional<Quilt2Native> overQuilt;
-    std::optional<Display> display; // of the direct way, and of the filter
+    std::optional<Display> display; // for the direct way and for the filter
     cv::Size workSize;
     cv::Size quiltSize;
-    std::shared_ptr<const LensFilter> filter; // of photos of the work size
+    std::shared_ptr<const LensFilter> filter; // for photos of the work size
 
     // In a quilt, Detail::Lens is Detail::View. On the direct way, the constructor from a display
     // replaces workSize by what the lenses can show.
@@ -143,7 +143,7 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
     } else {
         impl->overQuilt.emplace(NativeLut(display.calibration, layout, display.invert));
     }
-    if (impl->lens().isLying()) impl->options.lensFilter = false; // it is across lenses that stand
+    if (impl->lens().isLying()) impl->options.lensFilter = false; // it is for vertical lenses
     if (impl->options.lensFilter)
         impl->filter = std::make_shared<const LensFilter>(impl->lens(), impl->workSize);
     impl_ = impl;

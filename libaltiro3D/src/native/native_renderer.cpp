@@ -83,9 +83,9 @@ struct NativeRenderer::Impl {
     // Where the photo is on the panel.
     struct Samples {
         int shownWidth;        // px of the photo that the panel shows
-        Places columns;        // of the panel
+        Places columns;        // places under the columns of the panel
         std::vector<int> rows; // row of the photo under each row of the panel
-        std::size_t order[3];  // of the channels of the Native: blue is 0, red 2
+        std::size_t order[3];  // order of the Native's channels: blue is 0, red 2
     };
     Samples samplesOn(const Scene& scene, const ViewRenderer& renderer, ChannelOrder order) const;
     // Fills rows of the panel from `first` on.
@@ -118,7 +118,7 @@ void NativeRenderer::Impl::renderSubpixels(const ViewRenderer& renderer, const c
     const auto width = static_cast<std::size_t>(native.cols);
     const auto largestShift = static_cast<double>(halfParallax);
     const double steps = renderer.shiftSteps(largestShift);
-    // of discrete positions; continuous ones take wholeShiftsOfPhases()
+    // for discrete positions; continuous ones take wholeShiftsOfPhases()
     const WholeShifts wholeShiftsOfViews(shiftsOfAllViews(samples.shownWidth), steps);
     forRows(native.rows, [&](const cv::Range& rows) {
         const std::unique_ptr<SubpixelSampler> sampler =

@@ -21,9 +21,9 @@ namespace {
 
 constexpr double kMmPerInch = 25.4;
 constexpr int kMiddleBand = (kPitchBands - 1) / 2;
-constexpr int kRowsAtATime = 256; // of sheets without a Native
+constexpr int kRowsAtATime = 256; // for sheets without a Native
 
-// Of marks, mm. The strips end before the crop marks.
+// Places and sizes of marks, mm. The strips end before the crop marks.
 constexpr double kMargin = 10;
 constexpr double kStripAt = 2; // from the edge of the sheet
 constexpr double kStripWidth = 5;
@@ -33,7 +33,7 @@ constexpr double kCropLength = 6;
 constexpr double kCropWidth = 0.2;
 constexpr double kTextLine = 6; // below the other marks
 constexpr double kTextHeight = 2.5;
-constexpr std::size_t kMostText = 80; // characters of one's own
+constexpr std::size_t kMostText = 80; // characters of the caller's text
 
 // Lens periods at a px of a print, not modulo 1: (1.4) without stripes.
 class LensPlaces {
@@ -88,7 +88,7 @@ class Millimetres {
 // Black on white. @param height of capitals, mm
 cv::Mat textPicture(const std::string& text, double height, cv::Size2d dpi, int type) {
     const auto px = height * dpi.height / kMmPerInch;
-    const double scale = std::max(0.3, px / 21); // of capitals of this font
+    const double scale = std::max(0.3, px / 21); // capitals of this font have 21 px
     const int thickness = std::max(1, static_cast<int>(px / 8));
     int below = 0;
     const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, &below);
@@ -192,7 +192,7 @@ PrintSheet::PrintSheet(const Display& print, PrintOptions options)
                              numberText(std::round(10 * facts.height) / 10, 5) + " mm, " + today() +
                              (options_.text.empty() ? "" : ", " + options_.text);
     line_ = textPicture(text, kTextHeight, dpiOf(c), CV_8UC3);
-    const double room = sheet_.width - picture().x; // of small prints
+    const double room = sheet_.width - picture().x; // too little for the text on small prints
     if (line_.cols > room)
         line_ = textPicture(text, kTextHeight * 0.95 * room / line_.cols, dpiOf(c), CV_8UC3);
 }
@@ -302,13 +302,13 @@ void writePitchSheet(const fs::path& file, const Calibration& print,
     const Millimetres px(dpiOf(print));
     const bool isLying = lensGeometry(print).isLying();
     const LensPlaces lens(print);
-    // bands follow each other down; of lenses that lie, to the right
+    // bands follow each other down; with horizontal lenses, to the right
     const int length = (isLying ? size.width : size.height) - (isLying ? 0 : px.down(kTextLine));
     struct Band {
         cv::Rect lines;
         cv::Mat label;
         cv::Point labelAt;
-        double scale; // of places
+        double scale; // scale of places
     };
     std::vector<Band> bands;
     for (int i = 0; i < kPitchBands; ++i) {
@@ -316,7 +316,7 @@ void writePitchSheet(const fs::path& file, const Calibration& print,
         const int from = static_cast<int>(std::int64_t{length} * i / kPitchBands);
         const int to = static_cast<int>(std::int64_t{length} * (i + 1) / kPitchBands);
         const double band = (to - from) * kMmPerInch / (isLying ? print.DPI : print.sheet->dpiDown);
-        const double room = std::min(4.0, 0.45 * band); // of the label, mm
+        const double room = std::min(4.0, 0.45 * band); // room for the label, mm
         cv::Mat label = textPicture(numberText(lpi, 7) + " LPI", 0.5 * room, dpiOf(print), CV_8UC1);
         if (isLying) {
             label = textPicture(numberText(lpi, 7) + " LPI", 0.5 * room,

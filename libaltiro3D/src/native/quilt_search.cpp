@@ -37,11 +37,11 @@ constexpr int kMaxCandidates = 5; // columns and rows that are tried together
 
 constexpr double kQuickColumns = 0.5; // likeness of columns of views at a quick look at least
 constexpr double kMinColumns = 0.45;  // likeness of columns of views at least
-constexpr double kMinRows = 0.2;      // of rows, between which the camera moves far
-constexpr double kCandidate = 0.55;   // of the best likeness
+constexpr double kMinRows = 0.2;      // likeness of rows, between which the camera moves far
+constexpr double kCandidate = 0.55;   // share of the best likeness
 constexpr double kFinerMargin = 0.12;
 constexpr double kClearBorder = 6;    // grey levels
-constexpr double kBorderShare = 0.35; // of the clearest border
+constexpr double kBorderShare = 0.35; // share of the clearest border
 constexpr double kMinConfidence = 0.6;
 constexpr double kMinLikeness = 0.35; // below, nothing is alike
 constexpr double kMinGap = 0.1;       // to another layout
@@ -58,7 +58,7 @@ bool isEven(const cv::Mat_<uchar>& grey) {
 // One count of columns or of rows.
 struct Count {
     int count = 0;
-    double likeness = 0; // of neighbouring columns, or rows
+    double likeness = 0; // likeness of neighbouring columns, or rows
     double border = 0;   // grey levels by which their borders stand out
 };
 
@@ -128,7 +128,7 @@ std::vector<Count> columnCounts(const cv::Mat_<uchar>& grey, double weakest) {
 struct Candidate {
     Count columns;
     Count rows;
-    double likeness = 0; // of neighbouring views
+    double likeness = 0; // likeness of neighbouring views
     double detail = 0;
 
     double upward = 0; // likeness where a row goes on in the row above
@@ -188,8 +188,7 @@ void sortBestFirst(std::vector<Candidate>& candidates) {
         [](const Candidate& a, const Candidate& b) { return a.likeness > b.likeness; });
 }
 
-// Quilts of one row, best first. Views of photos side by side, such as stereo pairs, have fewer
-// columns.
+// Quilts of one row, best first. Photos side by side, such as stereo pairs, have fewer columns.
 std::vector<Candidate> singleRows(const cv::Mat_<uchar>& grey, const std::vector<Count>& columns) {
     constexpr int kFewest = 4;
     constexpr double kAlike = 0.85;
@@ -253,9 +252,8 @@ bool mayBeOneRow(const std::vector<Candidate>& candidates) {
            });
 }
 
-// A quick look at some of the rows, which tells most photos: 2 ms instead of 20 ms for 12
-// megapixels. Columns are alike if the picture is like itself when it is shifted by the width of
-// one.
+// A quick look at some of the rows, which recognizes most photos: 2 ms instead of 20 ms for 12
+// megapixels. Columns are alike if the picture is like itself when shifted by the width of one.
 bool mayBeQuilt(const cv::Mat& picture) {
     constexpr int kSide = 512;  // px
     constexpr int kColumn = 24; // px of a column at least

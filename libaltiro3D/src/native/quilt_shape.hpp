@@ -7,7 +7,6 @@ namespace altiro3D {
 
 /// Fits every view of a quilt to the panel's shape as fitPhoto() and applyFit() do for one picture.
 /// The layout does not change.
-///
 /// @param quilt [layout.size(), CV_8UC3, BGR]
 /// @param layout layout of the quilt, before and after
 /// @param viewAspect width : height of a view as it is shown, independent of its px, 0.01..100

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-// All sums are of whole numbers, or of doubles in a fixed order: the result does not depend on the
-// processor or on the number of threads.
+// Sums are of whole numbers or of doubles in a fixed order, as quilt_search.cpp says.
 
 namespace altiro3D {
 

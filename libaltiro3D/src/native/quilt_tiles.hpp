@@ -42,7 +42,7 @@ class Tiles {
         return likeness(pairs, cv::Range(-maxShift, maxShift + 1));
     }
 
-    /// Share of what the tiles show that is no pattern of rows and columns, 0..1: what the two
+    /// Share of what the tiles show that is not a pattern of rows and columns, 0..1: what the two
     /// largest singular values of their mean leave.
     double detail() const;
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/shift_kernels.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/view_columns.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep

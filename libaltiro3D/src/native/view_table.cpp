@@ -7,7 +7,6 @@
 #include <atomic>
 #include <opencv2/core.hpp>
 
-// This file is compiled once per instruction set; the best one is chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "native/view_table.cpp"
 #include <hwy/foreach_target.h> // IWYU pragma: keep
@@ -25,8 +24,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 //
 // Reads, per pixel, 3 views and 4 bytes of column table in order, and 3 bytes of quilt, each from
 // the row of its own tile; writes 3 bytes. The loads, 2 per sub-pixel, limit the speed. Those of
-// the quilt often come from the second-level cache, because a row of all tiles is larger than the
-// first.
+// the quilt often come from the second-level cache: a row of all tiles exceeds the first.
 void renderRowOn(const NativeRow<std::uint8_t>& row, [[maybe_unused]] const TileOffsets& tiles,
                  RowFetcher& fetcher) {
     std::size_t begin = 0;

@@ -42,8 +42,7 @@ struct ViewTable {
 /// @param quilt a valid layout
 std::optional<ViewTable> viewTable(const LensGeometry& geometry, const QuiltLayout& quilt);
 
-/// Converts a NativeLut; none if it does not have this form, for example in a `.map` of another
-/// program.
+/// Converts a NativeLut; none if it has another form, for example from another program.
 std::optional<ViewTable> viewTable(const NativeLut& lut);
 
 /// Prefetches the next row of all tiles into the cache in small portions. The row is in as many

@@ -18,7 +18,7 @@ constexpr int kLongSide = 1920; // longest sides that decoders of phones and bro
 constexpr int kShortSide = 1080;
 constexpr int kMinSide = 16;
 constexpr double kMaxAspect = 100;
-constexpr double kShownHeight = 10000; // of a tile with square px; only its shape matters
+constexpr double kShownHeight = 10000; // height of a tile with square px; only its shape matters
 constexpr double kCrf = 20;            // sufficient for viewing; a Native needs better quality
 
 // Rounds down to an even number, with a tolerance for rounding errors.
@@ -99,7 +99,7 @@ cv::Size swaySize(cv::Size picture, double aspect) {
         std::min({1.0, kLongSide / std::max(width, height), kShortSide / std::min(width, height)});
     const int columns = evenSide(width * factor);
     const int rows = evenSide(height * factor);
-    constexpr int kLongest = static_cast<int>(kMaxAspect); // of the short side, also rounded
+    constexpr int kLongest = static_cast<int>(kMaxAspect); // limit in short sides, even if rounded
     return {std::min(columns, kLongest * rows), std::min(rows, kLongest * columns)};
 }
 

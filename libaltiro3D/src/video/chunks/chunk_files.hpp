@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-/// The files in the folder of a plan: the plan itself, the records of the chunks that are made, and
-/// the states that chunks leave for others.
+/// The files in the folder of a plan: the plan, the records of made chunks, and states for others.
 namespace altiro3D {
 
 constexpr const char* kChunkPlanFile = "plan.json";
@@ -26,7 +25,7 @@ struct ChunkPlan { // NOLINT(bugprone-exception-escape): the library of JSON sta
     Json settings;
     int segmentFrames = 1;
     std::vector<VideoSegment> segments; ///< Without their files.
-    std::vector<std::int64_t> beginPts; ///< Of the chunks.
+    std::vector<std::int64_t> beginPts; ///< Pts of each chunk's frame `begin`.
     std::uint64_t id = 0;               ///< Differs between plans.
 
     std::size_t segmentOf(const VideoChunk& chunk) const {
@@ -53,37 +52,32 @@ struct ChunkRecord {
     std::string host;
     std::uint64_t processor = 0; ///< Differs between processors whose depth differs.
     std::vector<VideoSegment> segments;
-    std::vector<std::uint64_t> sums; ///< Of the bytes of the segments.
+    std::vector<std::uint64_t> sums; ///< Checksums of the segments' bytes.
 };
 
-/// The folder of a chunk.
 std::filesystem::path chunkFolder(const std::filesystem::path& directory, int number);
 
-/// The record of a chunk, whose files have the right size. Nothing if the chunk is not made or not
-/// of this plan.
+/// The record of a chunk whose files have the right size; nothing if not made or of another plan.
 /// @throws Error BadFormat, ReadFailed (damaged)
 std::optional<ChunkRecord> readChunkRecord(const ChunkPlan& plan,
                                            const std::filesystem::path& directory, int number);
 
-/// Writes the record of a chunk to the folder that holds its segments.
-/// @throws Error WriteFailed
+/// Writes the record of a chunk to the folder that holds its segments. @throws Error WriteFailed
 void writeChunkRecord(const ChunkPlan& plan, std::uint64_t processor,
                       const std::vector<VideoSegment>& segments,
                       const std::filesystem::path& folder);
 
-/// Requires the bytes of a segment as its chunk wrote them.
-/// @throws Error BadFormat, ReadFailed
+/// Requires the bytes of a segment as its chunk wrote them. @throws Error BadFormat, ReadFailed
 void requireChecksum(const VideoSegment& segment, std::uint64_t sum, int number);
 
 /// Whether a chunk is made and every byte of it is right.
 bool isChunkWhole(const ChunkPlan& plan, const std::filesystem::path& directory, int number);
 
-/// Removes the record of a chunk that has not the bytes that were written, so that the chunk counts
-/// as not made.
+/// Removes the record of a chunk with damaged bytes, so that it counts as not made.
 void dropIfDamaged(const ChunkPlan& plan, const std::filesystem::path& directory, int number);
 
-/// The states that chunks leave for others. A state that cannot be used is as if it were not there,
-/// because depth can always be made from the start of the scene.
+/// The states that chunks leave for others. An unusable state is ignored, because depth can always
+/// be made from the start of the scene.
 class ChunkStates {
   public:
     /// @param directory the folder of the plan @param processor see ChunkRecord
@@ -93,8 +87,7 @@ class ChunkStates {
 
     /// Writes the state before a frame, unless it is there. @throws Error WriteFailed
     void keep(std::int64_t frame, const SavedState& state) const;
-    /// Reads the state before a frame; nothing if there is none or it is damaged or of another plan
-    /// or processor.
+    /// Reads the state before a frame; nothing if missing, damaged or of another plan or processor.
     std::optional<SavedState> take(std::int64_t frame) const;
 
   private:

@@ -215,7 +215,7 @@ VideoConversionResult joinVideoChunks(VideoConversion conversion, const fs::path
             requireChecksum(segment, sums[at].first, sums[at].second);
         } catch (const Error& error) {
             if (error.code() == ErrorCode::BadFormat) {
-                for (const int number : order) // whoever starts chunks sees all that must be made
+                for (const int number : order) // so that all that must be made again is known
                     dropIfDamaged(plan, directory, number);
             }
             throw;

@@ -40,7 +40,7 @@ constexpr double kDepthShare = 0.3;
 // What a chunk's first frame depends on.
 struct ChunkDependence {
     bool onScene = false;           // Depth, its flaws and choices, which begin anew at a cut.
-    std::optional<RgbdLayout> rgbd; // Of RGB-D frames.
+    std::optional<RgbdLayout> rgbd; // Layout of RGB-D frames.
     std::optional<StereoVideo> stereo;
 };
 
@@ -53,7 +53,7 @@ struct FramePlace {
 // The frames of the input, read once.
 struct VideoSurvey {
     std::vector<VideoSegment> segments;
-    std::vector<FramePlace> firsts; // Of the segments.
+    std::vector<FramePlace> firsts; // First frames of the segments.
     std::vector<FramePlace> cuts;
     std::int64_t frames = 0;
     bool cancelled = false;
@@ -195,7 +195,6 @@ void divideVideo(ChunkPlan& plan, const VideoSurvey& survey, const ChunkDependen
     }
 }
 
-// Makes the folders of a plan.
 void makePlanFolders(const fs::path& directory) {
     static const std::set<std::string> kOurs = {kChunkPlanFile, "arguments", "visual.json", kChunks,
                                                 kStates,        "logs",      "joined"};
@@ -217,7 +216,6 @@ void makePlanFolders(const fs::path& directory) {
     }
 }
 
-// Removes a plan with its chunks.
 void removePlan(const fs::path& directory) {
     std::error_code error;
     for (const char* name : {kChunkPlanFile, kChunks, kStates, "logs", "joined"}) {

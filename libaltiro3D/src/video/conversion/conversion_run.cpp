@@ -76,7 +76,7 @@ void checkFields(const VideoConversion& conversion) {
                 "viewAspect", conversion.viewAspect, "0.01..100, or 0");
 }
 
-// Frames that are as wanted already.
+// Refuses frames that have the wanted layout already.
 void refuseSameLayout(const VideoConversion& conversion, const VideoFacts& facts) {
     const StereoVideo& now = *conversion.stereo;
     const auto same = eyesPictureOf(now.layout, now.halves, facts.size);
@@ -100,7 +100,7 @@ void requireFileInput(const VideoConversion& conversion) {
                     "can be read only once, expected a file");
 }
 
-// Empty if no picture is made for a display.
+// The target; empty if no picture is made for a display.
 VideoTarget targetOf(const VideoConversion& conversion) {
     VideoTarget target;
     if (conversion.map) {
@@ -143,7 +143,7 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
         encoding.tags.emplace_back("keywords", nameOf(conversion.eyes.picture).words);
     }
     encoding.size = size;
-    constexpr int kLeast = 16; // of VideoWriterOptions
+    constexpr int kLeast = 16; // least side for VideoWriterOptions
     if (std::min(size.width, size.height) < kLeast)
         throw Error(ErrorCode::Unsupported, nameOf(conversion.input),
                     "makes a video of " + sizeText(size) + " px, expected at least " +

@@ -66,7 +66,7 @@ class ConversionRun {
     RunSettings stamp; ///< See conversionStamp(); empty if the input cannot be read again.
     std::shared_ptr<VideoReader> reader;
     std::unique_ptr<FrameRenderer> renderer;
-    VideoWriterOptions encoding; ///< of the output, complete
+    VideoWriterOptions encoding; ///< complete options of the output
     VideoProgress progress;
 
   private:
@@ -90,7 +90,7 @@ class ConversionRun {
     }
     double seconds(std::int64_t pts) const { return static_cast<double>(pts) * unit_; }
 
-    double unit_ = 1;                   // of times, s
+    double unit_ = 1;                   // unit of times, s
     std::unique_ptr<FrameDepth> depth_; // null: frames are quilts
     std::optional<ChunkRange> range_;
     // One of these receives the pictures, unless they are shown.
@@ -98,12 +98,12 @@ class ConversionRun {
     std::optional<ResumableVideoWriter> segments_;
     std::optional<SegmentWriter> chunk_;
     std::vector<VideoSegment> chunkSegments_;
-    KeptVideo kept_;   // by an earlier run, or before the range
-    std::mutex mutex_; // of what follows, and progress
+    KeptVideo kept_;   // kept by an earlier run, or made before the range
+    std::mutex mutex_; // guards what follows, and progress
     VideoProgressFunction goOn_;
     VideoConversionResult result_;
     std::atomic<bool> cancelled_{false};
-    std::optional<Clock::time_point> start_; // of the first picture that is shown
+    std::optional<Clock::time_point> start_; // time of the first picture that is shown
     bool begun_ = false;
 };
 

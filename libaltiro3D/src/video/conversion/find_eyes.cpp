@@ -1,5 +1,3 @@
-// Finds out whether the frames of a video hold both eyes' pictures.
-
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
@@ -117,7 +115,7 @@ bool isWide(double eye) {
     return eye > 1.23 && eye < 2.45;
 }
 
-// By the shape that a scene has: wide, square or a portrait. Squeezed ones are wide.
+// Guesses by the shape that a scene has: wide, square or a portrait. Squeezed ones are wide.
 // @param aspect width : height of a frame as displayed
 HalvesShape guessHalves(bool isBeside, double aspect) {
     const auto isPhoto = [](double eye) {
@@ -142,7 +140,7 @@ std::optional<StereoHalves> taggedHalves(bool isBeside, const VideoFacts& facts)
     return std::nullopt;
 }
 
-// Shape of the halves. Of videos, LR and TB mean squeezed halves, unless the shape says otherwise.
+// Shape of the halves. In videos, LR and TB mean squeezed halves, unless the shape says otherwise.
 HalvesShape shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& name,
                           const VideoFacts& facts) {
     const double pixel = facts.sampleAspect.value();

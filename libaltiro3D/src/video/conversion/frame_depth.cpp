@@ -117,7 +117,7 @@ class GivenDepth {
     std::vector<std::filesystem::path> pictures_;
     std::int64_t firstPicture_ = 0;
     Notes notes_;
-    int orientation_ = 1; // of the video, where the depth lacks it; see upright()
+    int orientation_ = 1; // orientation of the video, where the depth lacks it; see upright()
     std::optional<VideoReader> video_;
     double unit_ = 1; // s
     VideoFrame frame_;
@@ -303,7 +303,7 @@ class EyesDepth {
     }
     const cv::Mat& right() const { return right_; }
 
-    // For a later run: what was found of the last frame, and the counts.
+    // For a later run: results of the last frame, and the counts.
     void save(std::string& bytes) const {
         append(bytes, layer_.photo);
         append(bytes, layer_.depth);
@@ -337,8 +337,8 @@ class EyesDepth {
         normalizeDepth(numbers, raw, normalization);
     }
 
-    // What is known behind near things: what the estimate of this frame has found, or for a
-    // repeated one, what was known before. @param depth of the frame
+    // The hidden layer: found by the estimate of this frame, or for a repeated one, known before.
+    // @param depth of the frame
     HiddenLayer hidden(const VideoDepthStep& step, const cv::Mat& depth) {
         if (step.repeated) return layer_;
         layer_ = {};
@@ -373,15 +373,15 @@ class EyesDepth {
     StereoVideo video_;
     DepthSource& fallback_;
     cv::Mat right_;      // the right eye's picture
-    cv::Mat disparity_;  // of the last estimate
-    HiddenLayer hidden_; // of the last estimate, with disparities
-    HiddenLayer layer_;  // of the last frame, with depth
+    cv::Mat disparity_;  // disparity of the last estimate
+    HiddenLayer hidden_; // hidden layer of the last estimate, with disparities
+    HiddenLayer layer_;  // hidden layer of the last frame, with depth
     struct {
         std::uint64_t all = 0;
         std::uint64_t flat = 0;
         std::uint64_t unlike = 0;
         std::uint64_t swapped = 0;
-    } counts_; // of estimates
+    } counts_; // counts of estimates
 };
 
 FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)

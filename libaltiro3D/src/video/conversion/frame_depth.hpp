@@ -13,8 +13,7 @@
 
 namespace altiro3D {
 
-/// Measures GivenVideoDepth::range, if it is needed and the source can be read again: for depth of
-/// 16 bits.
+/// Measures GivenVideoDepth::range for 16-bit depth, if needed and the source can be read again.
 /// @throws Error
 void measureRange(GivenVideoDepth& given);
 
@@ -31,8 +30,7 @@ class GivenDepth;
 /// A stage of a conversion: the depth of frames, either estimated and kept steady, or given.
 class FrameDepth {
   public:
-    /// Takes the depth source of the conversion.
-    /// @throws Error
+    /// Takes the depth source of the conversion. @throws Error
     FrameDepth(VideoConversion& conversion, const VideoFacts& facts);
     ~FrameDepth();
     FrameDepth(const FrameDepth&) = delete;
@@ -52,12 +50,11 @@ class FrameDepth {
     /// Size of the photos in frames of a given size, and the shape of the scene that they show.
     cv::Size photoSize(cv::Size frame) const;
     double photoAspect(cv::Size frame, double frameAspect) const;
-    /// What is known of the edges of the depth.
+    /// What is known about the edges of the depth.
     DepthEdges edges() const {
         if (eyes_) return DepthEdges::Matched;
         return source_ ? source_->edges() : DepthEdges::Unknown;
     }
-    /// Remarks, for people.
     Notes notes() const;
 
   private:
@@ -68,7 +65,7 @@ class FrameDepth {
     std::optional<RgbdLayout> rgbd_;      // also where the right eye's picture is
     std::unique_ptr<EyesDepth> eyes_;
     DepthKind kind_;
-    DepthRange range_; // of given depth of 16 bits
+    DepthRange range_; // range of given depth of 16 bits
     double flatDepth_; // if the range is empty
     VideoDepthOptions options_;
     double unit_; // s

@@ -41,10 +41,9 @@ cv::Size eyeSize(cv::Size photo, double seenAspect, EyesPicture picture) {
     return size;
 }
 
-// The fit of whole frames. Those of the first one's shape fill the result, although its sides are
-// rounded.
+// Fit of whole frames. Those of the first one's shape fill the result despite its rounded sides.
 PhotoFit wholeFit(cv::Size photo, double pixelAspect, cv::Size result) {
-    // of small ones, sides are rounded by more
+    // sides of small ones are rounded by more
     const double sameShape = std::max(0.02, 4.0 / std::min(result.width, result.height));
     const double aspect = static_cast<double>(result.width) / result.height / pixelAspect;
     const double own = static_cast<double>(photo.width) / photo.height;
@@ -188,7 +187,7 @@ class ViewsRenderer : public FrameRenderer {
         return wanted_.any() && (!isChosen_ || frame.step.cut);
     }
 
-    // What is wrong with the depth belongs to its source.
+    // Flaws belong to the source of depth. They are measured once per scene, so edges are steady.
     bool isMeasured(const PipelineFrame& frame) const {
         return isMeasuring_ && (!flaws_ || frame.step.cut);
     }

@@ -13,8 +13,8 @@ namespace altiro3D {
 
 /// The target of the pictures of a conversion.
 struct VideoTarget {
-    QuiltLayout layout; ///< of the quilts
-    cv::Size panelSize; ///< of the display, px
+    QuiltLayout layout; ///< layout of the quilts
+    cv::Size panelSize; ///< size of the display's panel, px
 
     /// width : height of the panel
     double aspect() const { return static_cast<double>(panelSize.width) / panelSize.height; }
@@ -36,11 +36,9 @@ class FrameRenderer {
     virtual void takeState(SavedState& /*state*/) {}
     /// The choices for the scenes of this run; `start` is in units of the frames' times.
     virtual std::vector<SceneChoice> choices() const { return {}; }
-    /// Remarks, for people.
     virtual Notes notes() const { return {}; }
 
   protected:
-    /// Makes the picture of a frame.
     virtual void make(const PipelineFrame& frame, cv::Mat& picture) = 0;
     /// Whether it equals the last one, if the shape of px does.
     virtual bool isRepeated(PipelineFrame& frame) { return frame.step.repeated; }
@@ -52,7 +50,7 @@ class FrameRenderer {
 
 /// The stage for frames with depth.
 /// @param photo size of the photos @param seenAspect width : height of the photos as displayed
-/// @param edges what is known of the edges of the depth
+/// @param edges what is known about the edges of the depth
 std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect, DepthEdges edges);
@@ -61,8 +59,7 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
 std::unique_ptr<FrameRenderer> makeEyesRenderer(const VideoConversion& conversion,
                                                 const VideoFacts& facts);
 
-/// The stage for frames that are quilts.
-/// @throws Error
+/// The stage for frames that are quilts. @throws Error
 std::unique_ptr<FrameRenderer> makeQuiltRenderer(const VideoConversion& conversion,
                                                  const VideoTarget& target);
 

@@ -15,11 +15,10 @@ struct PipelineFrame {
     std::int64_t number = 0; ///< Number of the frame, from 0, in the order of display.
     VideoFrame source;       ///< The frame as read.
     cv::Mat depth;           ///< Depth of `source` [any size, CV_32FC1, 0..1, 1 = nearest]
-    HiddenLayer hidden;      ///< What is known of what `source` hides; usually nothing.
+    HiddenLayer hidden;      ///< What is known about what `source` hides; usually nothing.
     VideoDepthStep step;     ///< How the depth was made.
     VideoFrame result;       ///< The frame to write.
-    SavedState state;        ///< State that a later run needs to resume after this frame; usually
-                             ///< empty.
+    SavedState state;        ///< State to resume after this frame in a later run; usually empty.
 };
 
 /// One processing step, applied to every frame.
@@ -34,8 +33,7 @@ struct PipelineStage {
 struct PipelineOptions {
     int queueFrames = 3; ///< Frames that may wait between two stages, 1 or more.
     /// For live input: the first stage never waits. If queueFrames frames already wait behind it,
-    /// the oldest one is dropped. With queueFrames = 1 the second stage always gets the newest
-    /// frame.
+    /// the oldest one is dropped. With queueFrames = 1 the second stage gets the newest frame.
     bool dropLate = false;
 };
 
@@ -44,7 +42,6 @@ struct PipelineOptions {
 ///
 /// The last stage runs in the calling thread. The function returns when the last frame has passed
 /// the last stage. If a stage throws, all stages stop and the exception is rethrown here.
-///
 /// @param stages one or more, in processing order
 /// @return statistics of each stage
 /// @throws what the stages throw

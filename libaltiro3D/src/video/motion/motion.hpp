@@ -58,14 +58,12 @@ T sampled(const cv::Mat& values, const Between& x, const Between& y) {
                  mixed(below[x.low], below[x.high], x.share), y.share);
 }
 
-/// Joins two motions: x was at x + later + earlier in the first picture. Linear between px, border
-/// repeated.
+/// Joins motions: x was at x + later + earlier in the first picture. Linear, border repeated.
 /// @param earlier from the middle to the first picture @param later from the last to the middle
 /// @return from the last to the first picture [CV_32FC2, px]
 cv::Mat joinMotion(const cv::Mat& earlier, const cv::Mat& later);
 
-/// Moves values along with motion: each px takes the value where it was before. Linear between px,
-/// border repeated.
+/// Moves values with motion: each px takes the value where it was. Linear, border repeated.
 /// @param before [any size, CV_32FC1]
 /// @param motion [any size, CV_32FC2, px of its own size]
 /// @param moved [as before, CV_32FC1]; px that did not move are copied
@@ -122,8 +120,7 @@ class PictureTracker {
     /// The next picture [rows x cols, CV_8UC3, BGR].
     Step next(const cv::Mat& picture);
 
-    /// The last picture with contrast [at most kSmallSide px per side, CV_8UC1]. It is never
-    /// written to again.
+    /// Last picture with contrast [at most kSmallSide px per side, CV_8UC1]; never modified.
     const cv::Mat& grey() const { return grey_; }
 
     void save(std::string& bytes) const;

@@ -36,8 +36,7 @@ struct Level {
     const uchar* at(int x, int y) const { return padded.ptr(y + kBorder) + x + kBorder; }
 };
 
-// Sum of the absolute differences of two windows; arithmetic (eight bytes per row) limits the
-// speed.
+// Sum of absolute differences of windows; arithmetic (eight bytes per row) limits the speed.
 int windowDifference(const uchar* a, const uchar* b, std::size_t stepA, std::size_t stepB) {
     int sum = 0;
     for (int y = 0; y < kWindow; ++y, a += stepA, b += stepB)
@@ -105,8 +104,7 @@ class CellSearch {
         cv::merge(parts, cells_);
     }
 
-    // Refines a vector to fractions of px: the costs on both sides are extended as straight lines
-    // to the point where they meet.
+    // Refines a vector to fractions of px: where the costs of both sides, as straight lines, meet.
     cv::Vec2f betweenPixels(int column, int row) {
         const Vector at = cell(column, row);
         if (at == Vector{}) return {0, 0};
@@ -190,8 +188,7 @@ class CellSearch {
         return kUnlikeNeighbour * std::min({distance(left_), distance(above_), 16});
     }
 
-    // A picture may be smaller than a window and its border, so positions are clamped to the
-    // padding.
+    // Pictures may be smaller than a window and border, so positions are clamped to the padding.
     int difference(Vector vector) const {
         const int x =
             std::clamp(windowX_ + vector.x, -kBorder, now_->size.width + kBorder - kWindow);

@@ -165,11 +165,11 @@ struct VideoDepth::Impl {
     // The data of state(). Pictures are replaced and never modified, so copies do not change.
     struct Memory {
         PictureTracker tracker;
-        cv::Mat keyGrey;       // of the last inference [small size, CV_8UC1]
+        cv::Mat keyGrey;       // small copy of the last inference's picture [CV_8UC1]
         cv::Mat keyDepth;      // steady depth there, may leave 0..1 [CV_32FC1]
         cv::Mat sinceKey;      // motion since [small size, CV_32FC2]
         std::uint64_t gap = 0; // pictures since
-        cv::Mat depth;         // of the last picture [CV_32FC1]
+        cv::Mat depth;         // depth of the last picture [CV_32FC1]
     };
     Memory memory;
 

@@ -41,8 +41,8 @@ class ArrayMemory : public cv::MatAllocator {
 };
 
 struct Number {
-    int depth; // of OpenCV
-    char kind; // of NumPy
+    int depth; // OpenCV's depth
+    char kind; // NumPy's kind
     int bytes;
     const char* name;
 };

@@ -18,7 +18,7 @@ namespace altiro3D::python {
 /// Order of the channels of an array: the argument `order`, "rgb" or "bgr".
 using Order = ChannelOrder;
 
-/// An array as an argument: anything that NumPy takes for one.
+/// An array as an argument: anything that NumPy converts to one.
 struct Array {
     py::object object; ///< As given.
 };
@@ -63,7 +63,7 @@ class Result {
 
   private:
     py::object out_;
-    const uchar* data_ = nullptr; // of out_
+    const uchar* data_ = nullptr; // data of out_
     Order order_;
 };
 

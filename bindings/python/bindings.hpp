@@ -24,7 +24,7 @@
 #include <utility>
 #include <vector>
 
-/// Texts may name files, whose names need not be UTF-8: as os.fsdecode() and os.fsencode().
+/// Converts texts as os.fsdecode() and os.fsencode() do, because names of files need not be UTF-8.
 template <>
 struct pybind11::detail::string_caster<std::string> {
     PYBIND11_TYPE_CASTER(std::string, const_name("str"));
@@ -92,7 +92,7 @@ auto unlocked(const Work& work) {
     return work();
 }
 
-/// Lets one thread after the other use an object.
+/// Lets threads use an object one at a time.
 class Turn {
   public:
     /// @param name of the object's class @param waits false: calls fail while another one runs
@@ -105,7 +105,7 @@ class Turn {
   private:
     const char* name_;
     bool waits_;
-    std::mutex mutex_; // of the next ones
+    std::mutex mutex_; // guards the next ones
     std::condition_variable isFree_;
     std::thread::id user_;
 };
@@ -117,7 +117,7 @@ struct OneByOne : T {
     template <class... Arguments>
     OneByOne(const char* name, bool waits, Arguments&&... given)
         : T(std::forward<Arguments>(given)...), turn(name, waits) {}
-    mutable Turn turn; ///< Of this object.
+    mutable Turn turn; ///< Turn of this object.
 };
 
 /// Runs the library's part of a method when it is this thread's turn.

@@ -6,7 +6,7 @@ namespace altiro3D::python {
 
 namespace {
 
-// A class of Python as a source: read(photo) is all that it needs.
+// A Python class as a source; it needs only read(photo).
 class PythonSource : public DepthSource {
   public:
     [[nodiscard]] std::string description() const override {

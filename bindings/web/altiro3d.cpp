@@ -40,8 +40,8 @@ namespace {
 
 using emscripten::val;
 
-// Calls a function and turns its exception into an Error of JavaScript. That one passes C++ without
-// destroying anything, so it is thrown when nothing is left.
+// Calls a function and turns its exception into a JavaScript Error. That Error leaves C++ without
+// running destructors, so it is thrown when no object is left.
 template <class Work>
 auto guarded(const Work& work) {
     static std::string message;
@@ -107,7 +107,7 @@ double numberOr(const val& options, const char* name, double usual) {
     return options[name].as<double>();
 }
 
-// What a browser has decoded of a part of a file: RGBA, or numbers; empty if that failed.
+// The part of a file that a browser has decoded: RGBA, or numbers; empty if that failed.
 cv::Mat decodedOf(const val& picture) {
     if (picture.isUndefined()) return {};
     const auto pixels = picture["width"].as<double>() * picture["height"].as<double>();
@@ -329,7 +329,7 @@ class StoredDepth {
     std::string bytes_;
     std::string name_;
     std::optional<DepthPart> part_; // points into bytes_
-    SecondEye eye_;                 // this one, too
+    SecondEye eye_;                 // points into bytes_ as well
 };
 
 // The depth of a photo by a network that JavaScript runs.
@@ -345,7 +345,7 @@ class Estimate {
 
     int runs() const { return static_cast<int>(runs_.size()); }
 
-    // What the network reads: planes, rows x columns each.
+    // Input of the network: planes, rows x columns each.
     val input(int run) {
         const NetworkRun& wanted = runs_.at(run);
         const cv::Size nominal(profile_.inputWidth, profile_.inputHeight);
@@ -360,7 +360,7 @@ class Estimate {
         return result;
     }
 
-    // What the network has put out.
+    // Output of the network.
     void setOutput(int run, const val& output) {
         const cv::Mat raw = matOf<float>(output["data"], sizeOf(output, "network", 1), 1);
         check(cv::checkRange(raw), "network",

@@ -102,8 +102,7 @@ bool hasShape(const ScreenFacts& screen, cv::Size panel) {
 
 } // namespace
 
-// The desktop reports sizes in whole desktop px, so the size of a scaled screen is off by up to one
-// desktop px.
+// The desktop reports sizes in whole desktop px, so a scaled screen's size is off by up to one.
 bool hasSize(const ScreenFacts& screen, cv::Size size) {
     const double most = isScaled(screen) ? screen.scale : 0;
     return std::abs(screen.size.width - size.width) <= most &&

@@ -105,8 +105,8 @@ class ALTIRO3D_EXPORT CameraSlide {
     /// @param options see SlideOptions
     /// @param name of the clip, for errors
     /// @throws Error BadFormat: fewer than two pictures; too little texture; the camera stands,
-    ///        turns, zooms or moves forwards; the scene moves; the pictures are warped. Exceptions
-    ///        of `source` pass through.
+    ///         turns, zooms or moves forwards; the scene moves; the pictures are warped. Exceptions
+    ///         of `source` pass through.
     explicit CameraSlide(SlidePictureSource source, const SlideOptions& options = {},
                          const std::string& name = "slide");
     ~CameraSlide();

@@ -44,9 +44,9 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     /// and area-averaged into the tiles if the sizes differ. Unused tiles are black.
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; depth [as the photo,
     ///        CV_32FC1, 0..1, 1 = nearest]; hidden layer of the photo's size or empty
-    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; shares no memory with the scene
+    /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; must not share memory with the scene
     /// @throws Error InvalidArgument (type, shared memory), TooLarge, Mismatch (sizes differ),
-    ///        OutOfMemory
+    ///         OutOfMemory
     void render(const Scene& scene, cv::Mat& quilt) const;
 
     /// Makes all views, with progress.

@@ -265,7 +265,7 @@ class ALTIRO3D_EXPORT DepthStroke {
     ///        as 0; it is not changed
     /// @param options what the stroke does
     /// @throws Error InvalidArgument (empty, wrong type, options out of range), Mismatch (sizes
-    ///        differ)
+    ///         differ)
     DepthStroke(const cv::Mat& photo, const cv::Mat& depth, const DepthBrushOptions& options);
     ~DepthStroke();
     DepthStroke(DepthStroke&&) noexcept;            ///< Moves.
@@ -296,7 +296,7 @@ class ALTIRO3D_EXPORT DepthStroke {
 /// @param lifted [as depth]; may be `depth` itself
 /// @return the part of the depth map that may have changed; empty if none
 /// @throws Error InvalidArgument (empty, wrong type, an amount or a point that is out of range or
-///        not finite), Mismatch (sizes differ)
+///         not finite), Mismatch (sizes differ)
 ALTIRO3D_EXPORT cv::Rect liftDepth(const cv::Mat& photo, const cv::Mat& depth,
                                    const std::vector<cv::Point2d>& outline, double amount,
                                    cv::Mat& lifted);

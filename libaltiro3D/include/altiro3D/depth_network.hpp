@@ -67,7 +67,7 @@ struct NetworkProfile {
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The engine that it needs; Best: any.
-    std::string remark; ///< Remark for the user: a key of the file has no effect; or empty.
+    std::string remark; ///< Remark for the user if a key of the file has no effect.
 };
 
 /// Whether this library can run a network.

@@ -247,11 +247,12 @@ struct PhotoDepthOptions {
 /// - a stereo pair in the file (readStereoPair(), matchStereo()), whose left picture is the photo;
 /// - the halves that the file's name states (readNamedHalves()).
 ///
-/// Other pairs and images in memory use `fallback`, which is estimatedDepth() in the tools.
+/// Photos without these, pairs that do not match and images in memory use `fallback`, which is
+/// estimatedDepth() in the tools.
 /// @param fallback the source for all other photos
 /// @param options what to take
 /// @return the source; its readPhoto() also throws Error Unsupported (a VR picture by its name,
-///        interleaved or anaglyph JPS)
+///         interleaved or anaglyph JPS)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 storedDepthOr(std::shared_ptr<DepthSource> fallback, const PhotoDepthOptions& options = {});
@@ -269,7 +270,7 @@ struct StereoInput {
 /// @param input where the pictures are
 /// @param fallback the source for pairs that do not match
 /// @return the source; its readPhoto() also throws Error Mismatch (pictures of different shapes),
-///        InvalidArgument (too small to split)
+///         InvalidArgument (too small to split)
 /// @throws Error InvalidArgument (`fallback` is null)
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromStereo(StereoInput input, std::shared_ptr<DepthSource> fallback);

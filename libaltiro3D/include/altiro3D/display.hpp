@@ -20,7 +20,7 @@ struct SubpixelCell {
     std::array<double, 3> y{}; ///< Upward offsets of red, green and blue, -1..1 px.
 };
 
-/// Data of a print, or of a lens sheet on a screen, that complement its calibration.
+/// Data of a print or a lens sheet on a screen that complement its calibration: lens_sheet.hpp.
 struct LensSheet {
     bool isPrint = false; ///< True for a print, whose px hold all colours; false for a screen.
     double dpiDown = 0;   ///< Vertical px per inch, > 0; horizontal ones: Calibration::DPI.
@@ -275,7 +275,7 @@ findUsbDisplays(const std::filesystem::path& fileSystemRoot = "/");
 ///        are those of `cached`, it is returned
 /// @return JSON for parseCalibrations(), at most 4096 bytes
 /// @throws Error ReadFailed (no permission, no answer), BadFormat (an empty memory, damaged JSON),
-///        TooLarge, Unsupported (a Portrait, which has a volume)
+///         TooLarge, Unsupported (a Portrait, which has a volume)
 [[nodiscard]] ALTIRO3D_EXPORT std::string readUsbCalibration(const UsbDisplay& display,
                                                              const std::string& cached = {});
 

@@ -57,7 +57,7 @@ class ALTIRO3D_EXPORT PhotoFile {
     /// The first bytes; reads less of the file than look().
     /// @param count number of bytes
     /// @return at most `count` bytes; empty for a pipe that bytes() has not read and for a file
-    ///        that cannot be read
+    ///         that cannot be read
     [[nodiscard]] std::string start(std::size_t count) const;
 
   private:
@@ -242,7 +242,7 @@ readEmbeddedDepth(const PhotoFile& photo, Notes* notes = nullptr);
 photoOfDepthName(const std::filesystem::path& depth);
 
 /// Finds the depth image next to a photo: a picture in the same directory whose photoOfDepthName()
-/// is the photo. If there is none, a picture is found whose comparableName() fits no other photo.
+/// is the photo. If there is none, comparableName() is compared, unless another photo has the same.
 /// @param photo the photo; the file is not accessed
 /// @return the first such picture in natural order; empty if none or the directory is unreadable
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
@@ -358,9 +358,9 @@ struct StereoPair {
 /// Reads the two pictures, upright and in sRGB, of a file that is marked as a stereo pair:
 /// - an MPO of a 3D camera (JPEG with MP type "multi-frame image, disparity", CIPA DC-007);
 /// - a spatial photo (HEIC or AVIF with a group `ster`);
-/// - a JPEG with the header of JPS (layout, order, half width and height, separation);
+/// - a JPEG with the header of JPS (layout, order, half width and height, separation are used);
 /// - a PNG with the chunk sTER;
-/// - a file named .jps or .pns, the right eye's picture at the left unless stated otherwise.
+/// - a file named .jps or .pns; the right eye's picture is at the left unless stated otherwise.
 ///
 /// Other multi-picture files (bursts, panoramas, portraits) are not pairs. If the second picture or
 /// the header is damaged, or if the header says that the picture is for one eye, the function
@@ -369,7 +369,7 @@ struct StereoPair {
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files, and for pipes, see PhotoFile::look()
 /// @throws Error as PhotoFile::bytes(); as readPhoto(), for a file that is a pair; Unsupported
-///        (interleaved or anaglyph JPS)
+///         (interleaved or anaglyph JPS)
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair> readStereoPair(const PhotoFile& photo,
                                                                        Notes* notes = nullptr);
 

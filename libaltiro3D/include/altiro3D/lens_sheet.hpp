@@ -33,8 +33,7 @@ struct LensNumbers {
                                ///< from the horizontal, > 0 if they rise to the right.
     int views = 0;             ///< Number of views, 2..1024; 0 = LensFacts::usefulViews.
     SubpixelOrder subpixels = SubpixelOrder::None; ///< None: a print; else a screen.
-    double thickness = 0;                          ///< Thickness of the sheet in mm, 0.01..100; 0 =
-                                                   ///< unknown.
+    double thickness = 0;                          ///< Thickness in mm, 0.01..100; 0 = unknown.
     double index = 0;    ///< Refractive index of the sheet, 1..3; 0 = unknown.
     double distance = 0; ///< Viewing distance in mm, 1..1e6; 0 = unknown.
 };

@@ -109,7 +109,7 @@ ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::M
 /// @param focus depth of the bars, 0..1
 /// @param fitted [fit.fittedSize(), CV_32FC1, 0..1]
 /// @throws Error Mismatch (the fit is for another size, the fitted photo has another size),
-///        InvalidArgument (types, focus, a fit as for applyFit())
+///         InvalidArgument (types, focus, a fit as for applyFit())
 ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, const PhotoFit& fit,
                                      const cv::Mat& fittedPhoto, double focus, cv::Mat& fitted);
 

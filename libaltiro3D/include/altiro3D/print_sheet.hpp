@@ -86,7 +86,7 @@ constexpr int kPitchBands = 21;
 /// @param print calibration of a print
 /// @param options the pitches
 /// @throws Error InvalidArgument (no print; a pitch is not above 0 or above half of the dpi),
-///        Unsupported (extension), WriteFailed
+///         Unsupported (extension), WriteFailed
 ALTIRO3D_EXPORT void writePitchSheet(const std::filesystem::path& file, const Calibration& print,
                                      const PitchSheetOptions& options = {});
 

@@ -105,7 +105,7 @@ parseQuiltName(const std::filesystem::path& file);
 /// @param aspect width : height of the scene
 /// @return the name
 /// @throws Error Mismatch (the name has another suffix; aspects match within 5 %); InvalidArgument
-///        (columns, rows, a suffix that parseQuiltName() refuses)
+///         (columns, rows, a suffix that parseQuiltName() refuses)
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout, double aspect);
 

@@ -42,8 +42,8 @@ struct QuiltSampling {
 };
 
 /// Resamples a quilt so that its views have whole px. If the quilt's size is not a multiple of its
-/// columns and rows, views have a fractional size and place: 819.2 px each for 4096 px with 5
-/// columns. Each view is sampled at its own position, nearest px. Nothing is cut off.
+/// columns and rows, views have a fractional size and position: 819.2 px each for 4096 px with 5
+/// columns. Each view is sampled at its own position, at the nearest px. Nothing is cut off.
 /// @param quilt [rows x cols, any type]
 /// @param layout the layout that the quilt should have; its views have the quilt's size divided by
 ///        columns and rows, rounded down
@@ -86,7 +86,7 @@ class ALTIRO3D_EXPORT Quilt2Native {
 
     /// Renders one Native.
     /// @param quilt [size of the layout, CV_8UC3, `order`], or a size that fitQuilt() accepts
-    /// @param native [panel rows x panel cols, CV_8UC3, `order`]; shares no memory with the quilt
+    /// @param native [panel rows x panel cols, CV_8UC3, `order`]; must not share the quilt's memory
     /// @param order of the channels of both
     /// @throws Error InvalidArgument (type, shared memory), Mismatch (size)
     void render(const cv::Mat& quilt, cv::Mat& native,
@@ -205,7 +205,7 @@ struct FoundQuilt {
 /// drawn grids and other regular patterns, because any multiple of their period fits.
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
-///        or with a side below 128 px
+///         or with a side below 128 px
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT FoundQuilt findQuiltLayout(const cv::Mat& picture);
 
@@ -213,7 +213,7 @@ struct FoundQuilt {
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @param layout columns, rows and number of views
 /// @return remarks, usually none: views of one colour (AsItIs), rows that run downwards, another
-///        layout in the picture, or views that do not resemble each other (Doubtful)
+///         layout in the picture, or views that do not resemble each other (Doubtful)
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
                                                      const QuiltLayout& layout);

@@ -68,7 +68,7 @@ enum class EyesFrom {
 /// @param views method, strength (kEyesStrength) and focus
 /// @param from which eyes are rendered
 /// @return left and right eye [rows x shown columns of the scene]; with KeepLeft, the left one is a
-///        copy of the photo
+///         copy of the photo
 /// @throws Error as Depth2Quilt::render()
 [[nodiscard]] ALTIRO3D_EXPORT StereoPair renderEyes(const Scene& scene, const ViewOptions& views,
                                                     EyesFrom from = EyesFrom::Both);

@@ -58,7 +58,7 @@ struct StereoVideo {
 [[nodiscard]] ALTIRO3D_EXPORT cv::Size photoSize(const StereoVideo& video, cv::Size frame);
 
 /// Shape of a video's halves when shown. Automatic halves follow the frame's shape. Squeezed halves
-/// count as full if the file states accordingly stretched px, as Matroska does for stereo films.
+/// count as full if the file already stretches their px, as Matroska does for stereo films.
 /// @param video how frames hold the pictures @param facts of the video
 /// @return Full or Squeezed
 [[nodiscard]] ALTIRO3D_EXPORT StereoHalves halvesAsShown(const StereoVideo& video,
@@ -73,8 +73,8 @@ struct FoundEyes {
 };
 
 /// Finds out whether a video's frames hold both eyes' pictures, by what the file states, then by
-/// the tag in its name (parseSceneName()). A tag that may mean something else counts only if the
-/// halves of some frames match. A video without both is flat; if its halves match, a note says so.
+/// its name's tag (parseSceneName()). A tag that may mean something else counts only if the halves
+/// of some frames match. A video without either is flat; if its halves match, a note says so.
 /// @param input as for VideoReader; only the frames of regular files are looked at
 /// @param facts of the input
 /// @param options as for VideoReader; `from` and `to` do not matter
@@ -112,7 +112,7 @@ struct DepthRange {
 struct GivenVideoDepth {
     /// A depth video, or a directory with one depth image per frame, sorted as by listImages().
     std::filesystem::path source;
-    /// Depth half in RGB-D frames. Automatic halves follow the shape of the frame in px.
+    /// Position of the depth half in RGB-D frames. Automatic halves follow the frame's shape in px.
     std::optional<RgbdLayout> rgbd;
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers.
     /// Range of depth of 16 bits that is not a distance. Default: percentiles 0.5 and 99.5 of all
@@ -275,7 +275,7 @@ class ALTIRO3D_EXPORT VideoConverter {
 
     /// Converts the video. A cancelled run still converts the frames that were read already (about
     /// a dozen) and closes the file, which can be played. A later run can resume if keepsWork().
-    /// Without a frame, no file is written. With `show`, a cancelled run shows no further picture.
+    /// Without frames, no file is written. With `show`, a cancelled run shows no further picture.
     /// @param goOn receives the progress before each frame is read and after each frame is made,
     ///        from several threads, never two at a time. It is called once more before the file is
     ///        closed (VideoProgress::finishing); this return value is ignored. May be empty.

@@ -82,10 +82,11 @@ struct VideoReaderOptions {
     /// The pictures are depth: numbers are delivered as stored; alpha and colour encoding are
     /// ignored. Grey of more than 8 bits is delivered as CV_16UC1, scaled to 16 bits.
     bool isDepth = false;
-    /// Deliver both eyes' pictures side by side, the left one first; VideoFacts::eyes then tells
-    /// the kind. This concerns spatial video (MV-HEVC; needs FFmpeg 7.1), videos whose frames show
-    /// the eyes alternately, and files with a video for each eye (AVI of stereo cameras; titles
-    /// with "left" and "right"). If false, only the left eye's are delivered, and notes() says so.
+    /// Deliver both eyes' pictures side by side, the left one first; VideoFacts::eyes then states
+    /// the kind. This applies to spatial video (MV-HEVC; needs FFmpeg 7.1), videos whose frames
+    /// show the eyes alternately, and files with a video for each eye (AVI of stereo cameras;
+    /// titles with "left" and "right"). If false, only the left eye's pictures are delivered, and
+    /// notes() says so.
     bool bothEyes = false;
     /// With `bothEyes`: the file holds a video for each eye, even if it does not say so.
     bool joinsVideos = false;
@@ -238,7 +239,7 @@ struct VideoWriterOptions {
     /// searches that gain little: for cuts, for motion between px, for the best number of B-frames.
     bool native = false;
     /// Largest mean bit rate of H264 and H264Rgb over some seconds, Mbit/s, 1..100000; 0: no limit.
-    /// The quantizer rises where the limit requires it. Not with a lossless `crf`, below 1.
+    /// The quantizer rises where the limit requires it. Not with a lossless `crf` (below 1).
     double maxRate = 0;
     Fraction timeBase{1, 1000};  ///< Unit of the frames' times, s.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
@@ -254,8 +255,8 @@ struct VideoWriterOptions {
     /// Colour encoding of the source, for the default of `matrix` and for the tags of the file.
     /// Default: that of the source's reader, if one is given.
     std::optional<VideoColour> colour;
-    /// Encoder threads, 0..64; 0 = one per processor. If there are several, H264 at UltraFast uses
-    /// one more, because it has no look-ahead. The bytes of H264, H264Rgb and Hevc depend on it.
+    /// Encoder threads, 0..64; 0 = one per processor. With several, H264 at UltraFast uses one
+    /// more, as it has no look-ahead. The bytes of H264, H264Rgb and Hevc depend on the number.
     int threads = 0;
     bool audio = true;     ///< Copy the source's sound.
     bool subtitles = true; ///< Copy or convert the source's subtitles.

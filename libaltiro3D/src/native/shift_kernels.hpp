@@ -17,7 +17,7 @@ void shiftsOfViews(const std::uint16_t* views, std::size_t count, int viewCount,
                    float* shifts);
 
 /// Shifts p S/2 of sub-pixels with continuous positions: p = (2 N z - N) / (N - 1), clamped to +-1,
-/// for the phase z = (columns[i] + row) / 2^32, and N = viewCount views.
+/// for the phase z = (columns[i] + row) / 2^32, N = viewCount >= 1.
 /// @param columns, row phases from LensPhases
 void shiftsOfPhases(const std::uint32_t* columns, std::uint32_t row, std::size_t count,
                     int viewCount, float halfParallax, float* shifts);

@@ -11,8 +11,7 @@ namespace altiro3D {
 //
 //     p = turn ((x, y, 1) - q place)
 //
-// so it moves by q times the way of the camera, and by the turns of the camera, which do not depend
-// on q. docs/mathematics.md, 8.
+// so it moves by q times the camera's way, and by its turns whatever q is: docs/mathematics.md, 8.
 
 /// One picture's camera.
 struct SlideCamera {

@@ -222,7 +222,7 @@ float spreadOf(const std::array<cv::Vec2f, 4>& motions) {
 }
 
 // Converts motion from cells to px: linear if the four surrounding cells move alike, else the
-// vector of the one that fits best.
+// vector that fits best.
 void spread(CellSearch& search, const Level& before, const Level& now, cv::Mat& motion) {
     search.smooth();
     cv::Mat cells(search.rows(), search.columns(), CV_32FC2);

@@ -83,8 +83,7 @@ std::optional<EmbeddedDepth> depthOfExr(string_view bytes, Notes* notes) {
     return std::nullopt;
 }
 
-// Near and Far are not metres: the depth is relative, and 1 and 1000 keep inverse depth nearly
-// linear.
+// Near and Far are not metres: depth is relative; 1 and 1000 keep inverse depth nearly linear.
 std::string xmpFor(std::size_t depthBytes) {
     constexpr const char* kText =
         R"(<x:xmpmeta xmlns:x="adobe:ns:meta/" x:xmptk="altiro3D">)"

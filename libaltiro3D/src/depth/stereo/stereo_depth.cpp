@@ -24,8 +24,7 @@ constexpr double kMatchPixels = 7.5e5; // and most px
 constexpr int kCoarseSide = 250;       // px; at which the range of disparities is found
 constexpr double kSearch = 0.35;       // share of the width, to both sides of zero
 constexpr double kMinMatched = 0.25;   // share of px
-constexpr double kMinLikeness = 0.5;   // correlation of matched detail; lower for unrelated
-                                       // pictures
+constexpr double kMinLikeness = 0.5;   // least correlation of matched detail of a pair
 constexpr int kMinDetail = 4;          // grey levels beside the mean of the surroundings
 constexpr double kFlatRange = 0.0015;  // share of the width
 constexpr int kMinSide = 16;           // px; smaller pictures are not matched

@@ -354,8 +354,7 @@ class LayeredReader {
     LayeredTables tables_;
     LayeredColumns known_;
     LayeredLines<std::int16_t> lines_; // lines of each pixel's column
-    LayeredColumns copies_;            // copies per pixel's column, if isPicked_ and not
-                                       // isWholeRow_
+    LayeredColumns copies_;            // per pixel's column, if isPicked_ and not isWholeRow_
     bool isPicked_ = false;
     bool isWholeRow_ = false;         // pixels and columns are the same
     std::vector<std::uint8_t> parts_; // 1/256 px right of the columns; empty if all are at columns

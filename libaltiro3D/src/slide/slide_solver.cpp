@@ -182,8 +182,7 @@ class Solver {
             const double weight = 1 / (1 + r.dot(r) / square(reach_));
             const double scale = 1 / guess_.pixel;
             const ByPoint byP = is.byP * scale;
-            const cv::Matx33d cross(0, p[2], -p[1], -p[2], 0, p[0], p[1], -p[0],
-                                    0); // by turns
+            const cv::Matx33d cross(0, p[2], -p[1], -p[2], 0, p[0], p[1], -p[0], 0); // by turns
             const ByPoint byTurn = byP * cross;
             const ByPoint byPlace = byP * camera.turn * -point.q;
             const cv::Matx33d pointAxes(camera.turn(0, 0), camera.turn(0, 1), 0, camera.turn(1, 0),

@@ -37,9 +37,10 @@ struct DepthNormalization {
 /// beyond are clamped, so outliers do not compress the rest. A percentile is the exact value of its
 /// rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the extremes.
 ///
-/// Unknown values (non-finite; for metric depth also Z <= 0, and 65535 of 16 bits unless others are
-/// above 64879, where it is the farthest that fits) take the farther of the nearest valid values to
-/// their left and right in the row. A row without any takes the nearest row with some.
+/// Unknown values take the farther of the nearest valid values to their left and right in the row;
+/// a row without any takes the nearest row with some. Unknown are non-finite values and, for metric
+/// depth, Z <= 0 and the 16-bit value 65535, unless other values are above 64879: it is then the
+/// farthest distance that fits.
 ///
 /// The result is defined for every input of a valid type: an image that is constant, entirely
 /// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger

@@ -221,8 +221,8 @@ struct Display {
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
 
-/// The layout that a request without a view size refers to: the display's default, or its model's
-/// earlier default if the request has its columns and rows, or no grid but its quilt size.
+/// The layout that a request without a view size refers to: the model's earlier default if the
+/// request has that one's grid, or no grid but that one's quilt size; else the display's default.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()

@@ -235,8 +235,8 @@ struct VideoWriterOptions {
     /// Hevc then work without psychovisual optimization and at crf + 2, which is more accurate at
     /// about the same size. H264 up to the preset Fast also disables arithmetic coding and
     /// deblocking, which halves the time to decode, and codes chroma a little more coarsely than
-    /// luma. At UltraFast and SuperFast it uses that value as the quantizer of all frames and omits
-    /// searches that gain little: for cuts, for motion between px, for the best number of B-frames.
+    /// luma. At UltraFast and SuperFast it uses that value as a fixed quantizer and omits searches
+    /// that gain little: for cuts, for motion between px, for the best number of B-frames.
     bool native = false;
     /// Largest mean bit rate of H264 and H264Rgb over some seconds, Mbit/s, 1..100000; 0: no limit.
     /// The quantizer rises where the limit requires it. Not with a lossless `crf` (below 1).

@@ -43,12 +43,13 @@ cv::Mat spots(cv::Size size, int seed) {
     return picture;
 }
 
-} // namespace
-
+// From the axes of a camera (y down) to those of the world (y up).
 cv::Matx33d axesOf(const HandCamera& camera) {
     return about(1, camera.panDegrees) * about(0, -camera.tiltDegrees) *
            about(2, camera.rollDegrees) * cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, 1);
 }
+
+} // namespace
 
 std::vector<HandCamera> handSlide(const HandSlide& hand) {
     std::vector<HandCamera> cameras(static_cast<std::size_t>(hand.pictures));
@@ -78,27 +79,6 @@ HandSlide shakyHand(int pictures, double length) {
     return {pictures, length, 1, 0.5, 0.01, 0.02, 3, 0.2};
 }
 
-cv::Mat World::photograph(cv::Size size, const HandCamera& camera) const {
-    const double focal = focalWidths() * size.width * camera.zoom;
-    cv::Mat picture =
-        shown(size, camera.place,
-              axesOf(camera) * cv::Matx33d(1 / focal, 0, -size.width / 2.0 / focal, 0, 1 / focal,
-                                           -size.height / 2.0 / focal, 0, 0, 1));
-    picture.convertTo(picture, CV_8U, camera.exposure);
-    return picture;
-}
-
-cv::Mat RayWorld::shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& axes) const {
-    const cv::Vec3d origin = cv::Vec3d(0, scene_.cameraHeight, 0) + place;
-    cv::Mat picture(size, CV_8UC3);
-    cv::parallel_for_({0, size.height}, [&](const cv::Range& rows) {
-        for (int y = rows.start; y < rows.end; ++y)
-            for (int x = 0; x < size.width; ++x)
-                picture.at<cv::Vec3b>(y, x) = rays_.colour(origin, axes, cv::Rect2d(x, y, 1, 1));
-    });
-    return picture;
-}
-
 Boards::Boards() {
     constexpr double kPerMetre = 220; // px
     const auto add = [&](const cv::Vec3d& corner, const cv::Vec3d& right, const cv::Vec3d& down) {
@@ -115,14 +95,18 @@ Boards::Boards() {
     add({0.25, -0.45, 2.2}, {0.35, 0, 0.1}, {0, -0.4, 0});
 }
 
-cv::Mat Boards::shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& axes) const {
+cv::Mat Boards::photograph(cv::Size size, const HandCamera& camera) const {
+    const double focal = size.width * camera.zoom;
+    const cv::Matx33d axes =
+        axesOf(camera) * cv::Matx33d(1 / focal, 0, -size.width / 2.0 / focal, 0, 1 / focal,
+                                     -size.height / 2.0 / focal, 0, 0, 1);
     constexpr int kFiner = 4; // samples of a px, each way
     const cv::Matx33d samples(kFiner, 0, -0.5, 0, kFiner, -0.5, 0, 0, 1);
     const cv::Matx33d view = samples * axes.inv();
     const cv::Size fine(size.width * kFiner, size.height * kFiner);
     cv::Mat picture(fine, CV_8UC3, cv::Scalar::all(0));
     for (const Board& board : boards_) { // from the back to the front
-        const cv::Vec3d from = board.corner - place + board.right * 0.5 + board.down * 0.5;
+        const cv::Vec3d from = board.corner - camera.place + board.right * 0.5 + board.down * 0.5;
         const cv::Matx33d map =
             view * cv::Matx33d(board.right[0], board.down[0], from[0], board.right[1],
                                board.down[1], from[1], board.right[2], board.down[2], from[2]);
@@ -131,6 +115,7 @@ cv::Mat Boards::shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& 
     }
     cv::Mat result;
     cv::resize(picture, result, size, 0, 0, cv::INTER_AREA);
+    result.convertTo(result, CV_8U, camera.exposure);
     return result;
 }
 

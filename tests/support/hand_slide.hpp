@@ -1,13 +1,11 @@
 #pragma once
 
-#include "support/scene.hpp"
-
 #include <opencv2/core.hpp>
 #include <vector>
 
 namespace altiro3D::test {
 
-/// A camera in a hand. At rest it stands at 0 and looks along +z, see World.
+/// A camera in a hand. At rest it stands at 0 and looks along +z.
 struct HandCamera {
     cv::Vec3d place{0, 0, 0}; ///< Right, up, forwards, m.
     double panDegrees = 0;    ///< To the right.
@@ -16,9 +14,6 @@ struct HandCamera {
     double zoom = 1;
     double exposure = 1;
 };
-
-/// From the axes of a camera (y down) to those of the world (y up).
-cv::Matx33d axesOf(const HandCamera& camera);
 
 /// How unsteady a hand is.
 struct HandSlide {
@@ -40,25 +35,13 @@ std::vector<HandCamera> handSlide(const HandSlide& hand);
 /// 20 %.
 HandSlide shakyHand(int pictures, double length);
 
-/// What a camera may see. Metres; x to the right, y up, z forwards; a camera at rest stands at 0.
-class World {
-  public:
-    virtual ~World() = default;
-    /// Focal length of the hand's camera in widths of its pictures.
-    virtual double focalWidths() const = 0;
-    /// The picture of any camera: the point (x, y) of the picture, in px, is seen along
-    /// axes (x, y, 1). [size, CV_8UC3, BGR]
-    virtual cv::Mat shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& axes) const = 0;
-    /// The picture of a camera in a hand.
-    cv::Mat photograph(cv::Size size, const HandCamera& camera) const;
-};
-
-/// Painted boards at 2 to 6 m, which a camera sees as projective maps of their pictures. Quick.
-class Boards : public World {
+/// Painted boards at 2 to 6 m, which a camera sees as projective maps of their pictures. Metres; x
+/// to the right, y up, z forwards; a camera at rest stands at 0.
+class Boards {
   public:
     Boards();
-    double focalWidths() const override { return 1; }
-    cv::Mat shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& axes) const override;
+    /// The picture of a camera whose focal length is the width of its pictures.
+    cv::Mat photograph(cv::Size size, const HandCamera& camera) const;
 
   private:
     struct Board {
@@ -68,18 +51,6 @@ class Boards : public World {
         cv::Vec3d down;
     };
     std::vector<Board> boards_;
-};
-
-/// A scene of rendered solids. Slow.
-class RayWorld : public World {
-  public:
-    explicit RayWorld(const Scene& scene) : scene_(scene), rays_(scene) {}
-    double focalWidths() const override { return scene_.focalWidths; }
-    cv::Mat shown(cv::Size size, const cv::Vec3d& place, const cv::Matx33d& axes) const override;
-
-  private:
-    Scene scene_;
-    RayCaster rays_;
 };
 
 } // namespace altiro3D::test

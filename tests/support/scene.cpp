@@ -568,15 +568,15 @@ struct RayCaster::Impl {
     explicit Impl(const Scene& world) : scene(world), renderer(scene) {}
 
     // Mean of grid x grid rays. Every block of 2 x 2 samples light in the same four ways.
-    template <class RayOf>
-    Vec mean(const RayOf& rayOf, const cv::Rect2d& part, int grid, int& contrast) const {
+    Vec mean(cv::Size size, double cameraX, const cv::Rect2d& part, int grid, int& contrast) const {
         Vec sum(0, 0, 0);
         cv::Vec3i low(255, 255, 255);
         cv::Vec3i high(0, 0, 0);
         for (int row = 0; row < grid; ++row) {
             for (int column = 0; column < grid; ++column) {
-                const Ray ray = rayOf(part.x + (column + 0.5) / grid * part.width,
-                                      part.y + (row + 0.5) / grid * part.height);
+                const Ray ray =
+                    rayThrough(scene, size, cameraX, part.x + (column + 0.5) / grid * part.width,
+                               part.y + (row + 0.5) / grid * part.height);
                 const Vec colour = renderer.colourOf(ray, column % 2 + 2 * (row % 2), 2);
                 for (int c = 0; c < 3; ++c) {
                     sum[c] += std::min(colour[c], 3.0);
@@ -589,15 +589,6 @@ struct RayCaster::Impl {
         return sum * (1.0 / (grid * grid));
     }
 
-    template <class RayOf>
-    cv::Vec3b colour(const RayOf& rayOf, const cv::Rect2d& part) const {
-        constexpr int kVisible = 10; // grey levels
-        int contrast = 0;
-        Vec found = mean(rayOf, part, 2, contrast);
-        if (contrast > kVisible) found = mean(rayOf, part, 4, contrast);
-        return {toByte(found[2]), toByte(found[1]), toByte(found[0])};
-    }
-
     Scene scene;
     Renderer renderer; // of `scene`
 };
@@ -605,17 +596,11 @@ struct RayCaster::Impl {
 RayCaster::RayCaster(const Scene& scene) : impl_(std::make_shared<const Impl>(scene)) {}
 
 cv::Vec3b RayCaster::colour(cv::Size size, double cameraX, const cv::Rect2d& part) const {
-    return impl_->colour(
-        [&](double x, double y) { return rayThrough(impl_->scene, size, cameraX, x, y); }, part);
-}
-
-cv::Vec3b RayCaster::colour(const cv::Vec3d& origin, const cv::Matx33d& axes,
-                            const cv::Rect2d& part) const {
-    return impl_->colour(
-        [&](double x, double y) {
-            return Ray{origin, axes * cv::Vec3d(x, y, 1)};
-        },
-        part);
+    constexpr int kVisible = 10; // grey levels
+    int contrast = 0;
+    Vec found = impl_->mean(size, cameraX, part, 2, contrast);
+    if (contrast > kVisible) found = impl_->mean(size, cameraX, part, 4, contrast);
+    return {toByte(found[2]), toByte(found[1]), toByte(found[0])};
 }
 
 double RayCaster::depth(cv::Size size, double cameraX, const cv::Point2d& at) const {

@@ -100,11 +100,6 @@ class RayCaster {
     /// @param part what is averaged, in px, see project()
     cv::Vec3b colour(cv::Size size, double cameraX, const cv::Rect2d& part) const;
 
-    /// The same for any camera: the point (x, y) is seen along axes (x, y, 1).
-    /// @param origin of the camera, m
-    cv::Vec3b colour(const cv::Vec3d& origin, const cv::Matx33d& axes,
-                     const cv::Rect2d& part) const;
-
     /// Relative inverse depth at a point of the picture, in px.
     double depth(cv::Size size, double cameraX, const cv::Point2d& at) const;
 

@@ -816,7 +816,7 @@ TEST(ViewsLayered, SinglePixelsAreThoseOfTheViews) {
     }
 }
 
-// Left picture and true disparity to the right picture; see altiro3D_view_accuracy for the table.
+// Left picture and true disparity to the right picture.
 struct Floor {
     const char* scene;
     double wholePsnr;

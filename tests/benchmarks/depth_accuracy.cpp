@@ -16,10 +16,9 @@
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/error.hpp"
-#include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/pixels.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -70,17 +69,12 @@ bool addScene(const std::string& set, const std::string& name, const fs::path& p
     }
     raw.convertTo(scene.inverseDepth, CV_32F);
     scene.known = cv::Mat(raw.size(), CV_8UC1, cv::Scalar(0));
-    for (int y = 0; y < raw.rows; ++y) {
-        for (int x = 0; x < raw.cols; ++x) {
-            float& value = scene.inverseDepth.at<float>(y, x);
-            if (!std::isfinite(value) || value <= 0) {
-                value = 0;
-                continue;
-            }
-            if (metric) value = 1 / value;
-            scene.known.at<uchar>(y, x) = 255;
-        }
-    }
+    altiro3D::test::forPixels(raw.size(), [&](int x, int y) {
+        float& value = scene.inverseDepth.at<float>(y, x);
+        const bool isKnown = std::isfinite(value) && value > 0;
+        value = !isKnown ? 0 : metric ? 1 / value : value;
+        if (isKnown) scene.known.at<uchar>(y, x) = 255;
+    });
     scenes.push_back(scene);
     return true;
 }
@@ -181,10 +175,9 @@ std::function<cv::Mat(const cv::Mat&)> depthOf(const fs::path& file,
 // From the percentile 0.5 to 99.5 of the known values.
 double rangeOf(const cv::Mat& depth, const cv::Mat& known) {
     std::vector<float> values;
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x)
-            if (known.at<uchar>(y, x) != 0) values.push_back(depth.at<float>(y, x));
-    }
+    altiro3D::test::forPixels(depth.size(), [&](int x, int y) {
+        if (known.at<uchar>(y, x) != 0) values.push_back(depth.at<float>(y, x));
+    });
     std::sort(values.begin(), values.end());
     const auto at = [&](double part) {
         return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];

@@ -13,7 +13,6 @@
 #include "altiro3D/native_maker.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
-#include "media/yuv_kernels.hpp"
 #include "paper_pipeline.hpp"
 #include "support/reference.hpp"
 
@@ -317,60 +316,12 @@ void busyScene(const BenchDisplay& display, cv::Mat& photo, cv::Mat& depth) {
     wholeDepth.convertTo(depth, CV_32F, 1 / 65535.0);
 }
 
-// What refineDepth() is given.
-struct Rough {
-    cv::Mat photo;
-    cv::Mat depth;
-    DepthRefineOptions options{}; // without flaws: they are measured
-};
-
-Rough known(Rough rough) {
-    rough.options.flaws = measureDepthFlaws(rough.photo, rough.depth);
-    return rough;
-}
-
-Rough softDepth(const BenchDisplay& display) {
-    Rough rough{display.photo(), {}};
-    cv::GaussianBlur(display.depth(), rough.depth, {}, 2);
-    return rough;
-}
-
-// As a network gives it: most px are in a step.
-Rough busyDepth(const BenchDisplay& display) {
-    Rough rough;
-    busyScene(display, rough.photo, rough.depth);
-    cv::Mat small;
-    cv::resize(rough.depth, small, {128, 128}, 0, 0, cv::INTER_AREA);
-    cv::resize(small, rough.depth, rough.depth.size(), 0, 0, cv::INTER_CUBIC);
-    return rough;
-}
-
-// Steps of differing softness, as a network gives them.
-Rough unevenDepth(const BenchDisplay& display) {
-    Rough rough = softDepth(display);
-    const cv::Range part(0, rough.depth.cols * 3 / 4);
-    cv::Mat softer;
-    cv::GaussianBlur(display.depth(), softer, {}, 6);
-    softer.colRange(part).copyTo(rough.depth.colRange(part));
-    rough.options.flaws.emplace();
-    rough.options.flaws->softnessPixels = 12;
-    rough.options.flaws->isUneven = true;
-    return rough;
-}
-
-Rough noisyDepth(const BenchDisplay& display, double deviation) {
-    cv::Mat noise(display.depth().size(), CV_32FC1);
-    cv::RNG(1).fill(noise, cv::RNG::NORMAL, 0, 10 * deviation); // a tenth after the blur
-    cv::GaussianBlur(noise, noise, {}, 3);
-    return {display.photo(), display.depth() + noise};
-}
-
-Stage refinement(const std::function<Rough(const BenchDisplay&)>& make) {
-    return [make](benchmark::State& state, const BenchDisplay& display) {
-        const Rough rough = make(display);
+Stage refinement(bool isSoft) {
+    return [isSoft](benchmark::State& state, const BenchDisplay& display) {
+        cv::Mat depth = display.depth();
+        if (isSoft) cv::GaussianBlur(display.depth(), depth = cv::Mat(), {}, 2);
         cv::Mat refined;
-        measure(state, refined,
-                [&] { refineDepth(rough.photo, rough.depth, refined, rough.options); });
+        measure(state, refined, [&] { refineDepth(display.photo(), depth, refined); });
     };
 }
 
@@ -575,63 +526,6 @@ Stage nativesOfPhoto(std::optional<Detail> detail) {
     };
 }
 
-// ---- colours of videos
-
-// The planes of a Native as an encoder takes them (4:4:4).
-struct Planes {
-    cv::Mat plane[3];
-
-    explicit Planes(cv::Size size) {
-        for (cv::Mat& one : plane)
-            one.create(size, CV_8UC1);
-    }
-    void fill(const cv::Mat& picture, const YuvWeights& weights) {
-        cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
-            for (int y = rows.start; y < rows.end; ++y) {
-                bgrToYuv(picture.ptr(y), static_cast<std::size_t>(picture.cols), weights,
-                         plane[0].ptr(y), plane[1].ptr(y), plane[2].ptr(y));
-            }
-        });
-    }
-    void toPicture(const BgrWeights& weights, cv::Mat& picture) const {
-        cv::parallel_for_(cv::Range(0, picture.rows), [&](const cv::Range& rows) {
-            for (int y = rows.start; y < rows.end; ++y) {
-                yuvToBgr(plane[0].ptr(y), plane[1].ptr(y), plane[2].ptr(y),
-                         static_cast<std::size_t>(picture.cols), weights, picture.ptr(y));
-            }
-        });
-    }
-};
-
-constexpr ColourMatrix kMatrix = ColourMatrix::Bt709;
-constexpr ColourRange kRange = ColourRange::Limited;
-
-void BM_NativeToYuv(benchmark::State& state, const BenchDisplay& display) {
-    const cv::Mat native = makePhoto(display.panel());
-    const YuvWeights weights = yuvWeights(kMatrix, kRange, 8);
-    Planes planes(native.size());
-    planes.fill(native, weights);
-    for (int y = 0; y < native.rows; y += 61) {
-        for (int x = 0; x < native.cols; ++x) {
-            const auto& p = native.at<cv::Vec3b>(y, x);
-            const double luma = 16 + (0.0722 * p[0] + 0.7152 * p[1] + 0.2126 * p[2]) * 219.0 / 255;
-            require(std::abs(planes.plane[0].at<uchar>(y, x) - luma) < 0.55, "NativeToYuv");
-        }
-    }
-    measure(state, planes.plane[0], [&] { planes.fill(native, weights); });
-}
-
-void BM_YuvToPicture(benchmark::State& state, const BenchDisplay& display) {
-    const cv::Mat native = makePhoto(display.panel());
-    Planes planes(native.size());
-    planes.fill(native, yuvWeights(kMatrix, kRange, 8));
-    cv::Mat picture(native.size(), CV_8UC3);
-    const BgrWeights weights = bgrWeights(kMatrix, kRange);
-    planes.toPicture(weights, picture);
-    require(cv::norm(picture, native, cv::NORM_INF) <= 2, "YuvToPicture");
-    measure(state, picture, [&] { planes.toPicture(weights, picture); });
-}
-
 // The time shown is real time; UseRealTime() would add to the names.
 template <class F>
 void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const F& run) {
@@ -654,16 +548,6 @@ std::vector<NamedStage> allStages() {
     constexpr auto kContinuous = ViewPositions::Continuous;
     const ViewOptions fast = methodOf(ViewMethod::Fast);
     const ViewOptions layered = methodOf(ViewMethod::Layered);
-    const auto exact = [](const BenchDisplay& display) {
-        return Rough{display.photo(), display.depth()};
-    };
-    const auto noisy = [](double deviation) {
-        return refinement(
-            [=](const BenchDisplay& display) { return noisyDepth(display, deviation); });
-    };
-    const auto of = [](Rough (*make)(const BenchDisplay&)) {
-        return refinement([=](const BenchDisplay& display) { return known(make(display)); });
-    };
     return {{"BM_CopyNative", BM_CopyNative, kYardstick},
             {"BM_CopyQuilt", BM_CopyQuilt, kYardstick},
             {"BM_CopyLut", BM_CopyLut, kYardstick},
@@ -672,13 +556,8 @@ std::vector<NamedStage> allStages() {
             {"BM_LutLoad", BM_LutLoad},
             {"BM_CopyFitDepth", BM_CopyFitDepth, kYardstick},
             {"BM_FitDepth", BM_FitDepth},
-            {"BM_RefineDepthExact", refinement(exact)},
-            {"BM_RefineDepth", refinement(softDepth)},
-            {"BM_RefineDepthKnown", of(softDepth)},
-            {"BM_RefineDepthBusy", of(busyDepth)},
-            {"BM_RefineDepthUneven", refinement(unevenDepth)},
-            {"BM_RefineDepthNoisy", noisy(0.02)},
-            {"BM_RefineDepthWeakNoise", noisy(0.005)},
+            {"BM_RefineDepthExact", refinement(false)},
+            {"BM_RefineDepth", refinement(true)},
             {"BM_NetworkRun", BM_NetworkRun},
             {"BM_DepthOfPhoto", estimation(false)},
             {"BM_DepthOfFrame", estimation(true)},
@@ -698,9 +577,7 @@ std::vector<NamedStage> allStages() {
             {"BM_NativeLayeredPanelPixels", natives({layered, kContinuous, false, true})},
             {"BM_NativeOfPhotoQuick", nativesOfPhoto({})},
             {"BM_NativeOfPhoto", nativesOfPhoto(Detail::Lens)},
-            {"BM_NativeOfPhotoBest", nativesOfPhoto(Detail::Panel)},
-            {"BM_NativeToYuv", BM_NativeToYuv},
-            {"BM_YuvToPicture", BM_YuvToPicture}};
+            {"BM_NativeOfPhotoBest", nativesOfPhoto(Detail::Panel)}};
 }
 
 // @param names empty: all

@@ -3,8 +3,6 @@
 #include "altiro3D/lens_sheet.hpp"
 #include "fuzz.hpp"
 
-#include <cmath>
-
 using namespace altiro3D;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

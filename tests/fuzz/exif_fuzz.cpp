@@ -3,7 +3,6 @@
 #include "fuzz.hpp"
 #include "image/exif.hpp"
 
-#include <vector>
 #include <zlib.h>
 
 using namespace altiro3D;

@@ -39,17 +39,10 @@ class Seeds {
     int count_ = 0;
 };
 
-std::string bigEndian(std::size_t value, int bytes) {
-    std::string text;
-    for (int i = bytes - 1; i >= 0; --i)
-        text += static_cast<char>(value >> (8 * i) & 0xffU);
-    return text;
-}
-
-std::string littleEndian(std::size_t value, int bytes) {
-    std::string text = bigEndian(value, bytes);
-    return {text.rbegin(), text.rend()};
-}
+using test::bigEndian;
+using test::encoded;
+using test::littleEndian;
+using test::pngChunk;
 
 // --- EXIF --------------------------------------------------------------------------------------
 
@@ -77,21 +70,9 @@ void addExif(const fs::path& root) {
 
 // --- pictures ----------------------------------------------------------------------------------
 
-std::string encoded(const std::string& extension, const cv::Mat& picture,
-                    const std::vector<int>& settings = {}) {
-    std::vector<unsigned char> bytes;
-    if (!cv::imencode(extension, picture, bytes, settings)) return {};
-    return {bytes.begin(), bytes.end()};
-}
-
 // Behind the first `at` bytes.
 std::string inserted(std::string bytes, std::size_t at, const std::string& part) {
     return bytes.insert(std::min(at, bytes.size()), part);
-}
-
-// The checksum is left as 0, because only libpng checks it.
-std::string pngChunk(const std::string& name, const std::string& data) {
-    return bigEndian(data.size(), 4) + name + data + bigEndian(0, 4);
 }
 
 // Samples, a page that is a thumbnail, and one that is not.
@@ -99,20 +80,20 @@ std::string tiffFile(unsigned photometric, unsigned bits, unsigned planes) {
     const std::string samples(192, 'T');
     const unsigned channels = photometric == 5 ? 4 : photometric == 2 || photometric > 5 ? 3 : 1;
     const auto page = [&](unsigned subfile) {
-        const std::vector<std::pair<unsigned, std::size_t>> tags = {{0xfe, subfile},
-                                                                    {0x100, 3},
-                                                                    {0x101, 2},
-                                                                    {0x102, bits},
-                                                                    {0x103, 1},
-                                                                    {0x106, photometric},
-                                                                    {0x111, 8},
-                                                                    {0x112, 6},
-                                                                    {0x115, channels},
-                                                                    {0x116, 2},
-                                                                    {0x117, samples.size()},
-                                                                    {0x11c, planes},
-                                                                    {0x153, bits == 32 ? 3U : 1U}};
-        std::string directory = littleEndian(tags.size(), 2);
+        const std::pair<unsigned, std::size_t> tags[] = {{0xfe, subfile},
+                                                         {0x100, 3},
+                                                         {0x101, 2},
+                                                         {0x102, bits},
+                                                         {0x103, 1},
+                                                         {0x106, photometric},
+                                                         {0x111, 8},
+                                                         {0x112, 6},
+                                                         {0x115, channels},
+                                                         {0x116, 2},
+                                                         {0x117, samples.size()},
+                                                         {0x11c, planes},
+                                                         {0x153, bits == 32 ? 3U : 1U}};
+        std::string directory = littleEndian(std::size(tags), 2);
         for (const auto& [tag, value] : tags)
             directory += littleEndian(tag, 2) + littleEndian(3, 2) + littleEndian(1, 4) +
                          littleEndian(value, 4);
@@ -272,11 +253,6 @@ void addColour(const fs::path& root) {
                                     std::string(12, '\0') + "acsp" + std::string(88, '\0') +
                                     bigEndian(0, 4);
     seeds.add('\1' + withoutTags);
-    const auto littleEndian = [](std::size_t value) {
-        std::string four = bigEndian(value, 4);
-        std::reverse(four.begin(), four.end());
-        return four;
-    };
     const std::string chunk = "ICCP" + littleEndian(withoutTags.size()) + withoutTags;
     seeds.add('\0' + ("RIFF" + littleEndian(chunk.size() + 4)) + "WEBP" + chunk);
     std::string corners(32, '\0'); // of P3

@@ -1,6 +1,5 @@
 #include "support/compare.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -53,9 +52,8 @@ Difference compare(const cv::Mat& actual, const cv::Mat& expected, double tolera
 ::testing::AssertionResult samePicture(const cv::Mat& actual, const cv::Mat& expected,
                                        double tolerance) {
     const Difference difference = compare(actual, expected, tolerance);
-    if (difference.sameShape && difference.samples == 0) {
+    if (difference.sameShape && difference.samples == 0)
         return ::testing::AssertionFailure() << "both are empty: nothing is compared";
-    }
     if (difference.sameShape && difference.count == 0) return ::testing::AssertionSuccess();
     return ::testing::AssertionFailure() << difference.report;
 }

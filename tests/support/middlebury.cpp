@@ -3,9 +3,7 @@
 #include "support/files.hpp"
 
 #include <fstream>
-#include <iostream>
 #include <opencv2/imgcodecs.hpp>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -32,40 +30,17 @@ std::vector<MiddleburyFiles> listMiddlebury(const fs::path& folder) {
     return scenes;
 }
 
-namespace {
-
-// Nothing if a file is missing, unreadable or of another size.
-std::optional<StereoScene> readScene(const MiddleburyFiles& files) {
-    const cv::Mat photo = cv::imread(files.left.string());
-    const cv::Mat truth = cv::imread(files.right.string());
-    cv::Mat disparity = cv::imread(files.disparity.string(), cv::IMREAD_UNCHANGED);
-    if (photo.empty() || truth.size() != photo.size() || disparity.size() != photo.size() ||
-        disparity.channels() != 1)
-        return std::nullopt;
-    disparity.convertTo(disparity, CV_32F);
-    return makeStereoScene(files.name, photo, disparity, files.scale, truth);
-}
-
-} // namespace
-
-std::vector<StereoScene> readMiddlebury(const fs::path& folder) {
-    std::vector<StereoScene> scenes;
-    const std::vector<MiddleburyFiles> listed = listMiddlebury(folder);
-    if (listed.empty()) std::cout << "missing: " << (folder / "scenes.csv").string() << "\n\n";
-    for (const MiddleburyFiles& files : listed) {
-        if (const std::optional<StereoScene> scene = readScene(files)) {
-            scenes.push_back(*scene);
-        } else {
-            std::cout << "missing or unreadable: " << files.name << "\n\n";
-        }
-    }
-    return scenes;
-}
-
 StereoScene middleburyScene(const std::string& name) {
     for (const MiddleburyFiles& files : listMiddlebury(dataPath("middlebury"))) {
         if (files.name != name) continue;
-        if (const std::optional<StereoScene> scene = readScene(files)) return *scene;
+        const cv::Mat photo = cv::imread(files.left.string());
+        const cv::Mat truth = cv::imread(files.right.string());
+        cv::Mat disparity = cv::imread(files.disparity.string(), cv::IMREAD_UNCHANGED);
+        if (photo.empty() || truth.size() != photo.size() || disparity.size() != photo.size() ||
+            disparity.channels() != 1)
+            break;
+        disparity.convertTo(disparity, CV_32F);
+        return makeStereoScene(files.name, photo, disparity, files.scale, truth);
     }
     throw std::runtime_error("the Middlebury pair " + name + " is missing or unreadable");
 }

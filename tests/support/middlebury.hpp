@@ -20,9 +20,6 @@ struct MiddleburyFiles {
 /// The pairs that scenes.csv lists; empty if there is no such file.
 std::vector<MiddleburyFiles> listMiddlebury(const std::filesystem::path& folder);
 
-/// Reads the pairs. Prints what is missing or unreadable and leaves it out.
-std::vector<StereoScene> readMiddlebury(const std::filesystem::path& folder);
-
 /// One pair of the large test data; throws std::runtime_error if it is missing or unreadable.
 StereoScene middleburyScene(const std::string& name);
 

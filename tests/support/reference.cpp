@@ -1,4 +1,5 @@
 #include "support/reference.hpp"
+#include "support/pixels.hpp"
 
 #include <algorithm>
 #include <array>
@@ -59,18 +60,16 @@ cv::Point referenceQuiltPixel(const Calibration& c, bool inverted, const QuiltLa
 cv::Mat referenceFast(const cv::Mat& photo, const cv::Mat& depth, double shiftPixels,
                       double focus) {
     cv::Mat view(photo.size(), CV_64FC3);
-    for (int y = 0; y < photo.rows; ++y) {
-        for (int x = 0; x < photo.cols; ++x) {
-            const double place = std::clamp(x + shiftPixels * (depth.at<float>(y, x) - focus), 0.0,
-                                            photo.cols - 1.0);
-            const int left = static_cast<int>(place);
-            const int right = std::min(left + 1, photo.cols - 1);
-            const double weight = place - left;
-            const cv::Vec3d a = photo.at<cv::Vec3b>(y, left);
-            const cv::Vec3d b = photo.at<cv::Vec3b>(y, right);
-            view.at<cv::Vec3d>(y, x) = a * (1 - weight) + b * weight;
-        }
-    }
+    forPixels(photo.size(), [&](int x, int y) {
+        const double place =
+            std::clamp(x + shiftPixels * (depth.at<float>(y, x) - focus), 0.0, photo.cols - 1.0);
+        const int left = static_cast<int>(place);
+        const int right = std::min(left + 1, photo.cols - 1);
+        const double weight = place - left;
+        const cv::Vec3d a = photo.at<cv::Vec3b>(y, left);
+        const cv::Vec3d b = photo.at<cv::Vec3b>(y, right);
+        view.at<cv::Vec3d>(y, x) = a * (1 - weight) + b * weight;
+    });
     return view;
 }
 
@@ -79,13 +78,10 @@ cv::Mat referenceLensView(const cv::Mat& native, const Calibration& calibration,
     cv::Mat seen(native.size(), CV_8UC3, cv::Scalar::all(0));
     for (int channel = 0; channel < 3; ++channel) {
         std::vector<cv::Point> lit;
-        for (int y = 0; y < native.rows; ++y) {
-            for (int x = 0; x < native.cols; ++x) {
-                const long double away =
-                    referencePhase(calibration, inverted, x, y, channel) - phase;
-                if (std::abs(away - std::round(away)) <= spot / 2.0L) lit.emplace_back(x, y);
-            }
-        }
+        forPixels(native.size(), [&](int x, int y) {
+            const long double away = referencePhase(calibration, inverted, x, y, channel) - phase;
+            if (std::abs(away - std::round(away)) <= spot / 2.0L) lit.emplace_back(x, y);
+        });
         for (int y = 0; y < native.rows; ++y) {
             for (int x = 0; x < native.cols; ++x) {
                 const auto rank = [x, y](const cv::Point& p) {
@@ -158,29 +154,27 @@ cv::Mat referenceFit(const cv::Mat& depth, const cv::Rect2d& part, const cv::Mat
         }
     }
     cv::Mat result(guide.size(), CV_32FC1);
-    for (int y = 0; y < guide.rows; ++y) {
-        for (int x = 0; x < guide.cols; ++x) {
-            const double atX = part.x + (x + 0.5) * stepX - 0.5;
-            const double atY = part.y + (y + 0.5) * stepY - 0.5;
-            double sum = 0;
-            double weights = 0;
-            for (int j = static_cast<int>(std::floor(atY)) - 1; j <= std::floor(atY) + 2; ++j) {
-                for (int i = static_cast<int>(std::floor(atX)) - 1; i <= std::floor(atX) + 2; ++i) {
-                    const cv::Point from(std::clamp(i, first.x, last.x),
-                                         std::clamp(j, first.y, last.y));
-                    const cv::Vec3d distance =
-                        colors.at<cv::Vec3d>(from) - cv::Vec3d(guide.at<cv::Vec3b>(y, x));
-                    const double step = std::floor(distance.dot(distance) / 8);
-                    const double likeness =
-                        step < 1024 ? std::exp(-(step + 0.5) * 8 / (2 * 16.0 * 16.0)) : 0;
-                    const double weight = spline(atX - i) * spline(atY - j) * (likeness + 1e-4);
-                    sum += weight * static_cast<double>(depth.at<float>(from));
-                    weights += weight;
-                }
+    forPixels(guide.size(), [&](int x, int y) {
+        const double atX = part.x + (x + 0.5) * stepX - 0.5;
+        const double atY = part.y + (y + 0.5) * stepY - 0.5;
+        double sum = 0;
+        double weights = 0;
+        for (int j = static_cast<int>(std::floor(atY)) - 1; j <= std::floor(atY) + 2; ++j) {
+            for (int i = static_cast<int>(std::floor(atX)) - 1; i <= std::floor(atX) + 2; ++i) {
+                const cv::Point from(std::clamp(i, first.x, last.x),
+                                     std::clamp(j, first.y, last.y));
+                const cv::Vec3d distance =
+                    colors.at<cv::Vec3d>(from) - cv::Vec3d(guide.at<cv::Vec3b>(y, x));
+                const double step = std::floor(distance.dot(distance) / 8);
+                const double likeness =
+                    step < 1024 ? std::exp(-(step + 0.5) * 8 / (2 * 16.0 * 16.0)) : 0;
+                const double weight = spline(atX - i) * spline(atY - j) * (likeness + 1e-4);
+                sum += weight * static_cast<double>(depth.at<float>(from));
+                weights += weight;
             }
-            result.at<float>(y, x) = static_cast<float>(sum / weights);
         }
-    }
+        result.at<float>(y, x) = static_cast<float>(sum / weights);
+    });
     return result;
 }
 
@@ -199,10 +193,9 @@ cv::Matx33d referenceXyz(const Chromaticities& c) {
     }
     const cv::Vec3d white(0.3127 / 0.3290, 1, (1 - 0.3127 - 0.3290) / 0.3290);
     const cv::Vec3d share = primaries.inv() * white;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
         for (int row = 0; row < 3; ++row)
             primaries(row, i) *= share[i];
-    }
     return primaries;
 }
 
@@ -244,13 +237,12 @@ cv::Vec3d referenceToneMapped(const cv::Vec3d& bgr, const Chromaticities& chroma
     cv::Vec3d nits; // RGB
     for (int i = 0; i < 3; ++i) {
         const double v = bgr[2 - i];
-        if (!isHlg) {
+        if (!isHlg)
             nits[i] = lightFromPq(v);
-        } else if (v <= 0.5) {
+        else if (v <= 0.5)
             nits[i] = v * v / 3;
-        } else {
+        else
             nits[i] = (std::exp((v - 0.55991073) / 0.17883277) + 0.28466892) / 12;
-        }
     }
     if (isHlg) {
         const double luminance = (referenceXyz(chromaticities) * nits)[1];
@@ -285,35 +277,30 @@ cv::Mat deblurred(const cv::Mat& given, double sigma) {
     cv::Mat result = given.clone();
     for (int pass = 0; pass < 3; ++pass) {
         const cv::Mat before = result.clone();
-        for (int y = 0; y < given.rows; ++y) {
-            for (int x = 0; x < given.cols; ++x) {
-                double sum = 0;
-                double weights = 0;
-                for (int j = -radius; j <= radius; ++j) {
-                    for (int i = -radius; i <= radius; ++i) {
-                        const double weight = std::exp(-(i * i + j * j) / (2 * sigma * sigma));
-                        sum += weight * clampedAt(before, x + i, y + j);
-                        weights += weight;
-                    }
+        forPixels(given.size(), [&](int x, int y) {
+            double sum = 0;
+            double weights = 0;
+            for (int j = -radius; j <= radius; ++j) {
+                for (int i = -radius; i <= radius; ++i) {
+                    const double weight = std::exp(-(i * i + j * j) / (2 * sigma * sigma));
+                    sum += weight * clampedAt(before, x + i, y + j);
+                    weights += weight;
                 }
-                const double value =
-                    before.at<double>(y, x) + given.at<double>(y, x) - sum / weights;
-                result.at<double>(y, x) = std::clamp(value, 0.0, 1.0);
             }
-        }
+            const double value = before.at<double>(y, x) + given.at<double>(y, x) - sum / weights;
+            result.at<double>(y, x) = std::clamp(value, 0.0, 1.0);
+        });
     }
     return result;
 }
 
 cv::Mat squaredSlopes(const cv::Mat& depth) {
     cv::Mat result(depth.size(), CV_64F);
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            const double across = clampedAt(depth, x + 1, y) - clampedAt(depth, x - 1, y);
-            const double down = clampedAt(depth, x, y + 1) - clampedAt(depth, x, y - 1);
-            result.at<double>(y, x) = (across * across + down * down) / 4;
-        }
-    }
+    forPixels(depth.size(), [&](int x, int y) {
+        const double across = clampedAt(depth, x + 1, y) - clampedAt(depth, x - 1, y);
+        const double down = clampedAt(depth, x, y + 1) - clampedAt(depth, x, y - 1);
+        result.at<double>(y, x) = (across * across + down * down) / 4;
+    });
     return result;
 }
 
@@ -432,28 +419,25 @@ cv::Mat referenceSharpenSteps(const cv::Mat& photo, const DepthFlaws& flaws, con
     }
     const auto pass = [&](const cv::Mat& flat, const cv::Mat& from, const StepRule& how) {
         const cv::Mat squares = squaredSlopes(from);
-        cv::Mat to(from.size(), CV_64F);
-        for (int y = 0; y < from.rows; ++y)
-            for (int x = 0; x < from.cols; ++x)
-                to.at<double>(y, x) = sharpenedPixel(photo, flat, from, squares, how, {x, y});
+        cv::Mat to = pictureOf<double>(from.size(), [&](int x, int y) {
+            return sharpenedPixel(photo, flat, from, squares, how, {x, y});
+        });
         return to;
     };
     const cv::Mat once = pass(given, source, rule);
     const cv::Mat twice = pass(once, once, stepRule(2, 0.3));
     cv::Mat result(depth.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y) {
-        for (int x = 0; x < depth.cols; ++x) {
-            std::vector<double> around;
-            for (int v = y - 1; v <= y + 1; ++v)
-                for (int u = x - 1; u <= x + 1; ++u)
-                    around.push_back(twice.at<double>(std::clamp(v, 0, depth.rows - 1),
-                                                      std::clamp(u, 0, depth.cols - 1)));
-            std::sort(around.begin(), around.end());
-            const double own = twice.at<double>(y, x);
-            const bool moved = std::abs(own - given.at<double>(y, x)) > 0.005;
-            result.at<float>(y, x) = static_cast<float>(moved ? around[4] : own);
-        }
-    }
+    forPixels(depth.size(), [&](int x, int y) {
+        std::vector<double> around;
+        for (int v = y - 1; v <= y + 1; ++v)
+            for (int u = x - 1; u <= x + 1; ++u)
+                around.push_back(twice.at<double>(std::clamp(v, 0, depth.rows - 1),
+                                                  std::clamp(u, 0, depth.cols - 1)));
+        std::sort(around.begin(), around.end());
+        const double own = twice.at<double>(y, x);
+        const bool moved = std::abs(own - given.at<double>(y, x)) > 0.005;
+        result.at<float>(y, x) = static_cast<float>(moved ? around[4] : own);
+    });
     return result;
 }
 
@@ -469,31 +453,29 @@ cv::Mat referenceSubjectWeights(const cv::Mat& photo, const cv::Mat& depth) {
         return (29 * c[0] + 150 * c[1] + 77 * c[2] + 128) / 256;
     };
     cv::Mat weights(photo.size(), CV_32SC1);
-    for (int y = 0; y < photo.rows; ++y) {
-        for (int x = 0; x < photo.cols; ++x) {
-            double steps = 0;
-            int places = 0;
-            for (int v = std::max(0, y - 3); v <= std::min(photo.rows - 1, y + 3); ++v) {
-                for (int u = std::max(0, x - 3); u <= std::min(photo.cols - 1, x + 3); ++u) {
-                    steps += std::abs(brightness(v, u + 1) - brightness(v, u)) +
-                             std::abs(brightness(v + 1, u) - brightness(v, u));
-                    ++places;
-                }
+    forPixels(photo.size(), [&](int x, int y) {
+        double steps = 0;
+        int places = 0;
+        for (int v = std::max(0, y - 3); v <= std::min(photo.rows - 1, y + 3); ++v) {
+            for (int u = std::max(0, x - 3); u <= std::min(photo.cols - 1, x + 3); ++u) {
+                steps += std::abs(brightness(v, u + 1) - brightness(v, u)) +
+                         std::abs(brightness(v + 1, u) - brightness(v, u));
+                ++places;
             }
-            std::vector<double> row;
-            for (int u = 0; u < photo.cols; ++u)
-                row.push_back(nearAt(y, u));
-            std::sort(row.begin(), row.end());
-            const double usual = row[(row.size() - 1) / 4];
-            const double d = nearAt(y, x);
-            const double right = 2 * (x + 0.5) / photo.cols - 1;
-            const double down = 2 * (y + 0.5) / photo.rows - 1;
-            const double weight = (0.2 + 0.8 * std::min(1.0, steps / places / 32)) *
-                                  (0.02 + 0.18 * d + 0.8 * std::max(0.0, d - usual)) *
-                                  (1 - 0.45 * (right * right + down * down));
-            weights.at<int>(y, x) = 1 + static_cast<int>(65534 * weight);
         }
-    }
+        std::vector<double> row;
+        for (int u = 0; u < photo.cols; ++u)
+            row.push_back(nearAt(y, u));
+        std::sort(row.begin(), row.end());
+        const double usual = row[(row.size() - 1) / 4];
+        const double d = nearAt(y, x);
+        const double right = 2 * (x + 0.5) / photo.cols - 1;
+        const double down = 2 * (y + 0.5) / photo.rows - 1;
+        const double weight = (0.2 + 0.8 * std::min(1.0, steps / places / 32)) *
+                              (0.02 + 0.18 * d + 0.8 * std::max(0.0, d - usual)) *
+                              (1 - 0.45 * (right * right + down * down));
+        weights.at<int>(y, x) = 1 + static_cast<int>(65534 * weight);
+    });
     return weights;
 }
 
@@ -537,21 +519,19 @@ cv::Mat referenceDownscale(const cv::Mat& photo, int longestSide) {
         return cv::Range(static_cast<int>(i * from / to),
                          static_cast<int>(((i + 1) * from + to - 1) / to));
     };
-    for (int y = 0; y < small.rows; ++y) {
-        for (int x = 0; x < small.cols; ++x) {
-            const cv::Mat block =
-                photo(touched(y, photo.rows, small.rows), touched(x, photo.cols, small.cols));
-            std::array<std::int64_t, 3> total{};
-            for (int j = 0; j < block.rows; ++j)
-                for (int i = 0; i < block.cols; ++i)
-                    for (int c = 0; c < 3; ++c)
-                        total[static_cast<std::size_t>(c)] += block.at<cv::Vec3b>(j, i)[c];
-            const auto count = static_cast<std::int64_t>(block.total());
-            for (int c = 0; c < 3; ++c)
-                small.at<cv::Vec3b>(y, x)[c] =
-                    static_cast<uchar>((total[static_cast<std::size_t>(c)] + count / 2) / count);
-        }
-    }
+    forPixels(small.size(), [&](int x, int y) {
+        const cv::Mat block =
+            photo(touched(y, photo.rows, small.rows), touched(x, photo.cols, small.cols));
+        std::array<std::int64_t, 3> total{};
+        for (int j = 0; j < block.rows; ++j)
+            for (int i = 0; i < block.cols; ++i)
+                for (int c = 0; c < 3; ++c)
+                    total[static_cast<std::size_t>(c)] += block.at<cv::Vec3b>(j, i)[c];
+        const auto count = static_cast<std::int64_t>(block.total());
+        for (int c = 0; c < 3; ++c)
+            small.at<cv::Vec3b>(y, x)[c] =
+                static_cast<uchar>((total[static_cast<std::size_t>(c)] + count / 2) / count);
+    });
     return small;
 }
 

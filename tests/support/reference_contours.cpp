@@ -1,5 +1,6 @@
 // Contours of depth, px by px from docs/mathematics.md, 4a.4.
 
+#include "support/pixels.hpp"
 #include "support/reference.hpp"
 
 #include <algorithm>
@@ -119,9 +120,7 @@ class ReferenceContours {
     }
     template <class Use>
     void forAll(const Use& use) const {
-        for (int y = 0; y < size_.height; ++y)
-            for (int x = 0; x < size_.width; ++x)
-                use(cv::Point(x, y));
+        forPixels(size_, [&](int x, int y) { use(cv::Point(x, y)); });
     }
     std::size_t index(cv::Point p) const {
         return static_cast<std::size_t>(p.y * size_.width + p.x);

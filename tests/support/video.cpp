@@ -1,4 +1,5 @@
 #include "support/video.hpp"
+#include "support/pixels.hpp"
 
 #include <algorithm>
 #include <array>
@@ -66,9 +67,8 @@ std::string ffprobe(const fs::path& file, const std::string& entries, const std:
 std::vector<std::string> lines(const std::string& text) {
     std::vector<std::string> result;
     std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);) {
+    for (std::string line; std::getline(stream, line);)
         if (!line.empty()) result.push_back(line);
-    }
     return result;
 }
 
@@ -150,22 +150,18 @@ std::string turnedClockwise(std::string bytes, int degrees) {
     const auto cosine = static_cast<std::uint32_t>(kSines[(degrees / 90 + 1) % 4]) * kOne;
     const std::uint32_t matrix[] = {cosine, sine, 0, 0U - sine, cosine};
     std::size_t at = bytes.find("tkhd") + 44;
-    for (const std::uint32_t number : matrix) {
+    for (const std::uint32_t number : matrix)
         for (int shift = 24; shift >= 0; shift -= 8)
             bytes.at(at++) = static_cast<char>(number >> shift & 0xFF);
-    }
     return bytes;
 }
 
 cv::Mat movingPicture(cv::Size size, int number) {
-    cv::Mat picture(size, CV_8UC3);
-    for (int y = 0; y < size.height; ++y) {
-        for (int x = 0; x < size.width; ++x) {
-            picture.at<cv::Vec3b>(y, x) = {static_cast<uchar>(x * 200 / size.width + 20),
-                                           static_cast<uchar>(y * 200 / size.height + 20),
-                                           static_cast<uchar>((x + y + 3 * number) % 200 + 20)};
-        }
-    }
+    cv::Mat picture = pictureOf<cv::Vec3b>(size, [&](int x, int y) {
+        return cv::Vec3b{static_cast<uchar>(x * 200 / size.width + 20),
+                         static_cast<uchar>(y * 200 / size.height + 20),
+                         static_cast<uchar>((x + y + 3 * number) % 200 + 20)};
+    });
     const int side = std::max(2, size.height / 4);
     const int at = (number * 5) % std::max(1, size.width - side);
     cv::rectangle(picture, cv::Rect(at, size.height / 3, side, side) & cv::Rect({0, 0}, size),

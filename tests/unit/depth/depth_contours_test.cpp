@@ -1,6 +1,7 @@
 #include "depth/refine/depth_steps.hpp"
 
 #include "support/compare.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
@@ -166,11 +167,9 @@ TEST(DepthContours, StepsBecomeHardOnlyWithEvidence) {
 TEST(DepthContours, SlopesStaySlopes) {
     const cv::Mat photo = randomPhoto(kSize, 1, 4);
     for (const double slope : {0.001, 0.004, 0.012}) { // in units of depth per px
-        cv::Mat depth(kSize, CV_32FC1);
-        for (int y = 0; y < kSize.height; ++y)
-            for (int x = 0; x < kSize.width; ++x)
-                depth.at<float>(y, x) = static_cast<float>(
-                    std::clamp(0.5 + slope * (x - 256 + (y - 80) / 3.0), 0.0, 1.0));
+        const cv::Mat depth = pictureOf<float>(kSize, [&](int x, int y) {
+            return std::clamp(0.5 + slope * (x - 256 + (y - 80) / 3.0), 0.0, 1.0);
+        });
         EXPECT_TRUE(samePicture(decided(photo, depth), depth)) << slope;
     }
 }

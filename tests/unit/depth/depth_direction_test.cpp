@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/pixels.hpp"
 #include "support/slow.hpp"
 
 #include <cmath>
@@ -25,14 +26,9 @@ namespace {
 
 // Depth by a formula of the place, x and y in 0..1.
 cv::Mat depthBy(const std::function<double(double, double)>& formula, cv::Size size = {160, 120}) {
-    cv::Mat depth(size, CV_32FC1);
-    for (int y = 0; y < size.height; ++y) {
-        for (int x = 0; x < size.width; ++x) {
-            depth.at<float>(y, x) =
-                static_cast<float>(formula((x + 0.5) / size.width, (y + 0.5) / size.height));
-        }
-    }
-    return depth;
+    return altiro3D::test::pictureOf<float>(size, [&](int x, int y) {
+        return formula((x + 0.5) / size.width, (y + 0.5) / size.height);
+    });
 }
 
 // The bottom is near.

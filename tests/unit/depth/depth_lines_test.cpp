@@ -1,6 +1,7 @@
 #include "depth/network/network_estimate.hpp"
 
 #include "support/compare.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
@@ -22,9 +23,7 @@ const cv::Size kSize(320, 240);
 
 cv::Mat depthOf(cv::Size size, const std::function<double(double x, double y)>& value) {
     cv::Mat depth(size, CV_32FC1);
-    for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-            depth.at<float>(y, x) = static_cast<float>(value(x, y));
+    forPixels(size, [&](int x, int y) { depth.at<float>(y, x) = static_cast<float>(value(x, y)); });
     return depth;
 }
 

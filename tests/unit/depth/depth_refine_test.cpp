@@ -8,6 +8,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
@@ -200,13 +201,11 @@ TEST(DepthRefine, EnlargedDepthBecomesHard) {
 // than steps.
 TEST(DepthRefine, SlopesAreNotTakenForSoftSteps) {
     World made = world();
-    for (int y = 0; y < made.depth.rows; ++y) {
-        for (int x = 0; x < made.depth.cols; ++x) {
-            auto& depth = made.depth.at<float>(y, x);
-            const int fold = std::abs((x + y) % 60 - 30); // 0..30
-            if (depth < 0.3F) depth = 0.05F + 0.15F * static_cast<float>(fold) / 30;
-        }
-    }
+    forPixels(made.depth.size(), [&](int x, int y) {
+        auto& depth = made.depth.at<float>(y, x);
+        const int fold = std::abs((x + y) % 60 - 30); // 0..30
+        if (depth < 0.3F) depth = 0.05F + 0.15F * static_cast<float>(fold) / 30;
+    });
     EXPECT_TRUE(samePicture(refined(made.photo, made.depth), made.depth));
     for (const int interpolation : {cv::INTER_CUBIC, cv::INTER_LINEAR}) {
         cv::Mat wrong;
@@ -238,9 +237,8 @@ TEST(DepthRefine, NothingMovesWhereThePhotoHasNoEdge) {
     const World made = world();
     const cv::Mat plain(made.photo.size(), CV_8UC3, cv::Scalar(80, 90, 100));
     for (const cv::Mat& depth :
-         {made.depth, blurred(made.depth, 2), moved(made.depth, 2), moved(made.depth, -2)}) {
+         {made.depth, blurred(made.depth, 2), moved(made.depth, 2), moved(made.depth, -2)})
         EXPECT_TRUE(samePicture(refined(plain, depth), depth));
-    }
     // also where other parts of the photo have edges
     cv::Mat half = made.photo.clone();
     half.rowRange(100, 200).setTo(cv::Scalar(80, 90, 100));
@@ -389,10 +387,9 @@ TEST(DepthRefine, ItDoesNotDependOnTheNumberOfThreads) {
     all.flaws.emplace(DepthFlaws{5, 1, {1, -1}, false, true});
     DepthRefineOptions uneven;
     uneven.flaws.emplace(DepthFlaws{7, 0, {}, true});
-    for (const cv::Mat& depth : {cv::Mat(made.depth + noise), blurred(made.depth, 2)}) {
+    for (const cv::Mat& depth : {cv::Mat(made.depth + noise), blurred(made.depth, 2)})
         for (const DepthRefineOptions& options : {DepthRefineOptions(), all, uneven})
             expectSameForAnyThreads([&] { return refined(made.photo, depth, options); }, {4});
-    }
 }
 
 TEST(DepthRefine, WorksInPlaceAndOnPartsOfPictures) {

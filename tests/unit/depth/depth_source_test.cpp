@@ -71,9 +71,7 @@ TEST_F(DepthSourceTest, ASideThatTheInputCannotHaveIsRefused) {
     DepthNetwork own(network.file, network.profile);
     cv::Mat depth;
     for (const int side : {-32, 100, 8192}) {
-        EXPECT_EQ(errorOf([&] {
-                      own.estimate(randomPhoto({8, 6}), depth, side);
-                  }),
+        EXPECT_EQ(errorOf([&] { own.estimate(randomPhoto(cv::Size(8, 6)), depth, side); }),
                   "longerSide: is " + std::to_string(side) +
                       " px, expected 1..4096 px, a multiple of 32");
     }
@@ -412,7 +410,7 @@ TEST_F(DepthSourceTest, NamesOfRgbdCountIfAHalfIsDepth) {
 TEST_F(DepthSourceTest, PicturesForHeadsetsAreRefusedByName) {
     const auto file = directory / "a_180x180_LR.png";
     writeImage(file, randomPhoto({64, 48}, 8));
-    EXPECT_EQ(errorOf([&] { static_cast<void>(storedDepthOr(ownSource())->readPhoto(file)); }),
+    EXPECT_EQ(errorOf([&] { return storedDepthOr(ownSource())->readPhoto(file); }),
               file.string() + ": is made for headsets (VR) by its name (180x180), which is not "
                               "read, expected a flat picture; if it is one, rename it");
     EXPECT_EQ(storedDepthOr(ownSource(), {false, false})->readPhoto(file).photo.cols, 64);

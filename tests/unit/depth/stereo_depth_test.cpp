@@ -4,6 +4,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/stereo_scene.hpp"
@@ -222,7 +223,7 @@ TEST(MatchStereo, ASlightlyLargerRightPictureIsFitted) {
                   static_cast<void>(matchStereo(eyes.left, eyes.right.rowRange(0, 200), disparity));
               }),
               "right: has 400 x 200 px, expected the shape of the left 400 x 300 px");
-    EXPECT_EQ(errorOf([&] { static_cast<void>(matchStereo({}, eyes.right, disparity)); }),
+    EXPECT_EQ(errorOf([&] { return matchStereo({}, eyes.right, disparity); }),
               "left: is empty, expected CV_8UC3 (8-bit BGR)");
 }
 
@@ -322,15 +323,13 @@ TEST(MatchStereo, RealPairsComeCloseToTheTruth) {
         ASSERT_EQ(disparity.size(), left.size());
         int known = 0;
         int right1px = 0;
-        for (int y = 0; y < left.rows; ++y) {
-            for (int x = 0; x < left.cols; ++x) {
-                const float real = truth.at<float>(y, x);
-                const float found = disparity.at<float>(y, x) * static_cast<float>(left.cols);
-                if (!std::isfinite(real) || real <= 0) continue;
-                ++known;
-                if (std::abs(found - real) <= 1) ++right1px;
-            }
-        }
+        forPixels(left.size(), [&](int x, int y) {
+            const float real = truth.at<float>(y, x);
+            const float found = disparity.at<float>(y, x) * static_cast<float>(left.cols);
+            if (!std::isfinite(real) || real <= 0) return;
+            ++known;
+            if (std::abs(found - real) <= 1) ++right1px;
+        });
         EXPECT_GT(right1px, 0.72 * known) << files.name; // hidden px included
         const StereoMatch swapped = matchStereo(right, left, disparity);
         EXPECT_TRUE(swapped.looksSwapped) << files.name;

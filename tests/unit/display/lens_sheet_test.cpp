@@ -4,6 +4,7 @@
 #include "altiro3D/native_lut.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -43,17 +44,15 @@ int wrongViews(const LensNumbers& numbers) {
     const NativeLut lut(c, layout);
     const double dpiDown = numbers.dpiDown > 0 ? numbers.dpiDown : numbers.dpi;
     int wrong = 0;
-    for (int y = 0; y < c.screenH; ++y) {
-        for (int x = 0; x < c.screenW; ++x) {
-            const double right = (x + 0.5) / numbers.dpi;
-            const double up = (c.screenH - y - 0.5) / dpiDown;
-            const int view = viewByPlace(numbers, right, up, kViews);
-            for (int k = 0; k < 3; ++k) {
-                const auto at = lut.channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
-                wrong += layout.tile(view).contains({at[0], at[1]}) ? 0 : 1;
-            }
+    forPixels({c.screenW, c.screenH}, [&](int x, int y) {
+        const double right = (x + 0.5) / numbers.dpi;
+        const double up = (c.screenH - y - 0.5) / dpiDown;
+        const int view = viewByPlace(numbers, right, up, kViews);
+        for (int k = 0; k < 3; ++k) {
+            const auto at = lut.channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
+            wrong += layout.tile(view).contains({at[0], at[1]}) ? 0 : 1;
         }
-    }
+    });
     return wrong;
 }
 

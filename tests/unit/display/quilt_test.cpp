@@ -111,7 +111,7 @@ TEST(QuiltName, WhatIsWrittenIsReadAgain) {
     }
     EXPECT_TRUE(contains(errorOf([] { parseQuiltName("a_qs1025x6.png"); }), "1..1024 columns"));
     EXPECT_EQ(errorOf([] {
-                  quiltFileName("p.png", {0, 6, {9, 9}, 1}, 1);
+                  quiltFileName("p.png", QuiltLayout{0, 6, cv::Size(9, 9), 1}, 1);
               }),
               "quilt layout: 0 columns x 6 rows, expected 1..1024 of each");
 }

@@ -212,7 +212,7 @@ TEST(UsbDisplay, WithoutPermissionTheErrorNamesTheRule) {
     if (isRoot && ::seteuid(65534) != 0) GTEST_SKIP() << "there is no other user";
     const std::string error = errorOf([&] { (void)readUsbCalibration({root / "hidraw0", ""}); });
     EXPECT_TRUE(!isRoot || ::seteuid(0) == 0);
-    EXPECT_NE(error.find("70-altiro3D.rules in /etc/udev/rules.d"), std::string::npos) << error;
+    EXPECT_TRUE(contains(error, "70-altiro3D.rules in /etc/udev/rules.d")) << error;
 }
 
 } // namespace

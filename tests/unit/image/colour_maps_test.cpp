@@ -3,6 +3,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "support/files.hpp"
 #include "support/picture_files.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 
@@ -94,12 +95,8 @@ cv::Mat drawn(const cv::Mat& values, const Map& map) {
     std::vector<cv::Vec3b> colours;
     for (int value = 0; value < 256; ++value)
         colours.push_back(map.colourOf(static_cast<std::uint8_t>(value)));
-    cv::Mat picture(values.size(), CV_8UC3);
-    for (int y = 0; y < values.rows; ++y) {
-        for (int x = 0; x < values.cols; ++x)
-            picture.at<cv::Vec3b>(y, x) = colours[values.at<std::uint8_t>(y, x)];
-    }
-    return picture;
+    return pictureOf<cv::Vec3b>(
+        values.size(), [&](int x, int y) { return colours[values.at<std::uint8_t>(y, x)]; });
 }
 
 double correlation(const cv::Mat& levels, const cv::Mat& truth) {

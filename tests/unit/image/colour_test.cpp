@@ -9,6 +9,7 @@
 #include "support/files.hpp"
 #include "support/photo_files.hpp"
 #include "support/picture_files.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
@@ -88,14 +89,11 @@ cv::Mat colourGrid() {
 template <class Reference>
 double worst(const cv::Mat& picture, const cv::Mat& source, const Reference& reference) {
     double most = 0;
-    for (int y = 0; y < source.rows; ++y) {
-        for (int x = 0; x < source.cols; ++x) {
-            const cv::Vec3d expected = reference(cv::Vec3d(source.at<cv::Vec3b>(y, x)) / 255.0);
-            for (int c = 0; c < 3; ++c) {
-                most = std::max(most, std::abs(expected[c] * 255 - picture.at<cv::Vec3b>(y, x)[c]));
-            }
-        }
-    }
+    forPixels(source.size(), [&](int x, int y) {
+        const cv::Vec3d expected = reference(cv::Vec3d(source.at<cv::Vec3b>(y, x)) / 255.0);
+        for (int c = 0; c < 3; ++c)
+            most = std::max(most, std::abs(expected[c] * 255 - picture.at<cv::Vec3b>(y, x)[c]));
+    });
     return most;
 }
 
@@ -136,15 +134,12 @@ TEST_F(ColourFiles, SixteenBitsAreConverted) {
     const cv::Mat picture = readImage(directory / "a.png");
     ASSERT_EQ(picture.type(), CV_16UC3);
     double most = 0;
-    for (int y = 0; y < grid.rows; ++y) {
-        for (int x = 0; x < grid.cols; ++x) {
-            const cv::Vec3d expected =
-                referenceSrgb(cv::Vec3d(grid.at<cv::Vec3b>(y, x)) / 255.0, kDisplayP3, 0);
-            for (int c = 0; c < 3; ++c)
-                most = std::max(most,
-                                std::abs(expected[c] - picture.at<cv::Vec3w>(y, x)[c] / 65535.0));
-        }
-    }
+    forPixels(grid.size(), [&](int x, int y) {
+        const cv::Vec3d expected =
+            referenceSrgb(cv::Vec3d(grid.at<cv::Vec3b>(y, x)) / 255.0, kDisplayP3, 0);
+        for (int c = 0; c < 3; ++c)
+            most = std::max(most, std::abs(expected[c] - picture.at<cv::Vec3w>(y, x)[c] / 65535.0));
+    });
     EXPECT_LE(most * 255, 2); // lcms interpolates in a table of 33 steps
 }
 

@@ -7,7 +7,6 @@
 #include "support/random_pictures.hpp"
 
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 
 namespace altiro3D::test {
 namespace {

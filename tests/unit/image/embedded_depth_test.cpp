@@ -10,6 +10,7 @@
 #include "support/files.hpp"
 #include "support/photo_files.hpp"
 #include "support/picture_files.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 
 #include <algorithm>
@@ -32,12 +33,8 @@ int levelOf(int x, int columns = kColumns) {
 
 // A ramp of 0..255 from left to right.
 cv::Mat ramp(int columns = kColumns, int rows = kRows) {
-    cv::Mat picture(rows, columns, CV_8UC1);
-    for (int y = 0; y < rows; ++y) {
-        for (int x = 0; x < columns; ++x)
-            picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(levelOf(x, columns));
-    }
-    return picture;
+    return pictureOf<std::uint8_t>({columns, rows},
+                                   [&](int x, int) { return levelOf(x, columns); });
 }
 
 std::string jpegOf(const cv::Mat& picture) {
@@ -81,6 +78,10 @@ TEST_F(EmbeddedDepthFiles, DynamicDepthIsNearDark) {
         EmbeddedDepthForm::DynamicDepth, false);
     EXPECT_EQ(read(dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}}))->text(),
               "Dynamic Depth, 40 x 30 px");
+    const std::string whole = slurp(directory / "a.jpg");
+    const std::size_t tail = whole.size() - depthJpeg.size(); // items are found from the end
+    expectRamp(read(whole.substr(0, tail) + "foreign" + whole.substr(tail)),
+               EmbeddedDepthForm::DynamicDepth, false);
     // the first generation: elements, another namespace, no meaning but the URI
     expectRamp(
         read(dynamicDepthPhoto(
@@ -89,19 +90,11 @@ TEST_F(EmbeddedDepthFiles, DynamicDepthIsNearDark) {
         EmbeddedDepthForm::DynamicDepth, false);
 }
 
-TEST_F(EmbeddedDepthFiles, ItemsAreFoundFromTheEndAfterForeignBytes) {
-    const std::string whole = dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}});
-    const std::size_t tail = whole.size() - depthJpeg.size();
-    expectRamp(read(whole.substr(0, tail) + "foreign" + whole.substr(tail)),
-               EmbeddedDepthForm::DynamicDepth, false);
-}
-
 TEST_F(EmbeddedDepthFiles, GDepthOfAPngIsExact) {
     const auto found = read(gDepthPhoto(photo, depthPng));
     expectRamp(found, EmbeddedDepthForm::GDepth, false);
-    for (int x = 0; x < kColumns; ++x) {
+    for (int x = 0; x < kColumns; ++x)
         EXPECT_FLOAT_EQ(found->depth.at<float>(0, x), static_cast<float>(1 - levelOf(x) / 255.0));
-    }
     cv::Mat colours;
     cv::merge(std::vector<cv::Mat>{ramp(), ramp(), ramp(), cv::Mat(kRows, kColumns, CV_8UC1, 255)},
               colours);
@@ -220,7 +213,7 @@ TEST_F(EmbeddedDepthFiles, PhotosWithoutDepthHaveNone) {
     EXPECT_FALSE(read(encoded(".png", ramp())));
     EXPECT_FALSE(read(""));
     EXPECT_FALSE(read("text"));
-    EXPECT_EQ(errorOf([&] { static_cast<void>(readEmbeddedDepth(directory / "none.jpg")); }),
+    EXPECT_EQ(errorOf([&] { return readEmbeddedDepth(directory / "none.jpg"); }),
               (directory / "none.jpg").string() + ": does not exist, expected a file");
 }
 
@@ -228,10 +221,9 @@ TEST_F(EmbeddedDepthFiles, BrokenFilesGiveDepthOrNone) {
     const std::vector<std::string> files = {
         dynamicDepthPhoto(photo, {{"Depth", depthJpeg, ""}}), gDepthPhoto(photo, depthPng),
         appleJpeg(photo, {appleAuxiliary(depthJpeg, "disparity")})};
-    for (const std::string& whole : files) {
+    for (const std::string& whole : files)
         for (std::size_t size = 0; size < whole.size(); size += 97)
             EXPECT_EQ(errorOf([&] { read(whole.substr(0, size)); }), "(no error)") << size;
-    }
 }
 
 TEST_F(EmbeddedDepthFiles, TheSharpOriginalIsRead) {
@@ -309,10 +301,9 @@ cv::Mat threeChannels(const cv::Mat& grey, int depth, double scale) {
 TEST(LooksLikeDepthImage, IsSaidOfWhatIsGreyAndSmoothOnly) {
     for (const cv::Size size : {cv::Size(640, 480), cv::Size(301, 997), cv::Size(40, 30)}) {
         const cv::Mat depth = boxesOnAFloor(size);
-        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_8U, 255))) << size;
-        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_16U, 65535))) << size;
-        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_16U, 5000))) << size; // mm
-        EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, CV_32F, 1))) << size;
+        for (const auto& [type, scale] : // 5000: mm
+             {std::pair(CV_8U, 255), {CV_16U, 65535}, {CV_16U, 5000}, {CV_32F, 1}})
+            EXPECT_TRUE(looksLikeDepthImage(threeChannels(depth, type, scale))) << size << scale;
         EXPECT_TRUE(looksLikeDepthImage(threeChannels(1 - depth, CV_8U, 255))) << size;
         cv::Mat holes = threeChannels(depth, CV_32F, 9);
         holes(cv::Rect(0, 0, 5, 5)).setTo(std::numeric_limits<double>::quiet_NaN());
@@ -421,9 +412,7 @@ TEST_F(EmbeddedDepthFiles, TheDepthBesideAPhotoMayHaveTheSameNameInOtherLetters)
 TEST(ReasonAgainstDepth, IsAnotherShapeOrNoRange) {
     const cv::Size photo(400, 300);
     const auto reason = [&](const cv::Mat& samples) { return reasonAgainstDepth(samples, photo); };
-    cv::Mat ramp(30, 40, CV_32FC1);
-    for (int i = 0; i < 1200; ++i)
-        ramp.at<float>(i / 40, i % 40) = 1000 + static_cast<float>(i);
+    const cv::Mat ramp = pictureOf<float>({40, 30}, [](int x, int y) { return 1000 + 40 * y + x; });
     EXPECT_EQ(reason(ramp), "");
     EXPECT_EQ(reason(-ramp), "");
     EXPECT_EQ(reason(ramp.colRange(0, 39)),
@@ -436,7 +425,7 @@ TEST(ReasonAgainstDepth, IsAnotherShapeOrNoRange) {
     EXPECT_EQ(reason(flat), "it is flat");
     EXPECT_EQ(reason(cv::Mat::zeros(30, 40, CV_32FC1)), "it is flat");
     EXPECT_EQ(reason(cv::Mat(30, 40, CV_32FC1, cv::Scalar(std::nan("")))), "it is flat");
-    EXPECT_EQ(errorOf([&] { static_cast<void>(reason({})); }),
+    EXPECT_EQ(errorOf([&] { return reason({}); }),
               "samples: is empty, expected one channel of 8 or 16 bits or of floats");
 }
 
@@ -503,9 +492,8 @@ TEST(Xmp, QuotesInCommentsAndRawTextMeanNothing) {
     const std::string data = "xmlns:a='u' a:Data=\"" + std::string(3000, 'x') + "\"";
     const std::string raw = "<b xmlns='v'><![CDATA[it's \"<]]></b>";
     for (const std::string& text :
-         {"<!-- photographer's copy -->" + xmpOf(data), xmpOf(data, raw + "<!--'-->" + raw)}) {
+         {"<!-- photographer's copy -->" + xmpOf(data), xmpOf(data, raw + "<!--'-->" + raw)})
         EXPECT_EQ(Xmp(text).value("u", "Data").size(), 3000U) << text.substr(0, 100);
-    }
     EXPECT_EQ(Xmp(xmpOf(data, raw)).value("v", "b"), "it's \"<");
     for (const std::string unfinished : {"<!-- '", "<![CDATA[ '", "<!--", "<"})
         EXPECT_FALSE(Xmp(unfinished).has("u", "Data"));

@@ -10,6 +10,7 @@
 #include "support/files.hpp"
 #include "support/memory_limit.hpp"
 #include "support/picture_files.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 
@@ -152,9 +153,7 @@ TEST_F(ImageIo, APhotoFileIsReadOnceOrComesFromMemory) {
         EXPECT_TRUE(samePicture(readPhoto(kept), picture));
         EXPECT_EQ(kept.start(4), "\x89PNG");
     }
-    EXPECT_EQ(
-        errorOf([&] { static_cast<void>(readPhoto(PhotoFile("cut", "c.png"))); }).find("c.png: "),
-        0U);
+    EXPECT_EQ(errorOf([&] { return readPhoto(PhotoFile("cut", "c.png")); }).find("c.png: "), 0U);
     EXPECT_FALSE(isMarkedNative(path)); // removed
 }
 
@@ -216,23 +215,21 @@ TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
 }
 
 TEST_F(ImageIo, SixteenBitsBecomeEightByDividingBy257) {
-    cv::Mat ramp(256, 256, CV_16UC1);
-    cv::Mat expected(256, 256, CV_8UC3);
-    for (int i = 0; i < 65536; ++i) {
-        ramp.at<ushort>(i / 256, i % 256) = static_cast<ushort>(i);
-        expected.at<cv::Vec3b>(i / 256, i % 256) =
-            cv::Vec3b::all(static_cast<uchar>(std::lround(i / 257.0)));
-    }
+    const cv::Mat ramp = pictureOf<ushort>({256, 256}, [](int x, int y) { return 256 * y + x; });
+    const cv::Mat expected = pictureOf<cv::Vec3b>({256, 256}, [](int x, int y) {
+        return cv::Vec3b::all(static_cast<uchar>(std::lround((256 * y + x) / 257.0)));
+    });
     writeImage(directory / "ramp.png", ramp);
     EXPECT_TRUE(samePicture(readPhoto(directory / "ramp.png"), expected));
+    writeImage(directory / "a.bmp", cv::Mat(8, 8, CV_16UC3, cv::Scalar(128, 129, 65535)));
+    EXPECT_TRUE(
+        samePicture(readImage(directory / "a.bmp"), cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 1, 255))));
 }
 
 TEST_F(ImageIo, FloatPicturesKeepTheirValuesAndAreClampedAsPhotos) {
-    cv::Mat picture(1, 4, CV_32FC3);
-    const std::vector<float> values = {-1, 0.5f, 3, std::numeric_limits<float>::quiet_NaN()};
-    for (int x = 0; x < 4; ++x) {
-        picture.at<cv::Vec3f>(0, x) = cv::Vec3f::all(values[static_cast<std::size_t>(x)]);
-    }
+    const cv::Mat picture =
+        (cv::Mat_<cv::Vec3f>(1, 4) << cv::Vec3f::all(-1), cv::Vec3f::all(0.5F), cv::Vec3f::all(3),
+         cv::Vec3f::all(std::numeric_limits<float>::quiet_NaN()));
     const fs::path path = file("f.pfm", encoded(".pfm", picture));
     EXPECT_TRUE(samePicture(readImage(path), picture));
     Notes notes;
@@ -244,16 +241,12 @@ TEST_F(ImageIo, FloatPicturesKeepTheirValuesAndAreClampedAsPhotos) {
 }
 
 TEST_F(ImageIo, TransparencyIsShownOverBlack) {
-    cv::Mat picture(1, 4, CV_8UC4);
-    picture.at<cv::Vec4b>(0, 0) = cv::Vec4b(10, 20, 30, 255);
-    picture.at<cv::Vec4b>(0, 1) = cv::Vec4b(10, 20, 30, 0);
-    picture.at<cv::Vec4b>(0, 2) = cv::Vec4b(200, 100, 50, 128);
-    picture.at<cv::Vec4b>(0, 3) = cv::Vec4b(255, 255, 255, 1);
-    cv::Mat expected(1, 4, CV_8UC3);
-    expected.at<cv::Vec3b>(0, 0) = cv::Vec3b(10, 20, 30);
-    expected.at<cv::Vec3b>(0, 1) = cv::Vec3b(0, 0, 0);
-    expected.at<cv::Vec3b>(0, 2) = cv::Vec3b(100, 50, 25); // 100.4, 50.2, 25.1
-    expected.at<cv::Vec3b>(0, 3) = cv::Vec3b(1, 1, 1);
+    const cv::Mat picture =
+        (cv::Mat_<cv::Vec4b>(1, 4) << cv::Vec4b(10, 20, 30, 255), cv::Vec4b(10, 20, 30, 0),
+         cv::Vec4b(200, 100, 50, 128), cv::Vec4b(255, 255, 255, 1));
+    const cv::Mat expected = (cv::Mat_<cv::Vec3b>(1, 4) << cv::Vec3b(10, 20, 30), cv::Vec3b(),
+                              cv::Vec3b(100, 50, 25), // 100.4, 50.2, 25.1
+                              cv::Vec3b(1, 1, 1));
     EXPECT_TRUE(samePicture(readImage(file("a.png", encoded(".png", picture))), expected));
     EXPECT_TRUE(samePicture(readImage(file("a.webp", encoded(".webp", picture))), expected));
 
@@ -354,17 +347,14 @@ TEST_F(ImageIo, OrientationsOfAnyWholeNumberAreRead) {
 
 TEST_F(ImageIo, DamagedExifIsIgnored) {
     const cv::Mat picture = smoothPicture({9, 7});
-    for (const unsigned orientation : {0u, 9u, 65535u}) {
-        const fs::path path =
-            file("o.png", withPngChunks(encoded(".png", picture),
-                                        pngChunk("eXIf", exifBlock(orientation, true))));
-        EXPECT_TRUE(samePicture(readImage(path), picture));
-    }
+    std::vector<std::string> blocks{exifBlock(0, true), exifBlock(9, true), exifBlock(65535, true)};
     const std::string whole = exifBlock(6, false);
-    for (std::size_t size = 0; size < whole.size() - 6; ++size) {
-        const fs::path path = file("o.png", withPngChunks(encoded(".png", picture),
-                                                          pngChunk("eXIf", whole.substr(0, size))));
-        EXPECT_TRUE(samePicture(readImage(path), picture)) << size;
+    for (std::size_t size = 0; size < whole.size() - 6; ++size)
+        blocks.push_back(whole.substr(0, size));
+    for (const std::string& block : blocks) {
+        const fs::path path =
+            file("o.png", withPngChunks(encoded(".png", picture), pngChunk("eXIf", block)));
+        EXPECT_TRUE(samePicture(readImage(path), picture)) << block.size();
     }
 }
 
@@ -504,11 +494,9 @@ TEST_F(ImageIo, SamplesOfJpeg2000AreSpreadForPhotosAndKeptForDepth) {
 // ----------------------------------------------------------------------------- what is refused
 
 TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
-    EXPECT_EQ(
-        problemOf("bomb.png", pngHeader(60000, 60000)),
-        "has 60000 x 60000 px, expected at most 400 megapixels and sides of at most 65500 px");
-    EXPECT_EQ(problemOf("long.png", pngHeader(70000, 1)),
-              "has 70000 x 1 px, expected at most 400 megapixels and sides of at most 65500 px");
+    const std::string limits = " px, expected at most 400 megapixels and sides of at most 65500 px";
+    EXPECT_EQ(problemOf("bomb.png", pngHeader(60000, 60000)), "has 60000 x 60000" + limits);
+    EXPECT_EQ(problemOf("long.png", pngHeader(70000, 1)), "has 70000 x 1" + limits);
     const std::vector<std::pair<std::string, std::string>> bombs = {
         {"b.tif", tiff({60000, 60000}, "")},
         {"b.ppm", "P6 60000 60000 255\n"},
@@ -522,9 +510,8 @@ TEST_F(ImageIo, HugePicturesAreRefusedFromTheirHeader) {
                       bigEndian(60000, 2) + std::string("\3\1\x11\0\2\x11\0\3\x11\0\xff\xd9", 12)},
         {"b.webp", "RIFF" + littleEndian(30) + "WEBPVP8X" + littleEndian(10) +
                        std::string(4, '\0') + littleEndian(59999, 3) + littleEndian(59999, 3)}};
-    for (const auto& [name, contents] : bombs) {
+    for (const auto& [name, contents] : bombs)
         EXPECT_TRUE(startsWith(problemOf(name, contents), "has 60000 x 60000 px")) << name;
-    }
     EXPECT_EQ(codeOf([&] { readImage(directory / "bomb.png"); }), ErrorCode::TooLarge);
 }
 
@@ -635,10 +622,11 @@ TEST_F(ImageIo, WhatIsNoPictureIsSaidToBeNone) {
               directory.path().string() + ": is a directory, expected a file");
 }
 
-TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
+TEST_F(ImageIo, ACutOffJpegOpensWithANoteAndOthersAreRefused) {
     const std::string whole = encoded(".jpg", smoothPicture({160, 120}));
     Notes notes;
     readImage(file("whole.jpg", whole), &notes);
+    readImage(file("long.jpg", whole + "trailer"), &notes);
     EXPECT_TRUE(notes.empty());
     const cv::Mat picture =
         readImage(file("cut.jpg", whole.substr(0, whole.size() * 3 / 4)), &notes);
@@ -654,20 +642,10 @@ TEST_F(ImageIo, ACutOffJpegOpensWithANote) {
     readImage(file("cut.jpg", progressive.substr(0, progressive.size() * 3 / 4)), &notes);
     EXPECT_EQ(only(notes).code, NoteCode::CutOff);
     EXPECT_EQ(only(notes).text, "the file is cut off: its fine detail is missing");
-    for (std::size_t size = progressive.size() / 2; size < progressive.size(); size += 7) {
+    for (std::size_t size = progressive.size() / 2; size < progressive.size(); size += 7)
         EXPECT_EQ(readImage(file("cut.jpg", progressive.substr(0, size))).cols, 160) << size;
-    }
     EXPECT_EQ(problemOf("cut.jpg", whole.substr(0, 100)),
               "its header is damaged or cut off, expected a whole JPEG file");
-}
-
-TEST_F(ImageIo, BytesBehindTheEndOfAJpegAreNoDamage) {
-    Notes notes;
-    readImage(file("a.jpg", encoded(".jpg", smoothPicture({16, 16})) + "trailer"), &notes);
-    EXPECT_TRUE(notes.empty());
-}
-
-TEST_F(ImageIo, OtherCutOffFilesAreRefused) {
     const std::string png = encoded(".png", randomPicture({40, 30}, CV_8UC3, 3));
     EXPECT_EQ(problemOf("cut.png", png.substr(0, png.size() / 2)),
               "is cut off, expected a whole PNG file");
@@ -854,8 +832,6 @@ TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
 
 // ------------------------------------------------------------------------------------ writing
 
-namespace {
-
 std::uint32_t bigEndianAt(const std::string& text, std::size_t at) {
     std::uint32_t value = 0;
     for (std::size_t i = 0; i < 4; ++i)
@@ -885,8 +861,6 @@ std::string chunkNames(const std::string& png) {
     }
     return names;
 }
-
-} // namespace
 
 TEST_F(ImageIo, NativesAreMarkedInPngFiles) {
     const cv::Mat picture = randomPicture({20, 10}, CV_8UC3, 1);
@@ -972,13 +946,6 @@ TEST_F(ImageIo, JpegIsWrittenAtQuality95) {
     }
 }
 
-TEST_F(ImageIo, SixteenBitsAreRoundedForFormatsOfEight) {
-    const cv::Mat deep(8, 8, CV_16UC3, cv::Scalar(128, 129, 65535));
-    writeImage(directory / "a.bmp", deep);
-    EXPECT_TRUE(
-        samePicture(readImage(directory / "a.bmp"), cv::Mat(8, 8, CV_8UC3, cv::Scalar(0, 1, 255))));
-}
-
 TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
     const auto problem = [&](const char* name, const cv::Mat& picture) {
         return test::problemOf(directory / name, [&] { writeImage(directory / name, picture); });
@@ -1005,68 +972,51 @@ TEST_F(ImageIo, WhatCannotBeWrittenIsRefusedWithAReason) {
     EXPECT_TRUE(fs::is_empty(directory.path()));
 }
 
-TEST_F(ImageIo, AFullDiskIsNamed) {
-    if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
-    fs::create_symlink("/dev/full", directory / "full.png");
-    EXPECT_EQ(
-        errorOf([&] { writeImage(directory / "full.png", cv::Mat(4, 4, CV_8UC1, cv::Scalar())); }),
-        (directory / "full.png").string() + ": cannot be written: No space left on device");
-}
-
 TEST_F(ImageIo, WhatCanBeWrittenIsToldByTheExtension) {
     for (const char* name : {"a.png", "a.PNG", "d/a.Jpg", "a.jpeg", "a.tif", "a.TIFF", "a.webp",
-                             "a.bmp", "a.ppm", "a.pgm", "a.jp2", "a.b.png"}) {
+                             "a.bmp", "a.ppm", "a.pgm", "a.jp2", "a.b.png"})
         EXPECT_TRUE(canWriteImage(name)) << name;
-    }
-    for (const char* name : {"a", "", ".png", "a.gif", "a.png.tmp", "a.mp4", "png", "a.exr"}) {
+    for (const char* name : {"a", "", ".png", "a.gif", "a.png.tmp", "a.mp4", "png", "a.exr"})
         EXPECT_FALSE(canWriteImage(name)) << name;
-    }
 }
 
 TEST_F(ImageIo, NamesAreOrderedNaturally) {
-    const std::vector<std::string> ordered = {"",
-                                              "A1",
-                                              "a2",
-                                              "a10",
-                                              "a10b",
-                                              "B",
-                                              "view9.png",
-                                              "view10.png",
-                                              "view10b.png",
-                                              "view99999999999999999999998.png",
-                                              "view99999999999999999999999.png"};
-    for (std::size_t i = 0; i < ordered.size(); ++i) {
-        for (std::size_t j = 0; j < ordered.size(); ++j) {
+    const std::vector<std::string> ordered{"",
+                                           "A1",
+                                           "a2",
+                                           "a10",
+                                           "a10b",
+                                           "B",
+                                           "view9.png",
+                                           "view10.png",
+                                           "view10b.png",
+                                           "view99999999999999999999998.png",
+                                           "view99999999999999999999999.png"};
+    for (std::size_t i = 0; i < ordered.size(); ++i)
+        for (std::size_t j = 0; j < ordered.size(); ++j)
             EXPECT_EQ(naturalLess(ordered[i], ordered[j]), i < j)
-                << ordered[i] << " " << ordered[j];
-        }
-    }
+                << ordered[i] << ' ' << ordered[j];
     // Names that differ in case or leading zeros alone still have one order.
     EXPECT_NE(naturalLess("a01", "a1"), naturalLess("a1", "a01"));
     EXPECT_NE(naturalLess("View", "view"), naturalLess("view", "View"));
 }
 
 TEST_F(ImageIo, ADirectorysPicturesAreListedInNaturalOrder) {
-    for (const char* name : {"view10.png", "view9.PNG", "View1.jpg", ".hidden.png", "notes.txt"}) {
+    for (const char* name : {"view10.png", "view9.PNG", "View1.jpg", ".hidden.png", "notes.txt"})
         file(name, "x");
-    }
     fs::create_directory(directory / "folder.png");
     fs::create_symlink("nowhere.png", directory / "broken.png");
-    std::vector<std::string> names;
-    for (const fs::path& path : listImages(directory.path())) {
-        names.push_back(path.filename().string());
-    }
-    EXPECT_EQ(names, (std::vector<std::string>{"View1.jpg", "view9.PNG", "view10.png"}));
     fs::create_directory_symlink("loop", directory / "loop");
-    EXPECT_EQ(errorOf([&] { listImages(directory / "loop"); }),
-              (directory / "loop").string() +
-                  ": cannot be listed: Too many levels of symbolic links, expected a directory");
-    EXPECT_EQ(errorOf([&] { listImages(directory / "none"); }),
-              (directory / "none").string() +
-                  ": does not exist, expected a directory with pictures");
-    EXPECT_EQ(errorOf([&] { listImages(directory / "notes.txt"); }),
-              (directory / "notes.txt").string() +
-                  ": cannot be listed: Not a directory, expected a directory");
+    EXPECT_EQ(listImages(directory.path()),
+              (std::vector<fs::path>{directory / "View1.jpg", directory / "view9.PNG",
+                                     directory / "view10.png"}));
+    const auto problem = [&](const char* name) {
+        return test::problemOf(directory / name, [&] { listImages(directory / name); });
+    };
+    EXPECT_EQ(problem("loop"), "cannot be listed: Too many levels of symbolic links, expected a "
+                               "directory");
+    EXPECT_EQ(problem("none"), "does not exist, expected a directory with pictures");
+    EXPECT_EQ(problem("notes.txt"), "cannot be listed: Not a directory, expected a directory");
 }
 
 // ------------------------------------------------------------------------------------ real data
@@ -1106,44 +1056,12 @@ TEST_F(ImageIo, WhatIsBrokenInItsMetadataAloneOpens) {
     EXPECT_EQ(notes.size(), 1u);
 }
 
-TEST_F(ImageIo, PhotosOfAllOrientationsComeOutUpright) {
-    ALTIRO3D_REQUIRE_DATA("photos/exif_orientation");
-    const fs::path folder = dataPath("photos/exif_orientation");
-    for (const char* name : {"Landscape", "Portrait"}) {
-        const cv::Mat first = readPhoto(folder / (std::string(name) + "_1.jpg"));
-        for (const char* turn :
-             {"_2.jpg", "_3.jpg", "_4.jpg", "_5.jpg", "_6.jpg", "_7.jpg", "_8.jpg"}) {
-            if (!fs::exists(folder / (std::string(name) + turn))) continue;
-            const cv::Mat photo = readPhoto(folder / (std::string(name) + turn));
-            ASSERT_EQ(photo.size(), first.size()) << name << turn;
-            EXPECT_GT(psnr(photo, first), 27)
-                << name << turn; // compressed anew; turned wrongly: 10
-        }
-    }
-    ALTIRO3D_REQUIRE_DATA("photos/pillow/g4_orientation_5.tif");
-    EXPECT_EQ(readPhoto(dataPath("photos/pillow/g4_orientation_5.tif")).size(), cv::Size(590, 88));
-}
-
 TEST_F(ImageIo, CmykColoursAreRight) {
     ALTIRO3D_REQUIRE_DATA("photos/derived/kodim23_cmyk.jpg");
     // Naive CMYK and JPEG's losses; inverted inks would give less than 10 dB.
     EXPECT_GT(psnr(readPhoto(dataPath("photos/derived/kodim23_cmyk.jpg")),
                    readPhoto(dataPath("photos/kodak/kodim23.png"))),
               30);
-}
-
-TEST_F(ImageIo, PfmNumbersAreKept) {
-    ALTIRO3D_REQUIRE_DATA("middlebury/Motorcycle/motorcycle_disp.pfm");
-    const fs::path path = dataPath("middlebury/Motorcycle/motorcycle_disp.pfm");
-    const cv::Mat depth = readDepthImage(path);
-    const std::string bytes = slurp(path);
-    ASSERT_EQ(depth.size(), cv::Size(741, 500));
-    // The last row comes first in the file.
-    const std::size_t start = bytes.size() - depth.total() * 4;
-    cv::Mat expected(500, 741, CV_32FC1);
-    std::copy_n(bytes.data() + start, depth.total() * 4, reinterpret_cast<char*>(expected.data));
-    cv::flip(expected, expected, 0);
-    EXPECT_TRUE(samePicture(depth, expected));
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -37,6 +38,14 @@ struct Kind {
     std::vector<std::uint16_t> extras;
     cv::Size size{37, 21};
 };
+
+Kind greyKind(unsigned bits = 8) {
+    Kind kind;
+    kind.bits = bits;
+    kind.samples = 1;
+    kind.photometric = PHOTOMETRIC_MINISBLACK;
+    return kind;
+}
 
 struct Close {
     void operator()(TIFF* file) const { TIFFClose(file); }
@@ -162,15 +171,13 @@ Samples levels(const Kind& kind) {
 // What readPhoto() shows of numbers of red, green and blue; or grey of one.
 cv::Mat photoOf(const Kind& kind, const Samples& samples) {
     cv::Mat photo(kind.size, CV_8UC3);
-    for (int y = 0; y < photo.rows; ++y) {
-        for (int x = 0; x < photo.cols; ++x) {
-            for (unsigned c = 0; c < 3; ++c) {
-                const double level = samples(x, y, kind.samples < 3 ? 0 : 2 - c);
-                photo.at<cv::Vec3b>(y, x)[static_cast<int>(c)] =
-                    static_cast<std::uint8_t>(std::lround(level / largestOf(kind) * 255));
-            }
+    forPixels(photo.size(), [&](int x, int y) {
+        for (unsigned c = 0; c < 3; ++c) {
+            const double level = samples(x, y, kind.samples < 3 ? 0 : 2 - c);
+            photo.at<cv::Vec3b>(y, x)[static_cast<int>(c)] =
+                static_cast<std::uint8_t>(std::lround(level / largestOf(kind) * 255));
         }
-    }
+    });
     return photo;
 }
 
@@ -218,9 +225,7 @@ TEST_F(Tiff, EachDepthInEachLayoutGivesTheSamePicture) {
 }
 
 TEST_F(Tiff, DepthImagesKeepTheNumbersOfEachDepth) {
-    Kind kind;
-    kind.samples = 1;
-    kind.photometric = PHOTOMETRIC_MINISBLACK;
+    Kind kind = greyKind();
     auto depths = kDepths;
     for (const unsigned bits : {8U, 16U, 32U})
         depths.emplace_back(bits, SAMPLEFORMAT_INT);
@@ -234,10 +239,8 @@ TEST_F(Tiff, DepthImagesKeepTheNumbersOfEachDepth) {
                 return levels(kind)(x, y, s) - zero;
             };
             write(file, kind, numbers);
-            cv::Mat expected(kind.size, CV_32FC1);
-            for (int y = 0; y < expected.rows; ++y)
-                for (int x = 0; x < expected.cols; ++x)
-                    expected.at<float>(y, x) = static_cast<float>(numbers(x, y, 0));
+            const cv::Mat expected =
+                pictureOf<float>(kind.size, [&](int x, int y) { return numbers(x, y, 0); });
             // half floats have 11 bits
             const double tolerance = format == SAMPLEFORMAT_IEEEFP && bits == 16 ? 0x1p-11 : 0;
             EXPECT_TRUE(samePicture(readDepthImage(file), expected, tolerance)) << textOf(kind);
@@ -247,10 +250,8 @@ TEST_F(Tiff, DepthImagesKeepTheNumbersOfEachDepth) {
 
 TEST_F(Tiff, WhiteMayBeZero) {
     Kind kind;
-    kind.samples = 1;
     for (const unsigned bits : {1U, 4U, 8U, 12U, 16U, 32U}) {
-        kind.bits = bits;
-        kind.photometric = PHOTOMETRIC_MINISBLACK;
+        kind = greyKind(bits);
         write(file, kind, levels(kind));
         const cv::Mat expected = readPhoto(file);
         kind.photometric = PHOTOMETRIC_MINISWHITE;
@@ -273,10 +274,7 @@ TEST_F(Tiff, OrientationIsAppliedOnce) {
     const cv::Point corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}, {1, 0}, {1, 1}, {0, 1}};
     for (unsigned orientation = 1; orientation <= 8; ++orientation) {
         for (const unsigned bits : {8U, 16U}) {
-            Kind kind;
-            kind.bits = bits;
-            kind.samples = 1;
-            kind.photometric = PHOTOMETRIC_MINISBLACK;
+            Kind kind = greyKind(bits);
             kind.mode = bits == 8 ? "wl" : "wb";
             kind.orientation = orientation;
             kind.size = {3, 2};
@@ -286,15 +284,13 @@ TEST_F(Tiff, OrientationIsAppliedOnce) {
             ASSERT_EQ(depth.size(), size);
             EXPECT_EQ(readImage(file).size(), size);
             const cv::Point corner = corners[orientation - 1];
-            for (int y = 0; y < size.height; ++y) {
-                for (int x = 0; x < size.width; ++x) {
-                    const int right = std::abs(x - corner.x * (size.width - 1)); // from the corner
-                    const int down = std::abs(y - corner.y * (size.height - 1));
-                    EXPECT_EQ(depth.at<float>(y, x),
-                              orientation < 5 ? 10 + 3 * down + right : 10 + 3 * right + down)
-                        << orientation << " " << x << " " << y;
-                }
-            }
+            forPixels(size, [&](int x, int y) {
+                const int right = std::abs(x - corner.x * (size.width - 1)); // from the corner
+                const int down = std::abs(y - corner.y * (size.height - 1));
+                EXPECT_EQ(depth.at<float>(y, x),
+                          orientation < 5 ? 10 + 3 * down + right : 10 + 3 * right + down)
+                    << orientation << " " << x << " " << y;
+            });
         }
     }
 }
@@ -401,9 +397,7 @@ TEST_F(Tiff, AlphaOfEachDepthIsComposedOverBlack) {
 TEST_F(Tiff, PalettesOf8And16BitsGiveTheirColours) {
     for (const unsigned bits : {1U, 4U, 8U}) {
         for (const unsigned factor : {1U, 256U, 257U}) {
-            Kind kind;
-            kind.bits = bits;
-            kind.samples = 1;
+            Kind kind = greyKind(bits);
             kind.photometric = PHOTOMETRIC_PALETTE;
             const std::size_t count = std::size_t{1} << bits;
             std::vector<std::uint16_t> map[3];
@@ -420,14 +414,12 @@ TEST_F(Tiff, PalettesOf8And16BitsGiveTheirColours) {
                 writePage(tiff.get(), kind, levels(kind));
             }
             cv::Mat expected(kind.size, CV_8UC3);
-            for (int y = 0; y < expected.rows; ++y) {
-                for (int x = 0; x < expected.cols; ++x) {
-                    const auto index = static_cast<std::size_t>(levels(kind)(x, y, 0));
-                    for (std::size_t c = 0; c < 3; ++c)
-                        expected.at<cv::Vec3b>(y, x)[2 - static_cast<int>(c)] =
-                            static_cast<std::uint8_t>(map[c][index] / factor);
-                }
-            }
+            forPixels(expected.size(), [&](int x, int y) {
+                const auto index = static_cast<std::size_t>(levels(kind)(x, y, 0));
+                for (std::size_t c = 0; c < 3; ++c)
+                    expected.at<cv::Vec3b>(y, x)[2 - static_cast<int>(c)] =
+                        static_cast<std::uint8_t>(map[c][index] / factor);
+            });
             EXPECT_TRUE(samePicture(readImage(file), expected)) << bits << " " << factor;
         }
     }
@@ -571,10 +563,7 @@ TEST_F(Tiff, KindsThatAreNotReadAreNamed) {
         EXPECT_EQ(problemOf(kind), std::string(name) + " pictures are not read, expected an "
                                                        "ordinary TIFF file; convert it first");
     }
-    kind = {};
-    kind.samples = 1;
-    kind.bits = 16;
-    kind.photometric = PHOTOMETRIC_MINISBLACK;
+    kind = greyKind(16);
     kind.format = SAMPLEFORMAT_INT;
     EXPECT_EQ(problemOf(kind), "has signed whole numbers, expected numbers without sign or "
                                "floats; convert it first");

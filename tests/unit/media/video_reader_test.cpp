@@ -1,6 +1,5 @@
 #include "altiro3D/video_io.hpp"
 
-#include "altiro3D/error.hpp"
 #include "media/frame_decoder.hpp"
 #include "media/video_input.hpp"
 #include "media/video_picture.hpp"
@@ -57,6 +56,19 @@ VideoReaderOptions partFrom(double from, double to = 0) {
     return options;
 }
 
+VideoReaderOptions ofBothEyes() {
+    VideoReaderOptions options;
+    options.bothEyes = true;
+    return options;
+}
+
+// What is said of a file that cannot be opened.
+std::string openError(const fs::path& path, const std::string& format = "") {
+    VideoReaderOptions options;
+    options.format = format;
+    return problemOf(path, [&] { const VideoReader reader(path, options); });
+}
+
 // Chroma is brought to full size in 8 bits before it becomes BGR, in the program after: half a
 // level of U or V is 1.1 levels of blue, and both round.
 constexpr double kMaxDifference = 3;
@@ -66,9 +78,8 @@ constexpr double kMeanDifference = 0.6;
 std::vector<std::int64_t> probedTimes(const fs::path& file) {
     std::vector<std::int64_t> times;
     for (const std::string& line :
-         lines(ffprobe(file, "frame=best_effort_timestamp", "-select_streams v:0"))) {
+         lines(ffprobe(file, "frame=best_effort_timestamp", "-select_streams v:0")))
         times.push_back(std::stoll(line));
-    }
     return times;
 }
 
@@ -269,12 +280,12 @@ TEST(Orientation, EachDisplayMatrixTurnsAsItSays) {
         // Moved so that all corners lie inside.
         const int shiftX = (a < 0 || c < 0) ? upright.cols - 1 : 0;
         const int shiftY = (b < 0 || d < 0) ? upright.rows - 1 : 0;
-        for (int y = 0; y < picture.rows; ++y) {
-            for (int x = 0; x < picture.cols; ++x) {
-                const int toX = (a * x + c * y) / one + shiftX;
-                const int toY = (b * x + d * y) / one + shiftY;
-                ASSERT_EQ(upright.at<cv::Vec3b>(toY, toX), picture.at<cv::Vec3b>(y, x));
-            }
+        for (int i = 0; i < picture.rows * picture.cols; ++i) {
+            const int x = i % picture.cols;
+            const int y = i / picture.cols;
+            const int toX = (a * x + c * y) / one + shiftX;
+            const int toY = (b * x + d * y) / one + shiftY;
+            ASSERT_EQ(upright.at<cv::Vec3b>(toY, toX), picture.at<cv::Vec3b>(y, x));
         }
     }
 }
@@ -316,28 +327,18 @@ TEST_F(VideoReaderTest, ColoursFollowTheStatedMatrixAndRange) {
     }
 }
 
-TEST(VideoReaderOptions, UnstatedColoursAreAssumedByTheNumberOfLines) {
-    EXPECT_EQ(videoColour(AV_PIX_FMT_YUV420P, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
-                          AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 576)
-                  .matrix,
-              ColourMatrix::Bt601);
-    const VideoColour high =
-        videoColour(AV_PIX_FMT_YUV420P, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
-                    AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 577);
-    EXPECT_EQ(high.matrix, ColourMatrix::Bt709);
-    EXPECT_EQ(high.range, ColourRange::Limited);
-    EXPECT_FALSE(high.stated);
-    EXPECT_EQ(videoColour(AV_PIX_FMT_YUVJ420P, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
-                          AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 100)
-                  .range,
-              ColourRange::Full);
-    EXPECT_EQ(videoColour(AV_PIX_FMT_GBRP, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
-                          AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, 100)
-                  .matrix,
-              ColourMatrix::Rgb);
-}
-
-TEST(VideoReaderOptions, ColourNumbersThatFFmpegDoesNotKnowCountAsUnstated) {
+TEST(VideoReaderOptions, UnstatedAndUnknownColoursAreAssumedByTheNumberOfLines) {
+    const auto unstated = [](AVPixelFormat format, int rows) {
+        return videoColour(format, AVCOL_SPC_UNSPECIFIED, AVCOL_RANGE_UNSPECIFIED,
+                           AVCOL_PRI_UNSPECIFIED, AVCOL_TRC_UNSPECIFIED, rows);
+    };
+    EXPECT_EQ(unstated(AV_PIX_FMT_YUV420P, 576).matrix, ColourMatrix::Bt601);
+    EXPECT_EQ(unstated(AV_PIX_FMT_YUV420P, 577).matrix, ColourMatrix::Bt709);
+    EXPECT_EQ(unstated(AV_PIX_FMT_YUV420P, 577).range, ColourRange::Limited);
+    EXPECT_EQ(unstated(AV_PIX_FMT_YUVJ420P, 100).range, ColourRange::Full);
+    EXPECT_EQ(unstated(AV_PIX_FMT_GBRP, 100).matrix, ColourMatrix::Rgb);
+    EXPECT_FALSE(unstated(AV_PIX_FMT_YUV420P, 577).stated);
+    // numbers that FFmpeg does not know
     const VideoColour colour = videoColour(AV_PIX_FMT_YUV420P, 244, 99, -7, 255, 100);
     EXPECT_EQ(colour.matrix, ColourMatrix::Bt601);
     EXPECT_EQ(colour.range, ColourRange::Limited);
@@ -414,34 +415,27 @@ TEST_F(VideoReaderTest, APartOfAFileWithoutAnIndexIsExactToo) {
         EXPECT_TRUE(sameFrames(part, all, 23, all[23].pts)) << file;
         EXPECT_FALSE(whole.counts().truncated) << file;
     }
+    VideoReader late(directory / "f.mp4", partFrom(5)); // behind the end
+    EXPECT_FALSE(late.next());
+    EXPECT_FALSE(late.next());
+    EXPECT_EQ(late.counts().frames, 0);
 }
 
-TEST_F(VideoReaderTest, APartBehindTheEndIsEmpty) {
-    VideoReader reader(makeClip("clip.mp4"), partFrom(5));
-    EXPECT_FALSE(reader.next());
-    EXPECT_FALSE(reader.next());
-    EXPECT_EQ(reader.counts().frames, 0);
-}
-
-TEST_F(VideoReaderTest, FramesDoNotDependOnTheThreads) {
-    const fs::path file = makeClip("clip.mp4");
+TEST_F(VideoReaderTest, FramesDoNotDependOnTheThreadsAndHaveMemoryOfTheirOwn) {
     VideoReaderOptions options;
     options.threads = 1;
-    const std::vector<VideoFrame> expected = allFrames(file, options);
+    const std::vector<VideoFrame> expected = allFrames(makeClip("clip.mp4"), options);
     options.threads = 5;
-    const std::vector<VideoFrame> frames = allFrames(file, options);
-    ASSERT_EQ(frames.size(), expected.size());
-    EXPECT_TRUE(sameFrames(frames, expected));
-}
-
-TEST_F(VideoReaderTest, FramesHaveMemoryOfTheirOwn) {
-    VideoReader reader(makeClip("clip.mp4"));
-    VideoFrame frame;
-    ASSERT_TRUE(reader.read(frame));
-    const cv::Mat kept = frame.picture;
-    const cv::Mat copy = kept.clone();
-    ASSERT_TRUE(reader.read(frame));
-    EXPECT_EQ(cv::norm(kept, copy, cv::NORM_INF), 0);
+    VideoReader reader(directory / "clip.mp4", options);
+    VideoFrame frame; // one for all
+    for (const VideoFrame& one : expected) {
+        const cv::Mat kept = frame.picture;
+        const cv::Mat copy = kept.clone();
+        ASSERT_TRUE(reader.read(frame));
+        EXPECT_TRUE(sameFrames({frame}, {one}));
+        EXPECT_TRUE(kept.empty() || samePicture(kept, copy));
+    }
+    EXPECT_FALSE(reader.read(frame));
 }
 
 TEST_F(VideoReaderTest, ReadsTheStandardInput) {
@@ -497,14 +491,7 @@ TEST_F(VideoReaderTest, DecodersOfLivePicturesHoldNoFramesBack) {
     EXPECT_EQ(device.decoder->thread_type, FF_THREAD_SLICE);
 }
 
-class VideoReaderInput : public FileTest {
-  protected:
-    static std::string openError(const fs::path& path, const std::string& format = "") {
-        VideoReaderOptions options;
-        options.format = format;
-        return errorOf([&] { const VideoReader reader(path, options); });
-    }
-};
+class VideoReaderInput : public FileTest {};
 
 // Whether drivers of devices are asked if they are cameras: the emulator QEMU does not pass it on.
 bool asksDevices() {
@@ -516,12 +503,8 @@ bool asksDevices() {
 }
 
 TEST_F(VideoReaderInput, CharacterDevicesAreCamerasWhateverTheirNames) {
-    EXPECT_EQ(openError("/dev/null", "matroska"), "/dev/null: is not a video that FFmpeg can read");
+    EXPECT_EQ(openError("/dev/null", "matroska"), "is not a video that FFmpeg can read");
     if (!asksDevices()) GTEST_SKIP() << "devices cannot be asked whether they are cameras";
-    const auto noCamera = [](const fs::path& path) {
-        return path.string() + ": is a device but not a camera, expected a video file, a camera, "
-                               "or the name of the device's format";
-    };
     const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
     ASSERT_GE(terminal, 0);
     ASSERT_EQ(grantpt(terminal), 0);
@@ -530,13 +513,13 @@ TEST_F(VideoReaderInput, CharacterDevicesAreCamerasWhateverTheirNames) {
     int number = 0;
     for (const std::string& device :
          std::vector<std::string>{"/dev/null", "/dev/urandom", ptsname(terminal)}) {
-        EXPECT_EQ(openError(device), noCamera(device));
         const fs::path link = directory / ("usb-camera-" + std::to_string(++number));
-        fs::create_symlink(device, link);
-        EXPECT_EQ(openError(link), noCamera(link));
         const fs::path linkToLink = directory / ("camera" + std::to_string(number) + ".mp4");
+        fs::create_symlink(device, link);
         fs::create_symlink(link, linkToLink);
-        EXPECT_EQ(openError(linkToLink), noCamera(linkToLink));
+        for (const fs::path& path : {fs::path(device), link, linkToLink})
+            EXPECT_EQ(openError(path), "is a device but not a camera, expected a video file, a "
+                                       "camera, or the name of the device's format");
     }
     close(other);
     close(terminal);
@@ -546,15 +529,12 @@ TEST_F(VideoReaderInput, FilesAreFilesWhateverTheirNamesAndHoweverTheyAreReached
     fs::create_directories(directory / "dev");
     const fs::path file = directory / "dev/video0";
     spill(file, std::string(5000, '\x5a'));
-    const fs::path link = directory / "camera-of-a-file";
-    fs::create_symlink(file, link);
-    for (const fs::path& path : {file, link})
-        EXPECT_EQ(openError(path), path.string() + ": is not a video that FFmpeg can read");
-    EXPECT_EQ(openError(directory / "dev"),
-              (directory / "dev").string() + ": is a directory, expected a video file");
+    fs::create_symlink(file, directory / "camera-of-a-file");
+    for (const fs::path& path : {file, directory / "camera-of-a-file"})
+        EXPECT_EQ(openError(path), "is not a video that FFmpeg can read");
+    EXPECT_EQ(openError(directory / "dev"), "is a directory, expected a video file");
     fs::create_symlink("nowhere", directory / "video1");
-    EXPECT_EQ(openError(directory / "video1"),
-              (directory / "video1").string() + ": does not exist, expected a video file");
+    EXPECT_EQ(openError(directory / "video1"), "does not exist, expected a video file");
 }
 
 TEST_F(VideoReaderTest, FramesBeforeAPartAreCounted) {
@@ -586,7 +566,7 @@ TEST_F(VideoReaderTest, FramesBeforeAPartAreCounted) {
         VideoReader reader(file);
         const std::vector<VideoFrame> all = allFrames(reader);
         ASSERT_GT(all.size(), 60u) << file;
-        for (const double from : {0.0, 0.01, 0.7, 2.0, 2.35, 99.0}) {
+        for (const double from : {0.01, 2.0, 2.35, 99.0}) {
             const std::vector<VideoFrame> expected = allFrames(file, partFrom(from));
             VideoReader part(file, partFrom(from));
             const auto before = static_cast<std::size_t>(part.framesBefore());
@@ -817,13 +797,8 @@ TEST_F(VideoReaderTest, InterlacedFramesAreDeinterlacedUnlessAsked) {
         EXPECT_GT(combing(combed[10].picture), 400) << name;
         for (const VideoFrame& frame : frames)
             EXPECT_LT(combing(frame.picture), 60) << name;
-        const auto isSaid = [](const Notes& notes) {
-            return std::any_of(notes.begin(), notes.end(), [](const Note& note) {
-                return note.text.find("not deinterlaced") != std::string::npos;
-            });
-        };
-        EXPECT_FALSE(isSaid(reader.notes())) << name;
-        EXPECT_TRUE(isSaid(asItIs.notes())) << name;
+        EXPECT_FALSE(contains(textOf(reader.notes()), "not deinterlaced")) << name;
+        EXPECT_TRUE(contains(textOf(asItIs.notes()), "not deinterlaced")) << name;
         // a frame is the same after a seek, although it depends on those before and after it
         for (const std::size_t place : {9U, 16U, 29U}) {
             VideoReader later(file);
@@ -858,21 +833,24 @@ TEST_F(VideoReaderTest, InterlacedPartsAreDeinterlacedAndOthersStay) {
 }
 
 TEST_F(VideoReaderTest, PicturesOfBothEyesAreSaid) {
-    const auto eyesOf = [](const fs::path& file) {
-        VideoReader reader(file);
-        static_cast<void>(reader.next());
-        return std::pair(reader.facts().eyes, reader.facts().eyesLayout);
-    };
     using Stated = std::pair<std::string, std::optional<StereoLayout>>;
-    const fs::path sei = makeClip("sei.mp4", "-x264opts frame-packing=3");
-    EXPECT_EQ(eyesOf(sei), Stated("side by side", StereoLayout::LeftRight));
-    const fs::path mode = makeClip("mode.mkv", "-metadata:s:v stereo_mode=top_bottom");
-    EXPECT_EQ(eyesOf(mode), Stated("top and bottom", StereoLayout::TopBottom));
-    const fs::path crossed = makeClip("crossed.mkv", "-metadata:s:v stereo_mode=right_left");
-    EXPECT_EQ(eyesOf(crossed), Stated("side by side, inverted", StereoLayout::RightLeft));
-    const fs::path rows = makeClip("rows.mkv", "-metadata:s:v stereo_mode=row_interleaved_lr");
-    EXPECT_EQ(eyesOf(rows), Stated("interleaved lines", std::nullopt));
-    EXPECT_EQ(eyesOf(makeClip("flat.mp4", "-x264opts frame-packing=6")), Stated()); // 2D
+    const std::tuple<const char*, const char*, Stated> cases[] = {
+        {"a.mp4", "-x264opts frame-packing=3", {"side by side", StereoLayout::LeftRight}},
+        {"b.mkv",
+         "-metadata:s:v stereo_mode=top_bottom",
+         {"top and bottom", StereoLayout::TopBottom}},
+        {"c.mkv",
+         "-metadata:s:v stereo_mode=right_left",
+         {"side by side, inverted", StereoLayout::RightLeft}},
+        {"d.mkv",
+         "-metadata:s:v stereo_mode=row_interleaved_lr",
+         {"interleaved lines", std::nullopt}},
+        {"e.mp4", "-x264opts frame-packing=6", {}}}; // 2D
+    for (const auto& [name, options, stated] : cases) {
+        VideoReader reader(makeClip(name, options));
+        static_cast<void>(reader.next());
+        EXPECT_EQ(Stated(reader.facts().eyes, reader.facts().eyesLayout), stated) << name;
+    }
 }
 
 // Adds boxes to the end of the first sample entry of an MP4 file whose index is at its end.
@@ -971,8 +949,7 @@ TEST_F(VideoReaderTest, FramesOfBothEyesByTurnsBecomePairs) {
     const auto grey = [](const VideoFrame& frame, int x) {
         return std::lround((frame.picture.at<cv::Vec3b>(32, x)[1] * 219 / 255.0 + 16 - 40) / 10);
     };
-    VideoReaderOptions both;
-    both.bothEyes = true;
+    const VideoReaderOptions both = ofBothEyes();
     for (const char* const name : {"sei.mp4", "sei.ts", "left.mkv", "right.mkv"}) {
         const bool hasMessages = name[0] == 's';
         const bool isRightFirst = name[0] == 'r';
@@ -1053,8 +1030,7 @@ TEST_F(VideoReaderTest, TheVideosOfBothEyesBecomePairs) {
     make("names.mp4",
          twoVideos(h264 + "-metadata:s:0 handler_name=Left -metadata:s:1 handler_name=Right"));
     make("unsaid.mkv", twoVideos(h264));
-    VideoReaderOptions both;
-    both.bothEyes = true;
+    const VideoReaderOptions both = ofBothEyes();
     VideoReaderOptions wanted = both;
     wanted.joinsVideos = true;
     for (const auto& [name, options, remark] :
@@ -1099,8 +1075,6 @@ TEST_F(VideoReaderTest, TheVideosOfBothEyesBecomePairs) {
 }
 
 TEST_F(VideoReaderTest, FramesWithoutTheOtherEyesAreLeftOut) {
-    VideoReaderOptions both;
-    both.bothEyes = true;
     for (const char* const name : {"a.mkv", "b.mp4"}) {
         for (const int lacking : {0, 1}) {
             const fs::path file = make(
@@ -1109,7 +1083,7 @@ TEST_F(VideoReaderTest, FramesWithoutTheOtherEyesAreLeftOut) {
                                 " 'select=not(eq(n\\,4))' -metadata:s:0 handler_name=left "
                                 "-metadata:s:1 handler_name=right -metadata:s:0 title=left "
                                 "-metadata:s:1 title=right"));
-            VideoReader reader(file, both);
+            VideoReader reader(file, ofBothEyes());
             const std::vector<VideoFrame> pairs = allFrames(reader);
             ASSERT_EQ(pairs.size(), 9U) << name << lacking;
             for (int i = 0; i < 9; ++i)
@@ -1121,9 +1095,7 @@ TEST_F(VideoReaderTest, FramesWithoutTheOtherEyesAreLeftOut) {
 
 TEST_F(VideoReaderTest, OtherVideosThanThoseOfBothEyesAreReadAlone) {
     const auto notesOf = [&](const char* name, const std::string& options) {
-        VideoReaderOptions both;
-        both.bothEyes = true;
-        VideoReader reader(make(name, twoVideos("-c:v libx264 " + options)), both);
+        VideoReader reader(make(name, twoVideos("-c:v libx264 " + options)), ofBothEyes());
         EXPECT_EQ(reader.facts().size, cv::Size(96, 64)) << name;
         return textOf(reader.notes());
     };
@@ -1182,7 +1154,7 @@ TEST_F(VideoReaderTest, SphericalVideosAreRefusedWithACommandThatMakesAFlatOne) 
     const fs::path eyes = clip("eyes.mp4", "40+320*X/W-120*floor(2*X/W)");
     const auto refusal = [&](const fs::path& flat, const std::string& boxes) {
         spill(directory / "bent.mp4", withBoxesInEntry(slurp(flat), boxes, "avc1"));
-        return errorOf([&] { const VideoReader reader(directory / "bent.mp4"); });
+        return openError(directory / "bent.mp4");
     };
     // @param degrees of the video; flat pictures show 90 of them: tan(longitude) is even
     const auto expectFlat = [&](const std::string& error, double degrees, bool hasEyes) {
@@ -1221,8 +1193,8 @@ TEST_F(VideoReaderTest, SphericalVideosAreRefusedWithACommandThatMakesAFlatOne) 
     refusal(whole, sphere(box("equi", full + none)));
     ffmpeg("-i " + arg(directory / "bent.mp4") + " -c copy -strict unofficial " +
            arg(directory / "bent.mkv"));
-    EXPECT_TRUE(contains(errorOf([&] { const VideoReader reader(directory / "bent.mkv"); }),
-                         "is a video of 360 degrees (equirectangular)"));
+    EXPECT_TRUE(
+        contains(openError(directory / "bent.mkv"), "is a video of 360 degrees (equirectangular)"));
 }
 
 TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {
@@ -1242,15 +1214,6 @@ TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {
         EXPECT_TRUE(contains(reader.notes()[0].text, "s of 4 s"));
         EXPECT_TRUE(sameFrames(frames, allFrames(whole))) << name;
     }
-}
-
-TEST_F(VideoReaderTest, AnMp4WithoutItsIndexIsNamed) {
-    const std::string bytes = slurp(makeClip("whole.mp4"));
-    const fs::path cut = directory / "cut.mp4";
-    spill(cut, bytes.substr(0, bytes.size() / 2));
-    EXPECT_EQ(errorOf([&] { const VideoReader reader(cut); }),
-              cut.string() + ": has no index (moov): it is cut off or was never finished, "
-                             "expected a whole file");
 }
 
 TEST_F(VideoReaderTest, DamagedFramesAreLeftOutAndCounted) {
@@ -1277,59 +1240,43 @@ TEST_F(VideoReaderTest, DamagedFramesAreLeftOutAndCounted) {
 }
 
 TEST_F(VideoReaderInput, BadInputIsNamed) {
-    const auto openError = [](const fs::path& path) {
-        return errorOf([&] { const VideoReader reader(path); });
-    };
-    const fs::path missing = directory / "missing.mp4";
-    EXPECT_EQ(openError(missing), missing.string() + ": does not exist, expected a video file");
-    EXPECT_EQ(openError(directory.path()),
-              directory.path().string() + ": is a directory, expected a video file");
-    const fs::path empty = directory / "empty.mp4";
-    spill(empty, "");
-    EXPECT_EQ(openError(empty), empty.string() + ": is empty, expected a video file");
-    const fs::path text = directory / "text.txt";
-    spill(text, "This is no video, but a text of some length.\nAnd another line.\n");
-    EXPECT_EQ(openError(text), text.string() + ": is not a video that FFmpeg can read");
-    spill(text, "YUV4MPEG2 W60000 H60000 F25:1 C420\nFRAME\n"); // more than FFmpeg can count
-    EXPECT_EQ(openError(text), text.string() + ": is not a video that FFmpeg can read");
-    const fs::path art = directory / "text.nfo"; // FFmpeg would draw it
-    spill(art, "This is no video, but a text of some length.\nAnd another line.\n");
-    EXPECT_EQ(openError(art), art.string() + ": is a text, expected a video file");
-    const fs::path noise = directory / "noise.bin";
-    spill(noise, std::string(5000, '\x5a'));
-    EXPECT_EQ(openError(noise), noise.string() + ": is not a video that FFmpeg can read");
+    const std::string text = "This is no video, but a text of some length.\nAnd another line.\n";
+    const std::tuple<const char*, std::string, const char*> cases[] = {
+        {"empty.mp4", "", "is empty, expected a video file"},
+        {"text.txt", text, "is not a video that FFmpeg can read"},
+        {"huge.y4m", "YUV4MPEG2 W60000 H60000 F25:1 C420\nFRAME\n", // more than it can count
+         "is not a video that FFmpeg can read"},
+        {"text.nfo", text, "is a text, expected a video file"}}; // FFmpeg would draw it
+    for (const auto& [name, contents, problem] : cases) {
+        spill(directory / name, contents);
+        EXPECT_EQ(openError(directory / name), problem) << name;
+    }
+    EXPECT_EQ(openError(directory / "missing.mp4"), "does not exist, expected a video file");
 }
 
-TEST_F(VideoReaderTest, AFileWithoutVideoIsNamed) {
-    const fs::path sound = directory / "sound.mka";
-    ffmpeg("-f lavfi -i sine=duration=1 -c:a flac " + arg(sound));
-    EXPECT_EQ(errorOf([&] { const VideoReader reader(sound); }),
-              sound.string() + ": holds no video stream but audio flac, expected a video");
+TEST_F(VideoReaderTest, FilesWithoutVideosThatAreReadAreNamed) {
+    EXPECT_EQ(openError(make("sound.mka", "-f lavfi -i sine=duration=1 -c:a flac")),
+              "holds no video stream but audio flac, expected a video");
     // A cover picture is not a video.
-    const fs::path cover = directory / "cover.m4a";
-    ffmpeg("-f lavfi -i sine=duration=1 -f lavfi -i testsrc2=size=32x32 -frames:v 1 -c:a aac "
-           "-c:v mjpeg -pix_fmt yuvj420p -disposition:v attached_pic " +
-           arg(cover));
-    EXPECT_TRUE(
-        contains(errorOf([&] { const VideoReader reader(cover); }), "holds no video stream"));
-}
-
-TEST_F(VideoReaderTest, AnAnimatedWebPPictureIsNamed) {
-    const fs::path file = directory / "moving.webp";
-    ffmpeg("-f lavfi -i testsrc2=size=64x48:rate=5:duration=1 -c:v libwebp_anim " + arg(file));
-    EXPECT_EQ(errorOf([&] { const VideoReader reader(file); }),
-              file.string() + ": is an animated WebP picture, expected a video; convert it first");
-}
-
-TEST_F(VideoReaderTest, AnUnknownCodecIsNamed) {
-    const fs::path file = makeClip("clip.avi");
-    std::string bytes = slurp(file);
+    EXPECT_TRUE(contains(
+        openError(make("cover.m4a",
+                       "-f lavfi -i sine=duration=1 -f lavfi -i testsrc2=size=32x32 -frames:v 1 "
+                       "-c:a aac -c:v mjpeg -pix_fmt yuvj420p -disposition:v attached_pic")),
+        "holds no video stream"));
+    EXPECT_EQ(
+        openError(make("moving.webp",
+                       "-f lavfi -i testsrc2=size=64x48:rate=5:duration=1 -c:v libwebp_anim")),
+        "is an animated WebP picture, expected a video; convert it first");
+    std::string bytes = slurp(makeClip("clip.avi"));
     for (std::size_t at = 0; (at = bytes.find("H264", at)) != std::string::npos;)
         bytes.replace(at, 4, "QQ77");
-    const fs::path odd = directory / "odd.avi";
-    spill(odd, bytes);
-    EXPECT_EQ(errorOf([&] { const VideoReader reader(odd); }),
-              odd.string() + ": has video of the codec \"QQ77\", which this FFmpeg cannot decode");
+    spill(directory / "odd.avi", bytes);
+    EXPECT_EQ(openError(directory / "odd.avi"),
+              "has video of the codec \"QQ77\", which this FFmpeg cannot decode");
+    bytes = slurp(makeClip("whole.mp4"));
+    spill(directory / "cut.mp4", bytes.substr(0, bytes.size() / 2));
+    EXPECT_EQ(openError(directory / "cut.mp4"),
+              "has no index (moov): it is cut off or was never finished, expected a whole file");
 }
 
 TEST(VideoReaderOptions, OptionsAreChecked) {

@@ -56,10 +56,9 @@ void writeClip(const fs::path& file, const VideoWriterOptions& options, int coun
 // The check sum of the packets of each stream of a kind ("a", "s"), in their order.
 std::vector<std::string> streamHashes(const fs::path& file, const std::string& kind) {
     std::vector<std::string> sums;
-    for (const std::string& line : lines(ffmpeg("-i " + arg(file) + " -map 0:" + kind +
-                                                " -c copy -f streamhash -hash md5 -"))) {
+    for (const std::string& line : lines(
+             ffmpeg("-i " + arg(file) + " -map 0:" + kind + " -c copy -f streamhash -hash md5 -")))
         sums.push_back(line.substr(line.find("MD5=")));
-    }
     return sums;
 }
 
@@ -172,9 +171,13 @@ TEST_P(Encodings, KeepPicturesAndTimes) {
     const std::vector<cv::Mat> frames =
         ffmpegFrames(file, kSize, GetParam().codec == VideoCodec::Ffv1 ? "null" : "");
     ASSERT_EQ(frames.size(), 10u);
-    for (int i = 0; i < 10; ++i) {
-        const double found = cv::PSNR(frames[static_cast<std::size_t>(i)], movingPicture(kSize, i));
-        EXPECT_GE(found, GetParam().leastPsnr) << "frame " << i;
+    VideoReader reader(file); // and by our own reader
+    const std::vector<VideoFrame> again = allFrames(reader);
+    ASSERT_EQ(again.size(), 10u);
+    for (std::size_t i = 0; i < 10; ++i) {
+        const cv::Mat picture = movingPicture(kSize, static_cast<int>(i));
+        EXPECT_GE(cv::PSNR(frames[i], picture), GetParam().leastPsnr) << "frame " << i;
+        EXPECT_GE(cv::PSNR(again[i].picture, picture), GetParam().leastPsnr) << "frame " << i;
     }
     const std::vector<double> times = packetTimes(file, "v:0");
     ASSERT_EQ(times.size(), 10u);
@@ -184,14 +187,6 @@ TEST_P(Encodings, KeepPicturesAndTimes) {
         EXPECT_EQ(lines(ffprobe(file, "stream=pix_fmt"))[0], GetParam().pixels);
     }
     EXPECT_EQ(lines(ffprobe(file, "stream=avg_frame_rate"))[0], "25/1");
-    // And by our own reader.
-    VideoReader reader(file);
-    const std::vector<VideoFrame> again = allFrames(reader);
-    ASSERT_EQ(again.size(), 10u);
-    for (std::size_t i = 0; i < 10; ++i) {
-        EXPECT_GE(cv::PSNR(again[i].picture, movingPicture(kSize, static_cast<int>(i))),
-                  GetParam().leastPsnr);
-    }
     EXPECT_NEAR(static_cast<double>(again[9].duration) * reader.facts().timeBase.value(), 0.04,
                 1e-3);
 }
@@ -343,11 +338,9 @@ TEST_F(VideoWriterTest, NativesAreCodedToBeDecodedQuickly) {
         std::set<std::string> found;
         for (const std::string& line : lines(ffmpeg(
                  "-v verbose -i " + arg(file) + " -c copy -bsf:v trace_headers -f null - 2>&1"))) {
-            for (const char* field :
-                 {"entropy_coding_mode_flag", "disable_deblocking_filter_idc"}) {
+            for (const char* field : {"entropy_coding_mode_flag", "disable_deblocking_filter_idc"})
                 if (line.find(field) != std::string::npos)
                     found.insert(field + line.substr(line.rfind(' ')));
-            }
         }
         EXPECT_EQ(found, (std::set<std::string>{"entropy_coding_mode_flag 0",
                                                 "disable_deblocking_filter_idc 1"}))
@@ -355,18 +348,27 @@ TEST_F(VideoWriterTest, NativesAreCodedToBeDecodedQuickly) {
     }
 }
 
-TEST_F(VideoWriterTest, OddSizesAreKept) {
+TEST_F(VideoWriterTest, OddSizesAndSubMatricesAreKept) {
     for (const VideoCodec codec : {VideoCodec::H264, VideoCodec::H264Rgb, VideoCodec::Hevc,
                                    VideoCodec::Ffv1, VideoCodec::ProRes}) {
-        VideoWriterOptions options = smallOptions();
-        options.codec = codec;
-        options.size = {67, 41};
-        const fs::path file = directory / "odd.mkv";
-        writeClip(file, options, 3);
-        const std::vector<cv::Mat> frames = ffmpegFrames(file, options.size);
-        ASSERT_EQ(frames.size(), 3u) << static_cast<int>(codec);
-        EXPECT_GE(cv::PSNR(frames[2], movingPicture(options.size, 2)), 36)
-            << static_cast<int>(codec);
+        for (const bool compatible : {false, true}) {
+            if (compatible && codec != VideoCodec::H264) continue;
+            VideoWriterOptions options = smallOptions();
+            options.codec = codec;
+            options.compatible = compatible; // takes even sizes alone
+            options.size = compatible ? kSize : cv::Size(67, 41);
+            const cv::Mat part = movingPicture({101, 83}, 3)(cv::Rect({7, 5}, options.size));
+            VideoWriter writer(directory / "odd.mkv", options);
+            for (int i = 0; i < 3; ++i)
+                writer.write({part, i, 1});
+            writer.finish();
+            const std::vector<cv::Mat> frames = ffmpegFrames(directory / "odd.mkv", options.size);
+            ASSERT_EQ(frames.size(), 3u) << static_cast<int>(codec);
+            EXPECT_GE(cv::PSNR(frames[2], part), compatible                  ? 30
+                                                 : codec == VideoCodec::Ffv1 ? 40
+                                                                             : 36)
+                << static_cast<int>(codec);
+        }
     }
 }
 
@@ -417,6 +419,8 @@ TEST_F(VideoWriterTest, HighDefinitionIsBt709AndLimitedByItself) {
     VideoWriterOptions options = smallOptions();
     options.size = {32, 720};
     writeClip(directory / "high.mp4", options, 1);
+    const std::string bytes = slurp(directory / "high.mp4");
+    EXPECT_LT(bytes.find("moov"), bytes.find("mdat")); // the index comes first
     const std::string entries = "stream=color_range,color_space,color_transfer,color_primaries";
     EXPECT_EQ(lines(ffprobe(directory / "high.mp4", entries))[0], "tv|bt709|bt709|bt709");
     options.size = {32, 718};
@@ -599,25 +603,28 @@ TEST_F(VideoWriterTest, WhatAContainerCannotHoldIsNamedBeforeWork) {
     // FFmpeg 7 puts PCM into MP4
     const fs::path film = makeFilm("film.mkv", "-c:a:0 aac -c:a:1 wavpack -c:s srt");
     const fs::path copy = directory / "copy.mp4";
+    VideoReader begun(film);
+    ASSERT_TRUE(begun.next());
+    EXPECT_EQ(errorOf([&] { VideoWriter(directory / "x.mkv", optionsFor(begun), &begun); }),
+              "source: has delivered a frame already, expected a writer before the first one");
     VideoReader reader(film);
-    EXPECT_EQ(errorOf([&] { VideoWriter(copy, optionsFor(reader), &reader); }),
-              copy.string() + ": cannot hold the sound wavpack (slv) of " + film.string() +
+    const auto problem = [&](const fs::path& file, const VideoWriterOptions& options,
+                             VideoReader* source) {
+        return problemOf(file, [&] { VideoWriter(file, options, source); });
+    };
+    EXPECT_EQ(problem(copy, optionsFor(reader), &reader),
+              "cannot hold the sound wavpack (slv) of " + film.string() +
                   ", expected a name that ends in .mkv, or no sound");
-    EXPECT_FALSE(fs::exists(copy));
-    EXPECT_FALSE(fs::exists(copy.string() + ".part"));
-
+    EXPECT_FALSE(fs::exists(copy) || fs::exists(copy.string() + ".part"));
     VideoWriterOptions options = smallOptions();
     options.codec = VideoCodec::Ffv1;
-    EXPECT_EQ(errorOf([&] { VideoWriter(copy, options); }),
-              copy.string() + ": cannot hold ffv1 video, expected a name that ends in .mkv");
+    EXPECT_EQ(problem(copy, options, nullptr),
+              "cannot hold ffv1 video, expected a name that ends in .mkv");
     options.codec = VideoCodec::ProRes;
-    EXPECT_EQ(errorOf([&] { VideoWriter(copy, options); }),
-              copy.string() +
-                  ": cannot hold prores video, expected a name that ends in .mov or .mkv");
-    const fs::path other = directory / "copy.avi";
-    EXPECT_EQ(errorOf([&] { VideoWriter(other, smallOptions()); }),
-              other.string() + ": has a name that no video container here has, expected .mkv, "
-                               ".mp4 or .mov");
+    EXPECT_EQ(problem(copy, options, nullptr),
+              "cannot hold prores video, expected a name that ends in .mov or .mkv");
+    EXPECT_EQ(problem(directory / "copy.avi", smallOptions(), nullptr),
+              "has a name that no video container here has, expected .mkv, .mp4 or .mov");
     // Without the sound it goes.
     VideoReader again(film);
     VideoWriterOptions silent = optionsFor(again);
@@ -646,14 +653,12 @@ TEST_F(VideoWriterTest, APartHasTheSoundOfThePart) {
         const fs::path copy = directory / ("part-" + std::string(name));
         copyFilm(film, copy, part);
         std::vector<double> expected;
-        for (const double time : packetTimes(film, "a:0")) {
+        for (const double time : packetTimes(film, "a:0"))
             if (time >= 0.5 - 1e-6 && time < 1.5 - 1e-6) expected.push_back(time - 0.5);
-        }
         expectNear(packetTimes(copy, "a:0"), expected, 0.0011);
         expected.clear();
-        for (const double time : packetTimes(film, "v:0")) {
+        for (const double time : packetTimes(film, "v:0"))
             if (time >= 0.4995 && time < 1.4995) expected.push_back(time - 0.5);
-        }
         expectNear(packetTimes(copy, "v:0"), expected, 0.0011);
         // The first subtitle has begun before the part, the second ends behind it.
         EXPECT_EQ(lines(ffprobe(copy, "chapter=start_time,end_time:chapter_tags=title")),
@@ -694,10 +699,8 @@ TEST_F(VideoWriterTest, ItsSourceMayBeReadInAnotherThread) {
                       return true;
                   }}});
     writer.finish();
-    // Packets of sound may come out in another order beside the pictures.
-    EXPECT_EQ(streamHashes(together, "v"), streamHashes(alone, "v"));
-    EXPECT_EQ(streamHashes(together, "a"), streamHashes(alone, "a"));
-    EXPECT_EQ(streamHashes(together, "s"), streamHashes(alone, "s"));
+    for (const char* const kind : {"v", "a", "s"}) // packets may come out in another order
+        EXPECT_EQ(streamHashes(together, kind), streamHashes(alone, kind)) << kind;
 }
 
 // AAC of a transport stream has headers that .mp4 takes off; damaged ones cannot be.
@@ -709,9 +712,8 @@ TEST_F(VideoWriterTest, DamagedSoundIsLeftOutWithANote) {
     // The headers (ff f1 50) of some packets in the middle.
     int broken = 0;
     for (std::size_t at = bytes.size() / 3;
-         broken < 4 && (at = bytes.find("\xff\xf1\x50", at)) != std::string::npos; ++broken) {
+         broken < 4 && (at = bytes.find("\xff\xf1\x50", at)) != std::string::npos; ++broken)
         bytes[at + 1] = '\x01';
-    }
     ASSERT_EQ(broken, 4);
     spill(stream, bytes);
     const fs::path copy = directory / "copy.mp4";
@@ -861,6 +863,7 @@ TEST_F(VideoWriterTest, RealClipsKeepTheirSoundAndTimes) {
         VideoWriterOptions options = optionsFor(reader);
         options.size = kSize; // pictures of another size, as a Native has
         for (const char* const extension : {".mp4", ".mkv"}) {
+            if (name[0] != 'f' && extension[2] == 'k') continue; // one film for both is enough
             const fs::path copy = directory / (std::string("copy") + extension);
             VideoReader source(film);
             VideoWriter writer(copy, options, &source);
@@ -893,13 +896,6 @@ TEST_F(VideoWriterFile, EqualFramesGiveEqualBytes) {
     }
 }
 
-TEST_F(VideoWriterFile, TheIndexOfAnMp4ComesFirst) {
-    writeClip(directory / "clip.mp4", smallOptions(), 30);
-    const std::string bytes = slurp(directory / "clip.mp4");
-    ASSERT_TRUE(contains(bytes, "moov"));
-    EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
-}
-
 TEST_F(VideoWriterFile, TheNameAppearsOnlyWhenTheFileIsWhole) {
     const fs::path file = directory / "clip.mkv";
     spill(file, "old");
@@ -929,40 +925,41 @@ TEST_F(VideoWriterFile, LinksAreFollowedAndDevicesRefused) {
     EXPECT_TRUE(fs::is_symlink(directory / "link.mkv"));
     EXPECT_TRUE(fs::is_regular_file(directory / "sub" / "clip.mkv"));
     fs::create_symlink("/dev/null", directory / "null.mkv");
-    EXPECT_TRUE(contains(errorOf([&] { VideoWriter(directory / "null.mkv", smallOptions()); }),
-                         "is a device or pipe"));
-    EXPECT_TRUE(fs::is_character_file("/dev/null"));
     fs::create_directory(directory / "folder.mkv");
-    EXPECT_TRUE(contains(errorOf([&] { VideoWriter(directory / "folder.mkv", smallOptions()); }),
-                         "is a directory"));
-    EXPECT_EQ(errorOf([&] { VideoWriter(directory / "no" / "clip.mkv", smallOptions()); }),
-              (directory / "no" / "clip.mkv").string() +
-                  ": cannot be written: No such file or directory; its directory must exist");
+    const auto problem = [&](const char* name) {
+        return problemOf(directory / name, [&] { VideoWriter(directory / name, smallOptions()); });
+    };
+    EXPECT_TRUE(contains(problem("null.mkv"), "is a device or pipe"));
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+    EXPECT_TRUE(contains(problem("folder.mkv"), "is a directory"));
+    EXPECT_EQ(problem("no/clip.mkv"),
+              "cannot be written: No such file or directory; its directory must exist");
 }
 
 // A file at its size limit fails in the same way as one on a full disk.
 TEST_F(VideoWriterFile, AFileThatCannotGrowIsNamedAndRemoved) {
-    for (const char* const name : {"clip.mkv", "clip.mov"}) {
-        const fs::path file = directory / name;
-        const std::string text = withFileLimit(200000, [&] {
-            return errorOf([&] {
-                VideoWriterOptions options = smallOptions();
-                options.codec = file.extension() == ".mkv" ? VideoCodec::Ffv1 : VideoCodec::ProRes;
-                writeClip(file, options, 200);
-            });
-        });
-        EXPECT_EQ(text, file.string() + ": cannot be written: File too large");
-        EXPECT_EQ(filesIn(directory.path()), 0u) << name;
-    }
-}
-
-TEST_F(VideoWriterFile, AFullDiskIsReportedBeforeTheFirstFrame) {
-    for (const char* const name : {"clip.mkv", "clip.mp4"}) {
-        const fs::path file = directory / name;
-        const std::string text =
-            withFileLimit(4, [&] { return errorOf([&] { VideoWriter(file, smallOptions()); }); });
-        EXPECT_EQ(text, file.string() + ": cannot be written: File too large");
-        EXPECT_EQ(filesIn(directory.path()), 0u) << name;
+    const struct {
+        rlim_t limit;
+        const char* name;
+        VideoCodec codec;
+        int frames;
+    } cases[] = {{4, "clip.mkv", VideoCodec::H264, 0}, // before the first frame
+                 {4, "clip.mp4", VideoCodec::H264, 0},
+                 {200000, "clip.mkv", VideoCodec::Ffv1, 200},
+                 {200000, "clip.mov", VideoCodec::ProRes, 200}};
+    for (const auto& one : cases) {
+        VideoWriterOptions options = smallOptions();
+        options.codec = one.codec;
+        const fs::path file = directory / one.name;
+        EXPECT_EQ(withFileLimit(one.limit,
+                                [&] {
+                                    return problemOf(file, [&] {
+                                        if (one.frames == 0) VideoWriter(file, options);
+                                        if (one.frames > 0) writeClip(file, options, one.frames);
+                                    });
+                                }),
+                  "cannot be written: File too large");
+        EXPECT_EQ(filesIn(directory.path()), 0u) << one.name;
     }
 }
 
@@ -982,31 +979,6 @@ TEST_F(VideoWriterFile, FramesAreChecked) {
     EXPECT_EQ(write(picture, 5), "frame: has the time 5, expected more than the last one's, 5");
     writer.finish();
     EXPECT_EQ(write(picture, 6), "write: comes after finish()");
-}
-
-TEST_F(VideoWriterTest, SubMatricesAreTaken) {
-    for (const VideoCodec codec : {VideoCodec::Ffv1, VideoCodec::H264}) {
-        for (const bool compatible : {false, true}) {
-            if (compatible && codec == VideoCodec::Ffv1) continue;
-            VideoWriterOptions options = smallOptions();
-            options.codec = codec;
-            options.compatible = compatible;
-            const cv::Mat large = movingPicture({101, 83}, 3);
-            const cv::Mat part = large(cv::Rect(7, 5, 64, 48));
-            VideoWriter writer(directory / "clip.mkv", options);
-            writer.write({part, 0, 1});
-            writer.finish();
-            EXPECT_GE(cv::PSNR(ffmpegFrames(directory / "clip.mkv", kSize).at(0), part),
-                      compatible ? 30 : 40);
-        }
-    }
-}
-
-TEST_F(VideoWriterTest, ASourceThatHasBegunIsRefused) {
-    VideoReader reader(makeFilm("film.mkv"));
-    ASSERT_TRUE(reader.next());
-    EXPECT_EQ(errorOf([&] { VideoWriter(directory / "x.mkv", optionsFor(reader), &reader); }),
-              "source: has delivered a frame already, expected a writer before the first one");
 }
 
 TEST(VideoWriterOptions, AreChecked) {

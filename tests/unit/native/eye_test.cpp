@@ -52,10 +52,9 @@ cv::Mat referenceBlurred(const cv::Mat& native, const Calibration& c, const Lens
         const cv::Vec3f& own = colour.at<cv::Vec3f>(at[0], at[1]);
         const float scale = luminance.at<float>(at[0], at[1]) /
                             (weights(0) * own[0] + weights(1) * own[1] + weights(2) * own[2]);
-        for (int i = 0; i < 3; ++i) {
+        for (int i = 0; i < 3; ++i)
             to[i] = cv::saturate_cast<uchar>(
                 255 * srgbCode(std::min(1.0, static_cast<double>(scale * own[i]))));
-        }
     });
     return seen;
 }
@@ -114,10 +113,9 @@ TEST(EyeBlur, IsThreePixelsOfAPortraitAtHalfAMetre) {
     cv::Mat seen;
     const cv::Mat native = randomPhoto({64, 48}, 1, 0);
     for (const double blur : {-1.0, 64.5, std::nan("")}) {
-        EXPECT_NE(errorOf([&] {
-                      simulateView(native, c, {0.5, 0, blur}, seen);
-                  }).find("expected 0..64"),
-                  std::string::npos);
+        const LensEye eye{0.5, 0, blur};
+        EXPECT_TRUE(
+            contains(errorOf([&] { simulateView(native, c, eye, seen); }), "expected 0..64"));
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/eye.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 
@@ -56,12 +57,10 @@ cv::Mat filtered(const LensFilter& filter, const cv::Mat& photo) {
 
 // A wave of grey light, in cycles per px of the photo.
 cv::Mat wave(cv::Size size, double fx, double fy) {
-    cv::Mat photo(size, CV_8UC3);
-    for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-            photo.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uchar>(
-                codeOf(0.4 + 0.3 * std::cos(2 * kPi * (fx * x + fy * y)))));
-    return photo;
+    return pictureOf<cv::Vec3b>(size, [&](int x, int y) {
+        return cv::Vec3b::all(
+            cv::saturate_cast<uchar>(codeOf(0.4 + 0.3 * std::cos(2 * kPi * (fx * x + fy * y)))));
+    });
 }
 
 // Amplitude of the wave in green light, away from the borders.
@@ -202,25 +201,23 @@ TEST(LensFilter, EqualsItsFormula) {
                 return light(photo.at<cv::Vec3b>(std::clamp(y, 0, photo.rows - 1),
                                                  std::clamp(x, 0, photo.cols - 1))[2 - c]);
             };
-            for (int y = 0; y < photo.rows; ++y) {
-                for (int x = 0; x < photo.cols; ++x) {
-                    double sum = 0;
-                    for (int v = 0; v < weights.rows; ++v)
-                        for (int u = 0; u < weights.cols; ++u)
-                            sum += static_cast<double>(weights.at<float>(v, u)) *
-                                   lightAt(y + v - weights.rows / 2, x + u - weights.cols / 2);
-                    double least = 1;
-                    double most = 0;
-                    for (int v = -near; v <= near; ++v) {
-                        for (int u = -near; u <= near; ++u) {
-                            least = std::min(least, lightAt(y + v, x + u));
-                            most = std::max(most, lightAt(y + v, x + u));
-                        }
+            forPixels(photo.size(), [&](int x, int y) {
+                double sum = 0;
+                for (int v = 0; v < weights.rows; ++v)
+                    for (int u = 0; u < weights.cols; ++u)
+                        sum += static_cast<double>(weights.at<float>(v, u)) *
+                               lightAt(y + v - weights.rows / 2, x + u - weights.cols / 2);
+                double least = 1;
+                double most = 0;
+                for (int v = -near; v <= near; ++v) {
+                    for (int u = -near; u <= near; ++u) {
+                        least = std::min(least, lightAt(y + v, x + u));
+                        most = std::max(most, lightAt(y + v, x + u));
                     }
-                    const double expected = codeOf(std::clamp(sum, least, most));
-                    worst = std::max(worst, std::abs(expected - result.at<cv::Vec3b>(y, x)[2 - c]));
                 }
-            }
+                const double expected = codeOf(std::clamp(sum, least, most));
+                worst = std::max(worst, std::abs(expected - result.at<cv::Vec3b>(y, x)[2 - c]));
+            });
         }
         EXPECT_LT(worst, 0.51 + 0.15) << size << ": steps of light are coarser than codes at black";
     }

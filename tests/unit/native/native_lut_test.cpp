@@ -1,10 +1,8 @@
 #include "altiro3D/native_lut.hpp"
 
 #include "altiro3D/display.hpp"
-#include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
-#include "support/processors.hpp"
 #include "support/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -101,26 +99,10 @@ TEST(NativeLut, InversionCanBeOverridden) {
     EXPECT_EQ(viewInLut(on, 5, 5, 1), 47 - viewInLut(off, 5, 5, 1));
 }
 
-TEST(NativeLut, IsTheSameForAnyNumberOfThreads) {
-    Calibration c = smallPanel(301, 203);
-    c.subpixelCells = deltaCells();
-    c.CellPatternMode = 3;
-    const RestoredThreads restored;
-    cv::setNumThreads(1);
-    const NativeLut one(c, QuiltLayout());
-    for (int threads : {2, 3, 7}) {
-        cv::setNumThreads(threads);
-        const NativeLut many(c, QuiltLayout());
-        for (int channel = 0; channel < 3; ++channel) {
-            EXPECT_TRUE(samePicture(many.channel(channel), one.channel(channel)));
-        }
-    }
-}
-
 TEST(NativeLut, SizesBeyondTheLimitsAreRefusedBeforeMemoryIsTaken) {
     Calibration c = smallPanel();
     EXPECT_TRUE(contains(errorOf([&] {
-                             NativeLut(c, {100, 100, {700, 10}, 48});
+                             NativeLut(c, QuiltLayout{100, 100, cv::Size(700, 10), 48});
                          }),
                          "at most 65535"));
     c.screenW = 16385;
@@ -138,9 +120,8 @@ TEST(NativeLut, AllGoldenSamplesOfARealPortraitAreExact) {
         readCalibration(dataPath("calibrations") / golden.at("calibration").get<std::string>()),
         QuiltLayout());
     int exact = 0;
-    for (const auto& sample : golden.at("samples")) {
+    for (const auto& sample : golden.at("samples"))
         exact += viewInLut(lut, sample[1], sample[0], sample[2]) == sample[3].get<int>() ? 1 : 0;
-    }
     EXPECT_EQ(golden.at("samples").size(), 100U);
     EXPECT_EQ(exact, 100);
 }

@@ -22,6 +22,12 @@ altiro3D::Scene photoWithDepth() {
     return {randomPhoto({91, 70}), randomDepth({40, 31})};
 }
 
+cv::Mat nativeOf(const NativeMaker& maker, const altiro3D::Scene& scene) {
+    cv::Mat native;
+    maker.makeNative(scene, native);
+    return native;
+}
+
 // The steps one by one, over the quilt: the reference of every path.
 cv::Mat overQuilt(const Display& display, const altiro3D::Scene& scene,
                   const NativeOptions& options) {
@@ -54,9 +60,8 @@ TEST(NativeMaker, LivePicturesAreThoseOfMethodFastAndOfTheDepthAsItIs) {
     NativeOptions live;
     live.showAs(Detail::Panel); // of which nothing is left
     live.showLive();
-    cv::Mat native;
-    NativeMaker(display, live).makeNative(scene, native);
-    EXPECT_TRUE(samePicture(native, overQuilt(display, scene, fast)));
+    EXPECT_TRUE(
+        samePicture(nativeOf(NativeMaker(display, live), scene), overQuilt(display, scene, fast)));
 }
 
 TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
@@ -74,8 +79,7 @@ TEST(NativeMaker, GivesWhatTheStepsGiveForEachMethodFitAndSampling) {
                 const bool direct = method != ViewMethod::Real && filter == ViewFilter::Nearest;
                 EXPECT_EQ(maker.path(), direct ? NativePath::Direct : NativePath::OverQuilt);
                 EXPECT_EQ(NativeMaker::obstacle(display.quilt, options).empty(), direct);
-                cv::Mat native;
-                maker.makeNative(scene, native);
+                const cv::Mat native = nativeOf(maker, scene);
                 EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
                 cv::Mat redFirst;
                 maker.makeNative(scene, redFirst, ChannelOrder::Rgb);
@@ -90,13 +94,11 @@ TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAndItsMarginsAlone)
     const Display display = smallDisplay();
     const altiro3D::Scene scene = photoWithDepth();
     NativeOptions options;
-    cv::Mat usual;
-    NativeMaker(display, options).makeNative(scene, usual);
+    cv::Mat usual = nativeOf(NativeMaker(display, options), scene);
     options.framing = {{0.2, 0.7}, 1.7};
     const NativeMaker maker(display, options);
     EXPECT_EQ(maker.path(), NativePath::Direct);
-    cv::Mat native;
-    maker.makeNative(scene, native);
+    const cv::Mat native = nativeOf(maker, scene);
     EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
     EXPECT_FALSE(samePicture(native, usual));
     // px outside of the part and its margins do not matter; given whole depth px, nor does depth
@@ -115,8 +117,7 @@ TEST(NativeMaker, FramingIsTheSameOnBothPathsAndShowsThatPartAndItsMarginsAlone)
     other.photo(used).copyTo(inside);
     other.photo.setTo(cv::Scalar(1, 2, 3));
     inside.copyTo(other.photo(used));
-    maker.makeNative(other, native);
-    EXPECT_TRUE(samePicture(native, usual));
+    EXPECT_TRUE(samePicture(nativeOf(maker, other), usual));
 }
 
 TEST(NativeMaker, ShowsWhatIsHiddenOnBothPaths) {
@@ -126,24 +127,20 @@ TEST(NativeMaker, ShowsWhatIsHiddenOnBothPaths) {
     scene.depth(cv::Rect(30, 10, 30, 50)).setTo(0.9);
     NativeOptions options;
     options.views.strengthPercent = 40;
-    cv::Mat painted;
-    NativeMaker(display, options).makeNative(scene, painted);
+    const cv::Mat painted = nativeOf(NativeMaker(display, options), scene);
     scene.hidden = {randomPhoto(scene.photo.size(), 77),
                     cv::Mat(scene.photo.size(), CV_32FC1, 0.1F)};
-    cv::Mat direct;
-    NativeMaker(display, options).makeNative(scene, direct);
+    cv::Mat direct = nativeOf(NativeMaker(display, options), scene);
     EXPECT_FALSE(samePicture(direct, painted));
     const NativeMaker over(NativeLut(display.calibration, display.quilt, display.invert), options);
     ASSERT_EQ(over.path(), NativePath::OverQuilt);
-    cv::Mat native;
-    over.makeNative(scene, native);
+    const cv::Mat native = nativeOf(over, scene);
     EXPECT_TRUE(samePicture(native, direct));
     // only method Layered shows it
     options.views.method = ViewMethod::Fast;
-    NativeMaker(display, options).makeNative(scene, direct);
+    direct = nativeOf(NativeMaker(display, options), scene);
     scene.hidden = {};
-    NativeMaker(display, options).makeNative(scene, native);
-    EXPECT_TRUE(samePicture(native, direct));
+    EXPECT_TRUE(samePicture(nativeOf(NativeMaker(display, options), scene), direct));
 }
 
 TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
@@ -154,8 +151,7 @@ TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
     options.positions = ViewPositions::Continuous;
     const NativeMaker maker(display, options);
     EXPECT_EQ(maker.workSize(), display.panelSize());
-    cv::Mat native;
-    maker.makeNative(scene, native);
+    const cv::Mat native = nativeOf(maker, scene);
     altiro3D::Scene fitted;
     fitScene(scene, fitPhoto(scene.photo.size(), display.aspect(), display.panelSize()),
              options.views.focus, fitted);
@@ -188,8 +184,7 @@ TEST(NativeMaker, WhatIsShownForTheLensesIsNearerToThePhotoForAnEye) {
         applyFit(photo, fitPhoto(photo.size(), display.aspect(), display.panelSize()), truth);
         const EyePicture wanted = blurredByEye(lightOf(truth));
         const auto difference = [&](const NativeOptions& options) {
-            cv::Mat native;
-            NativeMaker(display, options).makeNative(scene, native);
+            const cv::Mat native = nativeOf(NativeMaker(display, options), scene);
             return eyeDifference(blurredByEye(lens.seen(lightOf(native), 0.4)), wanted);
         };
         NativeOptions shown;
@@ -237,8 +232,7 @@ TEST(NativeMaker, WhatIsHiddenIsFilteredAsWell) {
     for (int x = 0; x < size.width; x += 2)
         scene.hidden.photo.col(x).setTo(cv::Scalar::all(255));
     const auto range = [&] {
-        cv::Mat native;
-        NativeMaker(display, options).makeNative(scene, native);
+        const cv::Mat native = nativeOf(NativeMaker(display, options), scene);
         double least = 0;
         double most = 0;
         cv::minMaxLoc(native.reshape(1), &least, &most);
@@ -255,14 +249,11 @@ TEST(NativeMaker, FiltersOverAQuiltAtTheSizeOfItsViews) {
     NativeOptions options;
     options.lensFilter = true;
     options.sampling.inTile = TileSampling::Linear;
-    cv::Mat ofViews;
-    NativeMaker(display, options).makeNative(scene, ofViews);
+    const cv::Mat ofViews = nativeOf(NativeMaker(display, options), scene);
     options.detail = Detail::Panel;
     const NativeMaker maker(display, options);
     EXPECT_EQ(maker.quiltSize(), display.quilt.tileSize);
-    cv::Mat native;
-    maker.makeNative(scene, native);
-    EXPECT_TRUE(samePicture(native, ofViews));
+    EXPECT_TRUE(samePicture(nativeOf(maker, scene), ofViews));
 }
 
 TEST(NativeMaker, AMapGivesWhatItsCalibrationGives) {
@@ -273,9 +264,7 @@ TEST(NativeMaker, AMapGivesWhatItsCalibrationGives) {
     const NativeMaker mapped(NativeLut(display.calibration, display.quilt, display.invert),
                              options);
     EXPECT_EQ(mapped.path(), NativePath::OverQuilt);
-    cv::Mat native;
-    mapped.makeNative(scene, native);
-    EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+    EXPECT_TRUE(samePicture(nativeOf(mapped, scene), overQuilt(display, scene, options)));
 }
 
 TEST(NativeMaker, OtherViewsShareTheRest) {
@@ -287,9 +276,8 @@ TEST(NativeMaker, OtherViewsShareTheRest) {
         const NativeMaker maker(display, options);
         options.views.strengthPercent = 3;
         options.views.focus = 0.8;
-        cv::Mat native;
-        maker.withViews(options.views).makeNative(scene, native);
-        EXPECT_TRUE(samePicture(native, overQuilt(display, scene, options)));
+        EXPECT_TRUE(samePicture(nativeOf(maker.withViews(options.views), scene),
+                                overQuilt(display, scene, options)));
         EXPECT_EQ(maker.options().views.strengthPercent, 10) << "the first one stays as it was";
     }
 }

@@ -58,7 +58,7 @@ TEST(RowFile, OtherProgramsReadWhatWasWritten) {
     const TemporaryDirectory folder;
     for (const char* name : {"a.png", "a.tif"}) {
         for (const int type : {CV_8UC1, CV_8UC3}) {
-            for (const cv::Size size : {cv::Size(1, 1), cv::Size(601, 907), cv::Size(3000, 3001)}) {
+            for (const cv::Size size : {cv::Size(1, 1), cv::Size(601, 907), cv::Size(1100, 1201)}) {
                 const cv::Mat picture = randomPicture(size, type);
                 writeRows(folder / name, picture, 97);
                 EXPECT_TRUE(samePicture(cv::imread((folder / name).string(), cv::IMREAD_UNCHANGED),
@@ -72,11 +72,11 @@ TEST(RowFile, OtherProgramsReadWhatWasWritten) {
 TEST(RowFile, BytesDoNotDependOnTheBands) {
     ALTIRO3D_TAKES(2);
     const TemporaryDirectory folder;
-    const cv::Mat picture = randomPicture({3000, 3001}, CV_8UC3);
+    const cv::Mat picture = randomPicture({1100, 1201}, CV_8UC3);
     for (const char* name : {"a.png", "a.tif", "a.pdf"}) {
         writeRows(folder / name, picture, 64);
         const std::string bytes = slurp(folder / name);
-        writeRows(folder / name, picture, 3001);
+        writeRows(folder / name, picture, 1201);
         EXPECT_TRUE(slurp(folder / name) == bytes) << name;
     }
 }
@@ -91,7 +91,7 @@ TEST(RowFile, HasAPhysicalSize) {
     EXPECT_EQ(bigEndian(png, chunk + 4), 28346U); // 720 / 0.0254
     EXPECT_EQ(bigEndian(png, chunk + 8), 14173U);
     EXPECT_EQ(png.at(chunk + 12), 1);
-    EXPECT_NE(png.find("sRGB"), std::string::npos);
+    EXPECT_TRUE(contains(png, "sRGB"));
 
     writeRows(folder / "a.tif", picture, 48);
     TIFF* const tiff = TIFFOpen((folder / "a.tif").c_str(), "r");
@@ -170,10 +170,9 @@ TEST(RowFile, PdfOfALargePageHasALargeUnit) {
 }
 
 TEST(RowFile, NamesWhatItCannotWrite) {
-    EXPECT_EQ(errorOf([] {
-                  const RowFile file("a.jpg", {4, 4}, CV_8UC3, {72, 72});
-              }),
-              "a.jpg: is no format of prints, expected .png, .tif or .pdf");
+    EXPECT_EQ(
+        errorOf([] { const RowFile file("a.jpg", cv::Size(4, 4), CV_8UC3, cv::Size2d(72, 72)); }),
+        "a.jpg: is no format of prints, expected .png, .tif or .pdf");
     const TemporaryDirectory folder;
     RowFile file(folder / "a.png", {4, 4}, CV_8UC3, {72, 72});
     file.write(cv::Mat(3, 4, CV_8UC3, cv::Scalar()));
@@ -301,11 +300,10 @@ double frequencyOf(const cv::Mat& row, double expected) {
     double high = expected * (1 + 1e-3);
     for (int i = 0; i < 30; ++i) {
         const double third = (high - low) / 3;
-        if (power(low + third) < power(high - third)) {
+        if (power(low + third) < power(high - third))
             low += third;
-        } else {
+        else
             high -= third;
-        }
     }
     return (low + high) / 2;
 }
@@ -313,8 +311,9 @@ double frequencyOf(const cv::Mat& row, double expected) {
 TEST(PitchSheet, BandsHaveTheirPitchExactly) {
     const TemporaryDirectory folder;
     const auto file = folder / "pitch.tif";
-    LensNumbers numbers = numbersOf(60, 720, 150, 100);
+    LensNumbers numbers;
     for (const bool isHorizontal : {false, true}) {
+        numbers = numbersOf(60, 720, isHorizontal ? 40 : 150, isHorizontal ? 100 : 40);
         numbers.isHorizontal = isHorizontal;
         for (const PitchSheetOptions& options :
              {PitchSheetOptions{}, PitchSheetOptions{60.15, 0}, PitchSheetOptions{59, 0.02}}) {
@@ -348,7 +347,7 @@ TEST(PitchSheet, BandsHaveTheirPitchExactly) {
 TEST(PitchSheet, OnlyTheRightBandHasOneTone) {
     const TemporaryDirectory folder;
     const auto file = folder / "pitch.png";
-    LensNumbers numbers = numbersOf(60, 720, 254, 60);
+    LensNumbers numbers = numbersOf(60, 720, 254, 30);
     writePitchSheet(file, calibrationOf(numbers), {});
     const cv::Mat sheet = cv::imread(file.string());
     numbers.lpi = 60.15; // band 12

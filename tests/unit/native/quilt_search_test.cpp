@@ -109,23 +109,29 @@ cv::Mat fromTop(const cv::Mat& quilt, const QuiltLayout& layout) {
     return turned;
 }
 
+std::string remarksOf(const cv::Mat& quilt, const QuiltLayout& layout) {
+    return test::textOf(checkQuiltLayout(quilt, layout));
+}
+
 TEST(FindQuiltLayout, IsNotSureOfRowsFromTheTop) {
     ALTIRO3D_TAKES(5);
     int seed = 8;
-    for (const QuiltLayout& layout :
-         {layoutOf(5, 4, {150, 120}), layoutOf(8, 6, {105, 140}), layoutOf(4, 8, {160, 90})}) {
-        for (const double strength : {5.0, 10.0, 40.0}) {
+    for (const QuiltLayout& layout : {layoutOf(5, 4, {150, 120}), layoutOf(8, 6, {105, 140}),
+                                      layoutOf(4, 8, {160, 90}), layoutOf(7, 2, {90, 120})}) {
+        for (const double strength : {10.0, 40.0}) {
             const cv::Mat quilt = quiltOf(layout, ++seed, strength);
             const std::string columns = std::to_string(layout.columns);
             const std::string expected = columns + " x " + std::to_string(layout.rows);
-            for (const cv::Mat& right : {quilt, compressed(scaled(quilt, {901, 887}), 60)}) {
-                EXPECT_EQ(textOf(right), expected) << strength;
-                EXPECT_FALSE(findQuiltLayout(right).isFromTop) << strength;
-            }
+            const FoundQuilt right = findQuiltLayout(compressed(scaled(quilt, {901, 887}), 60));
+            EXPECT_EQ(text(right), expected) << strength;
+            EXPECT_FALSE(right.isFromTop) << strength;
             const cv::Mat turned = fromTop(quilt, layout);
+            EXPECT_EQ(remarksOf(quilt, layout), "");
+            EXPECT_TRUE(contains(remarksOf(turned, layout), "from the top to the bottom"));
             for (const cv::Mat& wrong : {turned, compressed(scaled(turned, {901, 887}), 60)}) {
-                EXPECT_EQ(textOf(wrong), expected + ", unsure") << strength;
-                EXPECT_TRUE(strength > 20 || findQuiltLayout(wrong).isFromTop) << strength;
+                const FoundQuilt found = findQuiltLayout(wrong);
+                EXPECT_EQ(text(found), expected + ", unsure") << strength;
+                EXPECT_TRUE(strength > 20 || found.isFromTop) << strength;
             }
         }
     }
@@ -189,7 +195,7 @@ TEST(FindQuiltLayout, AContactSheetOfDifferentPhotosIsNoQuilt) {
 
 TEST(FindQuiltLayout, IsNeverSureOfARegularPattern) {
     ALTIRO3D_TAKES(3);
-    for (const int period : {20, 37, 50, 64, 100, 150, 200}) {
+    for (const int period : {20, 37, 64, 100, 200}) {
         EXPECT_NE(findQuiltLayout(grid({1000, 1000}, period)).verdict, QuiltVerdict::Quilt)
             << period;
         EXPECT_NE(findQuiltLayout(grid({1600, 1200}, period)).verdict, QuiltVerdict::Quilt)
@@ -228,13 +234,6 @@ TEST(FindQuiltLayout, IsTheSameForAnyNumberOfThreads) {
     EXPECT_EQ(serial.confidence, parallel.confidence);
 }
 
-std::string remarksOf(const cv::Mat& quilt, const QuiltLayout& layout) {
-    std::string all;
-    for (const Note& note : checkQuiltLayout(quilt, layout))
-        all += note.text + "; ";
-    return all;
-}
-
 TEST(CheckQuiltLayout, SaysMissingViewsRowsFromTheTopAndAnotherLayout) {
     const QuiltLayout layout = layoutOf(8, 6, {60, 80});
     for (const double strength : {0.0, 10.0}) {
@@ -252,23 +251,6 @@ TEST(CheckQuiltLayout, SaysMissingViewsRowsFromTheTopAndAnotherLayout) {
     EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(5, 9, {96, 53})), "in 6 rows of 8 (-q 6x8)"));
     EXPECT_EQ(remarksOf(cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)), layout), "");
     EXPECT_EQ(remarksOf(quilt, {1, 1, quilt.size(), 1}), "");
-}
-
-// The views of a scene, whose order is known; the same with its rows turned over.
-TEST(CheckQuiltLayout, TellsTheOrderOfRows) {
-    ALTIRO3D_TAKES(3);
-    int seed = 60;
-    for (const QuiltLayout& layout :
-         {layoutOf(5, 9, {120, 68}), layoutOf(8, 6, {105, 140}), layoutOf(4, 8, {160, 90}),
-          layoutOf(11, 6, {90, 120}), layoutOf(7, 2, {90, 120})}) {
-        for (const double strength : {10.0, 20.0}) {
-            const cv::Mat quilt = quiltOf(layout, ++seed, strength);
-            EXPECT_EQ(remarksOf(quilt, layout), "") << layout.columns << ' ' << strength;
-            const std::string told = remarksOf(fromTop(quilt, layout), layout);
-            EXPECT_TRUE(contains(told, "from the top to the bottom"))
-                << layout.columns << ' ' << strength << told;
-        }
-    }
 }
 
 TEST(CheckQuiltLayout, TellsPhotosFromQuilts) {
@@ -290,16 +272,21 @@ TEST(CheckQuiltLayout, TellsRealQuiltsFromThoseWithRowsFromTheTopAndFromPhotos) 
         {"modprods/unity_quilt.png", layoutOf(4, 8, {512, 256})}};
     for (const auto& [file, layout] : quilts) {
         const cv::Mat quilt = readPhoto(dataPath(std::string("quilts/") + file));
+        EXPECT_EQ(textOf(quilt),
+                  std::to_string(layout.columns) + " x " + std::to_string(layout.rows))
+            << file;
         EXPECT_EQ(remarksOf(quilt, layout), "") << file;
         EXPECT_TRUE(contains(remarksOf(fromTop(quilt, layout), layout), "to the bottom")) << file;
         EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(6, 7, {100, 100})), " (-q ")) << file;
     }
     const cv::Mat ofTwoViewsLess =
         readPhoto(dataPath("quilts/greenbuddha/GreenBuddha_qs7x5a0.5625.jpg"));
+    EXPECT_EQ(textOf(ofTwoViewsLess), "7 x 5");
+    EXPECT_EQ(textOf(readPhoto(dataPath("quilts/kirurobo/startup.png"))), "4 x 8");
     const QuiltLayout seven = layoutOf(7, 5, {372, 662});
     const std::string missing = remarksOf(ofTwoViewsLess, seven);
     EXPECT_EQ(missing.find("of its views 0 to 34 there is nothing in 33, 34: "), 0U) << missing;
-    EXPECT_EQ(std::count(missing.begin(), missing.end(), ';'), 1) << missing;
+    EXPECT_EQ(std::count(missing.begin(), missing.end(), '\n'), 1) << missing;
     EXPECT_TRUE(contains(remarksOf(fromTop(ofTwoViewsLess, seven), seven), "to the bottom"));
     for (const auto& file : listImages(dataPath("photos/kodak")))
         EXPECT_TRUE(
@@ -327,33 +314,6 @@ TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {
     EXPECT_TRUE(contains(errorOf([] { (void)likenessOfViews({cv::Mat()}); }), "picture: is empty"));
 }
 
-TEST(LikenessOfViews, RealViewsAreAlikeAndRealPhotosAreNot) {
-    ALTIRO3D_REQUIRE_DATA("lightfields/greenbuddha_33");
-    const auto likeness = [](const char* folder, std::size_t step) {
-        const auto files = listImages(dataPath(folder));
-        std::vector<cv::Mat> pictures;
-        for (std::size_t i = 0; i < files.size(); i += step)
-            pictures.push_back(readPhoto(files[i]));
-        return likenessOfViews(pictures);
-    };
-    EXPECT_GT(likeness("lightfields/greenbuddha_33", 1), 0.9);
-    EXPECT_GT(likeness("lightfields/greenbuddha_33", 8), 0.4);
-    EXPECT_LT(likeness("photos/kodak", 1), 0.1);
-}
-
-TEST(FindQuiltLayout, FindsThoseOfRealQuilts) {
-    ALTIRO3D_REQUIRE_DATA("quilts");
-    const std::pair<const char*, const char*> quilts[] = {
-        {"greenbuddha/GreenBuddha_qs7x5a0.5625.jpg", "7 x 5"},
-        {"kirurobo/example01.png", "4 x 8"},
-        {"kirurobo/example02.png", "4 x 8"},
-        {"kirurobo/startup.png", "4 x 8"},
-        {"lkg_sdk/example-quilt.jpg", "5 x 9"},
-        {"modprods/unity_quilt.png", "4 x 8"}};
-    for (const auto& [file, expected] : quilts)
-        EXPECT_EQ(textOf(readPhoto(dataPath(std::string("quilts/") + file))), expected) << file;
-}
-
 // Groups of three or of two columns are alike as well.
 TEST(FindQuiltLayout, ARowOfTwelveViewsIsNotTakenForFewer) {
     ALTIRO3D_REQUIRE_DATA("photos/kodak");
@@ -376,10 +336,9 @@ TEST(FindQuiltLayout, ARowOfTwelveViewsIsNotTakenForFewer) {
 
 TEST(FindQuiltLayout, RealPhotosAreNoQuilts) {
     ALTIRO3D_REQUIRE_DATA("photos/kodak");
-    for (const char* folder : {"photos/kodak", "photos/skimage"}) {
+    for (const char* folder : {"photos/kodak", "photos/skimage"})
         for (const auto& file : listImages(dataPath(folder)))
             EXPECT_EQ(textOf(readPhoto(file)), "no quilt") << file;
-    }
 }
 
 } // namespace

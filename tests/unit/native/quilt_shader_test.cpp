@@ -2,6 +2,7 @@
 
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 
 #include <array>
 #include <clocale>
@@ -169,23 +170,19 @@ TEST(QuiltShader, LinearSamplingIsThatOfQuilt2Native) {
         cv::Mat native;
         Quilt2Native(c, layout, linear).render(quilt, native);
         double largest = 0;
-        for (int y = 0; y < c.screenH; ++y) {
-            for (int x = 0; x < c.screenW; ++x) {
-                for (int k = 0; k < 3; ++k) {
-                    const float view =
-                        std::min(std::max(twin.phase(x, y, k) * twin.views() - 0.5F, 0.0F),
-                                 twin.views() - 1);
-                    const auto of = [&](float one) {
-                        return sampled(quilt, twin.placeOf(one, x, y, quilt.size(), true), 2 - k);
-                    };
-                    const float first = std::floor(view);
-                    const double value = (1 - fract(view)) * of(first) +
-                                         fract(view) * of(std::min(first + 1, twin.views() - 1));
-                    const double expected = native.at<cv::Vec3b>(y, x)[2 - k];
-                    largest = std::max(largest, std::abs(value - expected));
-                }
+        forPixels(native.size(), [&](int x, int y) {
+            for (int k = 0; k < 3; ++k) {
+                const float view = std::min(
+                    std::max(twin.phase(x, y, k) * twin.views() - 0.5F, 0.0F), twin.views() - 1);
+                const auto of = [&](float one) {
+                    return sampled(quilt, twin.placeOf(one, x, y, quilt.size(), true), 2 - k);
+                };
+                const float first = std::floor(view);
+                const double value = (1 - fract(view)) * of(first) +
+                                     fract(view) * of(std::min(first + 1, twin.views() - 1));
+                largest = std::max(largest, std::abs(value - native.at<cv::Vec3b>(y, x)[2 - k]));
             }
-        }
+        });
         EXPECT_LT(largest, 0.6) << "pattern " << pattern; // it is rounded
     }
 }
@@ -215,7 +212,7 @@ TEST(QuiltShader, HoldsNumbersOnlyAndNoLocale) {
     c.serial = "x\n//!HOOK OUTPUT\n";
     c.configVersion = c.serial;
     const std::string text = quiltShader(c, QuiltLayout());
-    EXPECT_EQ(text.find("OUTPUT"), std::string::npos);
+    EXPECT_FALSE(contains(text, "OUTPUT"));
     for (const char* locale : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"})
         if (std::setlocale(LC_ALL, locale) != nullptr) break;
     EXPECT_EQ(quiltShader(c, QuiltLayout()), text);

@@ -5,6 +5,7 @@
 #include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/memory_limit.hpp"
+#include "support/pixels.hpp"
 #include "support/processors.hpp"
 
 #include <cstring>
@@ -32,14 +33,12 @@ cv::Mat randomQuilt(const QuiltLayout& layout) {
 // Applies the full table, one sub-pixel after the other.
 cv::Mat slowNative(const NativeLut& lut, const cv::Mat& quilt) {
     cv::Mat native(lut.panelSize(), CV_8UC3);
-    for (int y = 0; y < native.rows; ++y) {
-        for (int x = 0; x < native.cols; ++x) {
-            for (int k = 0; k < 3; ++k) {
-                const Pair at = lut.channel(k).at<Pair>(y, x);
-                native.at<cv::Vec3b>(y, x)[2 - k] = quilt.at<cv::Vec3b>(at[1], at[0])[2 - k];
-            }
+    forPixels(native.size(), [&](int x, int y) {
+        for (int k = 0; k < 3; ++k) {
+            const Pair at = lut.channel(k).at<Pair>(y, x);
+            native.at<cv::Vec3b>(y, x)[2 - k] = quilt.at<cv::Vec3b>(at[1], at[0])[2 - k];
         }
-    }
+    });
     return native;
 }
 

@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 
 #include <climits>
@@ -82,7 +83,7 @@ TEST(PhotoFit, ZoomMakesBarsSmallerBeforeItCrops) {
 
 TEST(PhotoFit, ImpossibleFramingsAreNamed) {
     const auto error = [](cv::Size photo, Framing framing) {
-        return errorOf([&] { static_cast<void>(fitPhoto(photo, 1, {8, 8}, {}, framing)); });
+        return errorOf([&] { return fitPhoto(photo, 1, {8, 8}, {}, framing); });
     };
     EXPECT_EQ(error({100, 100}, {{0.5, 0.5}, 6}), "(no error)");
     EXPECT_TRUE(contains(error({100, 100}, {{0.5, 0.5}, 7}), "leaves 14 x 14 px"));
@@ -126,14 +127,11 @@ TEST(PhotoFit, EqualSizesAreCopiedAndShrinkingAverages) {
     applyFit(photo, fitPhoto(photo.size(), 1, photo.size()), fitted);
     EXPECT_TRUE(samePicture(fitted, photo));
     applyFit(photo, fitPhoto(photo.size(), 1, {2, 2}), fitted);
-    for (int y = 0; y < 2; ++y) {
-        for (int x = 0; x < 2; ++x) {
-            const cv::Scalar mean = cv::mean(photo(cv::Rect(2 * x, 2 * y, 2, 2)));
-            for (int k = 0; k < 3; ++k) {
-                EXPECT_NEAR(fitted.at<cv::Vec3b>(y, x)[k], mean[k], 0.51); // rounding
-            }
-        }
-    }
+    forPixels({2, 2}, [&](int x, int y) {
+        const cv::Scalar mean = cv::mean(photo(cv::Rect(2 * x, 2 * y, 2, 2)));
+        for (int k = 0; k < 3; ++k)
+            EXPECT_NEAR(fitted.at<cv::Vec3b>(y, x)[k], mean[k], 0.51); // rounding
+    });
 }
 
 TEST(PhotoFit, OneAxisMayShrinkWhileTheOtherGrows) {
@@ -217,20 +215,6 @@ TEST(PhotoFit, MarginsShowWhatThePhotoHasBesideThePart) {
     EXPECT_EQ(shownColumns(scene), cv::Range(0, 100));
 }
 
-TEST(PhotoFit, MarginsOfAnotherPictureAndNegativeOnesAreErrors) {
-    const PhotoFit fit = fitPhoto({100, 40}, 1, {30, 30}, FitMode::Cover);
-    const auto problem = [&fit](cv::Size picture, int pixels) {
-        return errorOf([&] { static_cast<void>(withMargins(fit, picture, pixels)); });
-    };
-    EXPECT_EQ(problem({100, 40}, 0), "(no error)");
-    EXPECT_TRUE(contains(problem({100, 40}, -1), "margin: is -1 px"));
-    EXPECT_TRUE(contains(problem({50, 40}, 5), "photo: has 50 x 40 px"));
-    EXPECT_NE(errorOf([] {
-                  static_cast<void>(withMargins(PhotoFit(), {100, 40}, 5));
-              }),
-              "(no error)");
-}
-
 TEST(PhotoFit, AnErrorLeavesTheSceneAsItWas) {
     altiro3D::Scene scene = columnsScene();
     scene.mixedPixels = 1;
@@ -290,6 +274,13 @@ TEST(PhotoFit, BarsAndWholePhotosHaveNoMargins) {
 TEST(PhotoFit, MarginsThatThePhotoDoesNotHaveAreNamed) {
     const altiro3D::Scene scene = columnsScene();
     const PhotoFit plain = fitPhoto(scene.photo.size(), 1, {30, 30});
+    const auto problem = [](const PhotoFit& fit, cv::Size picture, int pixels) {
+        return errorOf([&] { return withMargins(fit, picture, pixels); });
+    };
+    EXPECT_EQ(problem(plain, {100, 30}, 0), "(no error)");
+    EXPECT_TRUE(contains(problem(plain, {100, 30}, -1), "margin: is -1 px"));
+    EXPECT_TRUE(contains(problem(plain, {50, 30}, 5), "photo: has 50 x 30 px"));
+    EXPECT_NE(problem({}, {100, 40}, 5), "(no error)");
     cv::Mat out;
     for (const cv::Vec2i& margins : {cv::Vec2i(36, 0), cv::Vec2i(0, 36), cv::Vec2i(-1, 0)}) {
         PhotoFit fit = plain;
@@ -379,13 +370,11 @@ Scene discs(cv::Size size) {
     Scene scene{cv::Mat(size, CV_8UC3, cv::Scalar(90, 130, 60)),
                 cv::Mat(size, CV_32FC1, cv::Scalar(0.2))};
     for (const cv::Point2d at : {cv::Point2d(34, 30), cv::Point2d(110, 44), cv::Point2d(70, 88)}) {
-        for (int y = 0; y < size.height; ++y) {
-            for (int x = 0; x < size.width; ++x) {
-                if (std::hypot(x + 0.5 - at.x * unit, y + 0.5 - at.y * unit) >= 20 * unit) continue;
-                scene.photo.at<cv::Vec3b>(y, x) = {200, 40, 20};
-                scene.depth.at<float>(y, x) = 0.8F;
-            }
-        }
+        forPixels(size, [&](int x, int y) {
+            if (std::hypot(x + 0.5 - at.x * unit, y + 0.5 - at.y * unit) >= 20 * unit) return;
+            scene.photo.at<cv::Vec3b>(y, x) = {200, 40, 20};
+            scene.depth.at<float>(y, x) = 0.8F;
+        });
     }
     return scene;
 }
@@ -443,31 +432,29 @@ TEST(PhotoFit, RefinementOfASceneKeepsItsMixedPixels) {
 TEST(PhotoFit, WrongInputsAreNamed) {
     const PhotoFit fit = fitPhoto({40, 40}, 1, {20, 20});
     cv::Mat out;
-    EXPECT_TRUE(
-        contains(errorOf([&] { applyFit(cv::Mat(30, 30, CV_8UC3), fit, out); }), "photo: has 30"));
-    EXPECT_TRUE(
-        contains(errorOf([&] { applyFit(cv::Mat(40, 40, CV_8UC1), fit, out); }), "CV_8UC1"));
+    const auto problem = [&](const cv::Mat& photo, const PhotoFit& of) {
+        return errorOf([&] { applyFit(photo, of, out); });
+    };
     const cv::Mat photo(40, 40, CV_8UC3, cv::Scalar::all(0));
-    const cv::Mat fittedPhoto(20, 20, CV_8UC3, cv::Scalar::all(0));
     const cv::Mat depth(10, 10, CV_32FC1, cv::Scalar::all(0));
+    const auto problemOfDepth = [&](cv::Size size, const PhotoFit& of, double focus) {
+        const cv::Mat fittedPhoto(20, 20, CV_8UC3, cv::Scalar::all(0));
+        return errorOf([&] { applyFitToDepth(depth, size, of, fittedPhoto, focus, out); });
+    };
+    EXPECT_TRUE(contains(problem(cv::Mat(30, 30, CV_8UC3), fit), "photo: has 30"));
+    EXPECT_TRUE(contains(problem(cv::Mat(40, 40, CV_8UC1), fit), "CV_8UC1"));
     const cv::Rect kOutside[] = {
         {5, 0, 20, 20}, {0, -1, 20, 20}, {0, 0, 0, 20}, {INT_MAX, 0, INT_MAX, 1}};
     for (const cv::Rect& target : kOutside) {
         PhotoFit made = fit;
         made.target = target;
-        EXPECT_TRUE(contains(errorOf([&] { applyFit(photo, made, out); }), "fit: puts "));
-        EXPECT_TRUE(contains(
-            errorOf([&] { applyFitToDepth(depth, photo.size(), made, fittedPhoto, 0.5, out); }),
-            "expected a place inside of its result of 20 x 20 px"));
+        EXPECT_TRUE(contains(problem(photo, made), "fit: puts "));
+        EXPECT_TRUE(contains(problemOfDepth(photo.size(), made, 0.5),
+                             "expected a place inside of its result of 20 x 20 px"));
     }
-    for (const double focus : {-0.1, 1.1, std::nan("")}) {
-        EXPECT_TRUE(contains(
-            errorOf([&] { applyFitToDepth(depth, photo.size(), fit, fittedPhoto, focus, out); }),
-            "focus: is "));
-    }
-    EXPECT_EQ(errorOf([&] {
-                  applyFitToDepth(depth, {0, 40}, fit, fittedPhoto, 0.5, out);
-              }),
+    for (const double focus : {-0.1, 1.1, std::nan("")})
+        EXPECT_TRUE(contains(problemOfDepth(photo.size(), fit, focus), "focus: is "));
+    EXPECT_EQ(problemOfDepth({0, 40}, fit, 0.5),
               "photo: has 0 x 40 px, expected the size that the fit was made for");
 }
 

@@ -3,6 +3,7 @@
 #include "altiro3D/depth2quilt.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <utility>
-#include <vector>
 
 namespace altiro3D::test {
 namespace {
@@ -96,16 +96,14 @@ TEST(JoinEyes, AnaglyphsAreThoseOfDubois) {
     const auto rgb = [](const cv::Vec3b& bgr) {
         return cv::Vec3d(lightOf(bgr[2]), lightOf(bgr[1]), lightOf(bgr[0]));
     };
-    for (int y = 0; y < left.rows; ++y) {
-        for (int x = 0; x < left.cols; ++x) {
-            const cv::Vec3d l = ofLeft * rgb(left.at<cv::Vec3b>(y, x));
-            const cv::Vec3d r = ofRight * rgb(right.at<cv::Vec3b>(y, x));
-            for (int c = 0; c < 3; ++c) {
-                const double light = std::clamp(l[c], 0.0, 1.0) + std::clamp(r[c], 0.0, 1.0);
-                ASSERT_NEAR(result.at<cv::Vec3b>(y, x)[2 - c], codeOf(light), 1) << x << ' ' << y;
-            }
+    forPixels(left.size(), [&](int x, int y) {
+        const cv::Vec3d l = ofLeft * rgb(left.at<cv::Vec3b>(y, x));
+        const cv::Vec3d r = ofRight * rgb(right.at<cv::Vec3b>(y, x));
+        for (int c = 0; c < 3; ++c) {
+            const double light = std::clamp(l[c], 0.0, 1.0) + std::clamp(r[c], 0.0, 1.0);
+            ASSERT_NEAR(result.at<cv::Vec3b>(y, x)[2 - c], codeOf(light), 1) << x << ' ' << y;
         }
-    }
+    });
 }
 
 TEST(JoinEyes, SimpleAnaglyphsTakeLumaForTheLeftEye) {

@@ -155,10 +155,8 @@ TEST(Subject, StrengthGivesWayWhereMuchWasHidden) {
 TEST(Subject, WrongInputsAreNamed) {
     cv::Mat weights;
     EXPECT_TRUE(contains(errorOf([&] { subjectWeights({}, {}, weights); }), "photo"));
-    EXPECT_TRUE(contains(errorOf([&] {
-                             static_cast<void>(frameSubject({}, {4, 4}, 1));
-                         }),
-                         "weights"));
+    EXPECT_TRUE(
+        contains(errorOf([&] { return frameSubject(cv::Mat(), cv::Size(4, 4), 1); }), "weights"));
     PlacementOptions options;
     options.fit = FitMode::Contain;
     AutoChoices choices;

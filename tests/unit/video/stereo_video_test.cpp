@@ -2,7 +2,6 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/depth_source.hpp"
-#include "altiro3D/error.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "support/compare.hpp"
@@ -15,10 +14,9 @@
 #include "support/video.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,6 +60,19 @@ class StereoVideoTest : public FileTest {
         return all;
     }
 
+    VideoConversionResult run(const fs::path& input, const std::string& output,
+                              const std::function<void(VideoConversion&)>& change) const {
+        VideoConversion all = conversion(input, output);
+        change(all);
+        return VideoConverter(std::move(all)).run();
+    }
+    VideoConversionResult toRgbd(const fs::path& input, int every) const {
+        return run(input, "rgbd.mkv", [&](VideoConversion& all) {
+            all.product = VideoProduct::Rgbd;
+            all.depthOptions.every = every;
+        });
+    }
+
     std::vector<cv::Mat> frames(const std::string& name) const {
         std::vector<cv::Mat> all;
         for (const VideoFrame& frame : allFrames(directory / name))
@@ -74,10 +85,7 @@ TEST_F(StereoVideoTest, DepthIsThatOfThePairAndSteady) {
     const Eyes eyes = wallAndThing(kWall, kThing);
     const fs::path input = clip("clip.mkv", {4, joined(eyes)});
     for (const int every : {0, 1}) {
-        VideoConversion rgbd = conversion(input, "rgbd.mkv");
-        rgbd.product = VideoProduct::Rgbd;
-        rgbd.depthOptions.every = every;
-        const VideoConversionResult result = VideoConverter(std::move(rgbd)).run();
+        const VideoConversionResult result = toRgbd(input, every);
         EXPECT_EQ(result.frames, 4);
         EXPECT_TRUE(result.notes.empty()) << result.notes.front().text;
         const std::vector<cv::Mat> made = frames("rgbd.mkv");
@@ -112,10 +120,10 @@ TEST_F(StereoVideoTest, NativesAreThoseOfThePairAsAPhoto) {
     scaleHiddenDepth(disparity, scene.depth, scene.hidden);
     scene.edges = DepthEdges::Matched;
     for (const bool isFilled : {true, false}) {
-        VideoConversion made = conversion(clip("clip.mkv", {joined(eyes)}), "native.mkv");
-        made.display = display;
-        made.depthOptions.every = isFilled ? 1 : 0;
-        VideoConverter(std::move(made)).run();
+        run(clip("clip.mkv", {joined(eyes)}), "native.mkv", [&](VideoConversion& made) {
+            made.display = display;
+            made.depthOptions.every = isFilled ? 1 : 0;
+        });
         if (!isFilled) scene.hidden = {};
         cv::Mat native;
         NativeMaker(display).makeNative(scene, native);
@@ -126,16 +134,15 @@ TEST_F(StereoVideoTest, NativesAreThoseOfThePairAsAPhoto) {
 TEST_F(StereoVideoTest, FramesWithoutMatchHaveEstimatedDepthAndAreSaid) {
     const Eyes eyes = wallAndThing(kWall, kThing);
     const auto notesOf = [&](const std::vector<cv::Mat>& all) {
-        VideoConversion rgbd = conversion(clip("clip.mkv", all), "rgbd.mkv");
-        rgbd.product = VideoProduct::Rgbd;
-        rgbd.depthOptions.every = 1;
-        return textOf(VideoConverter(std::move(rgbd)).run().notes);
+        return textOf(toRgbd(clip("clip.mkv", all), 1).notes);
     };
     const cv::Mat black(eyesSize(), CV_8UC3, cv::Scalar::all(0));
     const Eyes unlike{randomPhoto(eyesSize(), 1), randomPhoto(eyesSize(), 2)};
     EXPECT_TRUE(contains(notesOf({joined(eyes), joined(unlike), joined({unlike.right, black})}),
                          "in 2 of 3 frames"));
     EXPECT_TRUE(contains(notesOf({joined({eyes.left, eyes.left})}), "flat (2D)"));
+    const Eyes far = wallAndThing(kWall, 40);
+    EXPECT_TRUE(contains(notesOf({joined({far.right, far.left})}), "look swapped"));
     EXPECT_TRUE(contains(notesOf({joined({eyes.left, black})}), "depth is estimated"));
 
     // the bright thing is near by the network as well
@@ -145,23 +152,15 @@ TEST_F(StereoVideoTest, FramesWithoutMatchHaveEstimatedDepthAndAreSaid) {
     EXPECT_GT(cv::mean(depth(thingInLeft()))[0], cv::mean(depth)[0] + 50);
 }
 
-TEST_F(StereoVideoTest, SwappedEyesAreSaid) {
-    const Eyes eyes = wallAndThing(kWall, 40);
-    VideoConversion rgbd =
-        conversion(clip("clip.mkv", {joined({eyes.right, eyes.left})}), "rgbd.mkv");
-    rgbd.product = VideoProduct::Rgbd;
-    EXPECT_TRUE(contains(textOf(VideoConverter(std::move(rgbd)).run().notes), "look swapped"));
-}
-
 TEST_F(StereoVideoTest, EyesAreLaidOutAnewAsTheyWereFilmed) {
     const Eyes eyes = wallAndThing(kWall, kThing);
     const fs::path input = clip("clip.mkv", {joined(eyes)});
     const auto made = [&](const VideoEyes& wanted) {
-        VideoConversion stereo = conversion(input, "out.mkv");
-        stereo.depth.reset();
-        stereo.product = VideoProduct::Stereo;
-        stereo.eyes = wanted;
-        VideoConverter(std::move(stereo)).run();
+        run(input, "out.mkv", [&](VideoConversion& stereo) {
+            stereo.depth.reset();
+            stereo.product = VideoProduct::Stereo;
+            stereo.eyes = wanted;
+        });
         return frames("out.mkv").front();
     };
     for (const EyesPicture picture : {EyesPicture::TopBottom, EyesPicture::Crossed,
@@ -183,11 +182,11 @@ TEST_F(StereoVideoTest, WhereColoursTellTheEyesApartTheyAreWhole) {
                                           {EyesPicture::AnaglyphGrey, "yuv444p"},
                                           {EyesPicture::Rows, "yuv444p"},
                                           {EyesPicture::TopBottom, "yuv420p"}}) {
-        VideoConversion stereo = conversion(input, "out.mkv");
-        stereo.encoding.codec = VideoCodec::H264;
-        stereo.product = VideoProduct::Stereo;
-        stereo.eyes = {picture, EyesFrom::Both, false, true};
-        VideoConverter(std::move(stereo)).run();
+        run(input, "out.mkv", [wanted = picture](VideoConversion& stereo) {
+            stereo.encoding.codec = VideoCodec::H264;
+            stereo.product = VideoProduct::Stereo;
+            stereo.eyes = {wanted, EyesFrom::Both, false, true};
+        });
         EXPECT_EQ(VideoReader(directory / "out.mkv").facts().pixelFormat, format);
     }
 }
@@ -195,7 +194,7 @@ TEST_F(StereoVideoTest, WhereColoursTellTheEyesApartTheyAreWhole) {
 TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
     ALTIRO3D_TAKES(3);
     const fs::path input =
-        clip("clip.mkv", std::vector<cv::Mat>(30, joined(wallAndThing(kWall, kThing))));
+        clip("clip.mkv", std::vector<cv::Mat>(24, joined(wallAndThing(kWall, kThing))));
     const auto converted = [&](const std::string& name, int most, UnfinishedRun unfinished) {
         VideoConversion stereo = conversion(input, name);
         stereo.product = VideoProduct::Stereo;
@@ -215,11 +214,8 @@ TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
 TEST_F(StereoVideoTest, WhatTheRightEyeAloneSeesChangeIsSeen) {
     const Eyes eyes = wallAndThing(kWall, kThing);
     const cv::Mat black(eyesSize(), CV_8UC3, cv::Scalar::all(0));
-    VideoConversion rgbd = conversion(
-        clip("clip.mkv", {joined({eyes.left, black}), joined({eyes.left, black}), joined(eyes)}),
-        "rgbd.mkv");
-    rgbd.product = VideoProduct::Rgbd;
-    const VideoConversionResult result = VideoConverter(std::move(rgbd)).run();
+    const cv::Mat one = joined({eyes.left, black});
+    const VideoConversionResult result = toRgbd(clip("clip.mkv", {one, one, joined(eyes)}), 0);
     EXPECT_EQ(result.inferences, 2);
     EXPECT_EQ(result.repeated, 1);
     const std::vector<cv::Mat> made = frames("rgbd.mkv");
@@ -285,11 +281,11 @@ TEST_F(FindEyes, HalfLayoutsKeepTheShapeOfTheEyes) {
     for (const EyesPicture picture : {EyesPicture::SideBySideHalf, EyesPicture::TopBottomHalf}) {
         for (const char* const name : {"half.mkv", "half.mp4"}) {
             const fs::path file = directory / name;
-            VideoConversion half = conversion(input, name);
-            half.product = VideoProduct::Stereo;
-            half.encoding.codec = VideoCodec::H264;
-            half.eyes = {picture, EyesFrom::Both, false, true};
-            VideoConverter(std::move(half)).run();
+            run(input, name, [&](VideoConversion& half) {
+                half.product = VideoProduct::Stereo;
+                half.encoding.codec = VideoCodec::H264;
+                half.eyes = {picture, EyesFrom::Both, false, true};
+            });
             VideoReader reader(file);
             EXPECT_EQ(reader.facts().size, eyesSize());
             VideoConversion again = conversion(file, "again.mkv");
@@ -311,7 +307,7 @@ TEST_F(FindEyes, HalfLayoutsKeepTheShapeOfTheEyes) {
 }
 
 TEST_F(FindEyes, MatroskaMayStateTheSizeOfAnEyeOrOfTheFrame) {
-    if (!haveFfmpeg()) GTEST_SKIP() << "needs ffmpeg";
+    ALTIRO3D_REQUIRE_FFMPEG();
     struct Case {
         const char* size;
         const char* mode;
@@ -362,7 +358,7 @@ TEST_F(FindEyes, StripsAreFlatAndEyesByTurnsArePairs) {
     ASSERT_TRUE(pairs.eyes);
     EXPECT_EQ(pairs.eyes->halves, StereoHalves::Full);
     facts.eyesLayout.reset(); // frames that say so later
-    EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(findEyes(turns, facts)); }),
+    EXPECT_TRUE(contains(errorOf([&] { return findEyes(turns, facts); }),
                          "turns.mkv -vf stereo3d=al:sbsl,sidedata=delete:STEREO3D eyes_LRF.mp4"));
     ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.8 -c:v libx264 -x264opts "
            "frame-packing=5 " +
@@ -412,15 +408,15 @@ TEST_F(FindEyes, FlatVideosGetAHintAtMost) {
 
 TEST_F(FindEyes, WhatIsNotReadIsRefusedByName) {
     const fs::path vr = clip("film_180_LR.mkv", {randomPhoto({64, 32})});
-    EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(found(vr)); }), "for headsets"));
+    EXPECT_TRUE(contains(errorOf([&] { return found(vr); }), "for headsets"));
     VideoWriterOptions options;
     options.size = {64, 32};
     options.eyes = EyesPicture::Rows;
     VideoWriter writer(directory / "rows.mkv", options);
     writer.write({randomPhoto({64, 32}), 0, 1000});
     writer.finish();
-    EXPECT_TRUE(contains(errorOf([&] { static_cast<void>(found(directory / "rows.mkv")); }),
-                         "interleaved lines"));
+    EXPECT_TRUE(
+        contains(errorOf([&] { return found(directory / "rows.mkv"); }), "interleaved lines"));
 }
 
 } // namespace

@@ -1,11 +1,11 @@
 #include "altiro3D/sway.hpp"
 
-#include "altiro3D/error.hpp"
-
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/error.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 #include "support/video.hpp"
 
 #include <cmath>
@@ -19,15 +19,10 @@ namespace fs = std::filesystem;
 
 // A near disc before a far ramp.
 cv::Mat discDepth(cv::Size size) {
-    cv::Mat depth(size, CV_32FC1);
-    for (int y = 0; y < size.height; ++y) {
-        for (int x = 0; x < size.width; ++x) {
-            const double r = std::hypot(x - size.width / 2.0, y - size.height / 2.0);
-            depth.at<float>(y, x) =
-                r < size.height / 4.0 ? 0.9F : 0.4F * float(y) / float(size.height);
-        }
-    }
-    return depth;
+    return pictureOf<float>(size, [&](int x, int y) {
+        const double r = std::hypot(x - size.width / 2.0, y - size.height / 2.0);
+        return r < size.height / 4.0 ? 0.9F : 0.4F * float(y) / float(size.height);
+    });
 }
 
 // A quilt whose views are pictures of their own.
@@ -105,9 +100,7 @@ TEST(SwayPath, BadValuesAreNamed) {
     EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.secondsPerTurn = std::nan(""); }),
                          "secondsPerTurn"));
     EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.turns = 0; }), "turns: is 0"));
-    EXPECT_TRUE(contains(messageOf([](SwayOptions& o) {
-                             o.frameRate = {500, 1};
-                         }),
+    EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.frameRate.numerator = 500; }),
                          "frameRate: is 500/1"));
     EXPECT_TRUE(contains(errorOf([] { swayPosition(0, 6); }), "framesPerTurn"));
     EXPECT_TRUE(contains(errorOf([] { swayPosition(-1, 8); }), "frame: is -1"));
@@ -203,15 +196,13 @@ TEST(SwayView, OfAQuiltMayBlendTwoTiles) {
     }
     view(-0.875, picture); // a quarter of the way from view 0 to view 1
     cv::Mat expected(layout.tileSize, CV_8UC3);
-    for (int y = 0; y < expected.rows; ++y) {
-        for (int x = 0; x < expected.cols; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                const int a = quilt(layout.tile(0)).at<cv::Vec3b>(y, x)[c];
-                const int b = quilt(layout.tile(1)).at<cv::Vec3b>(y, x)[c];
-                expected.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(0.75 * a + 0.25 * b);
-            }
+    forPixels(expected.size(), [&](int x, int y) {
+        for (int c = 0; c < 3; ++c) {
+            const int a = quilt(layout.tile(0)).at<cv::Vec3b>(y, x)[c];
+            const int b = quilt(layout.tile(1)).at<cv::Vec3b>(y, x)[c];
+            expected.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(0.75 * a + 0.25 * b);
         }
-    }
+    });
     EXPECT_TRUE(samePicture(picture, expected, 1)); // halves are rounded either way
     EXPECT_TRUE(samePicture(quilt, numberedQuilt(layout)));
 }
@@ -223,10 +214,8 @@ TEST(SwayView, WrongPicturesAreRefused) {
         contains(errorOf([&] { quiltViews(cv::Mat(96, 191, CV_8UC3), layout, fit); }), "192 x 96"));
     EXPECT_TRUE(
         contains(errorOf([&] { quiltViews(cv::Mat(96, 192, CV_8UC1), layout, fit); }), "CV_8UC3"));
-    EXPECT_NE(errorOf([&] {
-                  photoViews({cv::Mat(9, 9, CV_8UC3), cv::Mat(9, 8, CV_32FC1)});
-              }),
-              "(no error)");
+    const altiro3D::Scene wrong{cv::Mat(9, 9, CV_8UC3), cv::Mat(9, 8, CV_32FC1)};
+    EXPECT_NE(errorOf([&] { return photoViews(wrong); }), "(no error)");
 }
 
 TEST(SwayView, APositionThatIsNoNumberIsRefused) {
@@ -299,14 +288,12 @@ TEST_F(WriteSway, AFailureLeavesNothing) {
         picture.setTo(cv::Scalar::all(9));
     };
     EXPECT_THROW(writeSway(directory / "a.mp4", {64, 48}, {}, view), std::runtime_error);
-    EXPECT_TRUE(contains(errorOf([&] {
-                             writeSway(directory / "a.mp4", {63, 48}, {}, view);
-                         }),
-                         "63 x 48"));
-    EXPECT_TRUE(contains(errorOf([&] {
-                             writeSway(directory / "a.gif", {64, 48}, {}, view);
-                         }),
-                         "a.gif"));
+    EXPECT_TRUE(contains(
+        errorOf([&] { writeSway(directory / "a.mp4", cv::Size(63, 48), SwayOptions(), view); }),
+        "63 x 48"));
+    EXPECT_TRUE(contains(
+        errorOf([&] { writeSway(directory / "a.gif", cv::Size(64, 48), SwayOptions(), view); }),
+        "a.gif"));
     EXPECT_TRUE(fs::is_empty(directory.path()));
 }
 

@@ -58,6 +58,21 @@ class VideoConverterTest : public FileTest {
         return all;
     }
 
+    // The run with changes of the conversion.
+    VideoConversionResult run(const std::string& output,
+                              const std::function<void(VideoConversion&)>& change = {}) const {
+        VideoConversion all = conversion(output);
+        if (change) change(all);
+        return VideoConverter(std::move(all)).run();
+    }
+
+    // The Native of a frame.
+    static cv::Mat nativeOf(const NativeMaker& maker, const altiro3D::Scene& scene) {
+        cv::Mat native;
+        maker.makeNative(scene, native);
+        return native;
+    }
+
     std::vector<cv::Mat> pictures(const std::string& name) const {
         std::vector<cv::Mat> all;
         for (const VideoFrame& frame : allFrames(directory / name))
@@ -128,11 +143,8 @@ TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
         const std::vector<cv::Mat> natives = pictures(name);
         const std::vector<altiro3D::Scene> expected = scenes();
         ASSERT_EQ(natives.size(), expected.size());
-        for (std::size_t i = 0; i < natives.size(); ++i) {
-            cv::Mat native;
-            maker.makeNative(expected[i], native);
-            ASSERT_TRUE(samePicture(natives[i], native)) << name << " " << i;
-        }
+        for (std::size_t i = 0; i < natives.size(); ++i)
+            ASSERT_TRUE(samePicture(natives[i], nativeOf(maker, expected[i]))) << name << " " << i;
     }
 }
 
@@ -171,11 +183,8 @@ TEST_F(VideoConverterTest, ChoicesAreThoseOfTheFirstFrameAndSurviveAnInterruptio
     const NativeMaker maker(display, withFlaws(options));
     const std::vector<cv::Mat> natives = pictures("whole.mkv");
     const std::vector<altiro3D::Scene> expected = scenes();
-    for (const std::size_t i : {std::size_t{0}, natives.size() - 1}) {
-        cv::Mat native;
-        maker.makeNative(expected[i], native);
-        EXPECT_TRUE(samePicture(natives[i], native)) << i;
-    }
+    for (const std::size_t i : {std::size_t{0}, natives.size() - 1})
+        EXPECT_TRUE(samePicture(natives[i], nativeOf(maker, expected[i]))) << i;
     VideoConverter(of("out.mkv", UnfinishedRun::Refuse)).run([](const VideoProgress& progress) {
         return progress.frames < kSegmentFrames + 2;
     });
@@ -189,21 +198,19 @@ TEST_F(VideoConverterTest, ChoicesAreThoseOfTheFirstFrameAndSurviveAnInterruptio
 
 TEST_F(VideoConverterTest, AMapGivesTheNativesOverTheQuilt) {
     const Display display = smallDisplay();
-    VideoConversion made = conversion("native.mkv");
-    made.map = NativeLut(display.calibration, display.quilt);
-    made.display.reset();
-    VideoConverter(std::move(made)).run();
-    cv::Mat native;
-    NativeMaker(display).makeNative(scenes().front(), native);
-    EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
+    run("native.mkv", [&](VideoConversion& made) {
+        made.map = NativeLut(display.calibration, display.quilt);
+        made.display.reset();
+    });
+    EXPECT_TRUE(samePicture(pictures("native.mkv").front(),
+                            nativeOf(NativeMaker(display), scenes().front())));
 }
 
 TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
     const Display display = smallDisplay();
     const std::vector<altiro3D::Scene> expected = scenes();
-    VideoConversion quilts = conversion("quilt.mkv");
-    quilts.product = VideoProduct::Quilt;
-    EXPECT_EQ(VideoConverter(std::move(quilts)).run().frames, kFrames);
+    const auto quilts = run("quilt.mkv", [](auto& all) { all.product = VideoProduct::Quilt; });
+    EXPECT_EQ(quilts.frames, kFrames);
     const std::vector<cv::Mat> made = pictures("quilt.mkv");
     const NativeMaker maker(display);
     const NativeOptions known = withFlaws({});
@@ -213,35 +220,35 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
                         quilt);
         EXPECT_TRUE(samePicture(made[i], quilt));
     }
-    VideoConversion rgbd = conversion("rgbd.mkv");
-    rgbd.product = VideoProduct::Rgbd;
-    rgbd.display.reset();
-    EXPECT_EQ(VideoConverter(std::move(rgbd)).run().frames, kFrames);
+    const auto rgbd = run("rgbd.mkv", [](auto& all) {
+        all.product = VideoProduct::Rgbd;
+        all.display.reset();
+    });
+    EXPECT_EQ(rgbd.frames, kFrames);
     const cv::Mat both = pictures("rgbd.mkv").back();
     ASSERT_EQ(both.size(), cv::Size(128, 48));
     EXPECT_TRUE(samePicture(both.colRange(0, 64), expected.back().photo));
 
     // and both are read again: photo and depth are halves, views are tiles
-    VideoConversion again = conversion("again.mkv");
-    again.input = directory / "rgbd.mkv";
-    again.given = GivenVideoDepth();
-    again.given->rgbd = DepthSide::Right;
-    again.native.refine.flaws = DepthFlaws();
-    VideoConverter(std::move(again)).run();
+    NativeOptions exact;
+    exact.refine.flaws = DepthFlaws();
+    run("again.mkv", [&](VideoConversion& all) {
+        all.input = directory / "rgbd.mkv";
+        all.given = GivenVideoDepth();
+        all.given->rgbd = DepthSide::Right;
+        all.native = exact;
+    });
     altiro3D::Scene scene;
     splitRgbd(both, DepthSide::Right, scene.photo, scene.depth);
     scene.depth.convertTo(scene.depth, CV_32F, 1 / 255.0);
+    EXPECT_TRUE(
+        samePicture(pictures("again.mkv").back(), nativeOf(NativeMaker(display, exact), scene)));
+    run("fromQuilt.mkv", [&](VideoConversion& all) {
+        all.input = directory / "quilt.mkv";
+        all.fromQuilt = true;
+        all.given.reset();
+    });
     cv::Mat native;
-    NativeOptions exact;
-    exact.refine.flaws = DepthFlaws();
-    NativeMaker(display, exact).makeNative(scene, native);
-    EXPECT_TRUE(samePicture(pictures("again.mkv").back(), native));
-
-    VideoConversion fromQuilt = conversion("fromQuilt.mkv");
-    fromQuilt.input = directory / "quilt.mkv";
-    fromQuilt.fromQuilt = true;
-    fromQuilt.given.reset();
-    VideoConverter(std::move(fromQuilt)).run();
     Quilt2Native(NativeLut(display.calibration, display.quilt)).render(made.back(), native);
     EXPECT_TRUE(samePicture(pictures("fromQuilt.mkv").back(), native));
 }
@@ -253,12 +260,13 @@ TEST_F(VideoConverterTest, StereoHasBothEyesOfWholeFramesAndIsMarked) {
     options.fit = FitMode::Stretch;
     options.refine.flaws = placeScene(expected.front(), 64.0 / 48, {64, 48}, options).flaws;
     const auto made = [&](const VideoEyes& eyes, const std::string& name) {
-        VideoConversion stereo = conversion(name);
-        stereo.product = VideoProduct::Stereo;
-        stereo.eyes = eyes;
-        stereo.display.reset();
-        stereo.native.views.strengthPercent = kEyesStrength;
-        EXPECT_EQ(VideoConverter(std::move(stereo)).run().frames, kFrames);
+        const auto result = run(name, [&](VideoConversion& stereo) {
+            stereo.product = VideoProduct::Stereo;
+            stereo.eyes = eyes;
+            stereo.display.reset();
+            stereo.native.views.strengthPercent = kEyesStrength;
+        });
+        EXPECT_EQ(result.frames, kFrames);
         return pictures(name).back();
     };
     const altiro3D::Scene scene = placeScene(expected.back(), 64.0 / 48, {64, 48}, options).scene;
@@ -284,9 +292,7 @@ TEST_F(VideoConverterTest, StereoHasBothEyesOfWholeFramesAndIsMarked) {
 TEST_F(VideoConverterTest, DepthOfAnotherShapeIsRefusedOrSaid) {
     const auto made = [&](cv::Size depth) {
         writeClip(directory / "depth.mkv", {cv::Mat(depth, CV_8UC3, cv::Scalar::all(90))});
-        VideoConversion conversion = this->conversion("out.mkv");
-        conversion.product = VideoProduct::Rgbd;
-        return textOf(VideoConverter(std::move(conversion)).run().notes);
+        return textOf(run("out.mkv", [](auto& all) { all.product = VideoProduct::Rgbd; }).notes);
     };
     EXPECT_FALSE(contains(made({32, 24}), "shape"));
     EXPECT_TRUE(contains(made({48, 24}),
@@ -297,8 +303,7 @@ TEST_F(VideoConverterTest, DepthOfAnotherShapeIsRefusedOrSaid) {
     fs::remove(directory / "depth.mkv");
     fs::create_directory(directory / "depth.mkv");
     writeImage(directory / "depth.mkv" / "1.png", cv::Mat(32, 24, CV_8UC1, cv::Scalar(90)));
-    VideoConversion pictures = conversion("out.mkv");
-    EXPECT_EQ(codeOf([&] { VideoConverter{std::move(pictures)}; }), ErrorCode::Mismatch);
+    EXPECT_EQ(codeOf([&] { run("out.mkv"); }), ErrorCode::Mismatch);
 }
 
 TEST_F(VideoConverterTest, TheRotationOfAVideoHoldsForItsDepth) {
@@ -328,12 +333,12 @@ TEST_F(VideoConverterTest, TheRotationOfAVideoHoldsForItsDepth) {
             depths.emplace_back("upright.mkv");
         }
         for (const std::string& depth : depths) {
-            VideoConversion made = conversion("rgbd.mkv");
-            made.input = directory / "turned.mp4";
-            made.given->source = directory / depth;
-            made.product = VideoProduct::Rgbd;
-            const Notes notes = VideoConverter(std::move(made)).run().notes;
-            EXPECT_EQ(textOf(notes).find("is turned as the video is") != std::string::npos,
+            const auto result = run("rgbd.mkv", [&](VideoConversion& made) {
+                made.input = directory / "turned.mp4";
+                made.given->source = directory / depth;
+                made.product = VideoProduct::Rgbd;
+            });
+            EXPECT_EQ(bool(contains(textOf(result.notes), "is turned as the video is")),
                       depth == "stored.mkv" && degrees != 0);
             const cv::Mat both = this->pictures("rgbd.mkv").front();
             const cv::Mat right = both.colRange(both.cols / 2, both.cols);
@@ -393,17 +398,17 @@ TEST_F(VideoConverterTest, FramesKeepTheirOwnShape) {
                            frames.front().picture.at<cv::Vec3b>(2, 2), cv::NORM_INF),
                   3);
 
-        VideoConversion rgbd = conversion("rgbd.mkv");
-        rgbd.input = directory / "clip.h264";
-        rgbd.product = VideoProduct::Rgbd;
-        VideoConverter(std::move(rgbd)).run();
-        VideoConversion native = conversion("native.mkv");
-        native.input = directory / "clip.h264";
-        native.display = displayOf(stripePanel(300, 400), "large.json");
-        native.native.views.strengthPercent = 0;
-        native.native.fit = FitMode::Contain;
-        native.native.detail = Detail::Panel;
-        VideoConverter(std::move(native)).run();
+        run("rgbd.mkv", [&](VideoConversion& rgbd) {
+            rgbd.input = directory / "clip.h264";
+            rgbd.product = VideoProduct::Rgbd;
+        });
+        run("native.mkv", [&](VideoConversion& all) {
+            all.input = directory / "clip.h264";
+            all.display = displayOf(stripePanel(300, 400), "large.json");
+            all.native.views.strengthPercent = 0;
+            all.native.fit = FitMode::Contain;
+            all.native.detail = Detail::Panel;
+        });
         for (const char* const name : {"rgbd.mkv", "native.mkv"}) {
             const std::vector<cv::Mat> made = pictures(name);
             const int columns = made.front().cols / (name[0] == 'r' ? 2 : 1);
@@ -435,16 +440,15 @@ TEST_F(VideoConverterTest, DepthDrawnInColoursIsUndone) {
     writeClip(directory / "depth.mkv", colours);
     writeClip(directory / "rgbd.mkv", rgbd);
     for (const bool isRgbd : {false, true}) {
-        VideoConversion made = conversion("made.mkv");
-        made.product = VideoProduct::Rgbd;
-        made.display.reset();
-        made.native.refine.flaws = DepthFlaws();
-        if (isRgbd) {
+        const VideoConversionResult result = run("made.mkv", [&](VideoConversion& made) {
+            made.product = VideoProduct::Rgbd;
+            made.display.reset();
+            made.native.refine.flaws = DepthFlaws();
+            if (!isRgbd) return;
             made.input = directory / "rgbd.mkv";
             made.given = GivenVideoDepth();
             made.given->rgbd = DepthSide::Right;
-        }
-        const VideoConversionResult result = VideoConverter(std::move(made)).run();
+        });
         EXPECT_TRUE(contains(only(result.notes).text, "colour map turbo"));
         const std::vector<cv::Mat> found = pictures("made.mkv");
         ASSERT_EQ(found.size(), levels.size());
@@ -462,19 +466,21 @@ TEST_F(VideoConverterTest, RgbdFramesWithAGapAreRefused) {
     cv::hconcat(std::vector<cv::Mat>{half, cv::Mat(48, 20, CV_8UC3, cv::Scalar::all(255)), half},
                 frame);
     writeClip(directory / "clip.mkv", {frame});
-    VideoConversion made = conversion("made.mkv");
-    made.given = GivenVideoDepth();
-    made.given->rgbd = DepthSide::Right;
-    EXPECT_EQ(codeOf([&] { VideoConverter(std::move(made)).run(); }), ErrorCode::Unsupported);
+    const auto make = [&] {
+        run("made.mkv",
+            [](auto& all) { (all.given = GivenVideoDepth())->rgbd = DepthSide::Right; });
+    };
+    EXPECT_EQ(codeOf(make), ErrorCode::Unsupported);
 }
 
 TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
-    VideoConversion made = conversion("native.mkv");
-    made.given.reset();
-    made.depthOptions.every = 1;
-    const VideoConversionResult result = VideoConverter(std::move(made)).run();
-    EXPECT_EQ(result.frames, kFrames);
-    EXPECT_EQ(result.inferences, kFrames);
+    writeClip(directory / "clip.mkv", movingPictures({64, 48}, 5));
+    const VideoConversionResult result = run("native.mkv", [](VideoConversion& made) {
+        made.given.reset();
+        made.depthOptions.every = 1;
+    });
+    EXPECT_EQ(result.frames, 5);
+    EXPECT_EQ(result.inferences, 5);
     // a scene's first depth is that of its first picture alone
     altiro3D::Scene scene{pictures("clip.mkv").front(), {}};
     cv::Mat photo;
@@ -482,19 +488,18 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
     estimatedDepth()->readFrame(scene.photo, photo, raw);
     normalizeDepth(raw, scene.depth);
     scene.edges = DepthEdges::Aligned;
-    cv::Mat native;
-    NativeMaker(smallDisplay()).makeNative(scene, native);
-    EXPECT_TRUE(samePicture(pictures("native.mkv").front(), native));
+    EXPECT_TRUE(
+        samePicture(pictures("native.mkv").front(), nativeOf(NativeMaker(smallDisplay()), scene)));
 }
 
 TEST_F(VideoConverterTest, KnownFlawsOfEstimatedDepthAreCorrected) {
     writeClip(directory / "clip.mkv", movingPictures({480, 640}, 1));
     const auto first = [this](ViewMethod method, const DepthRefineOptions& refine) {
-        VideoConversion made = conversion("native.mkv");
-        made.given.reset();
-        made.native.views.method = method;
-        made.native.refine = refine;
-        VideoConverter(std::move(made)).run();
+        run("native.mkv", [&](VideoConversion& made) {
+            made.given.reset();
+            made.native.views.method = method;
+            made.native.refine = refine;
+        });
         return pictures("native.mkv").front();
     };
     const DepthRefineOptions asItIs{DepthFlaws()};
@@ -557,30 +562,25 @@ TEST_F(VideoConverterTest, ADamagedStateIsRefused) {
     });
     const fs::path parts = unfinishedVideoDirectory(directory / "out.mkv");
     fs::path file; // the state after the last segment
-    for (const auto& entry : fs::directory_iterator(parts)) {
+    for (const auto& entry : fs::directory_iterator(parts))
         if (entry.path().extension() == ".state") file = entry.path();
-    }
     ASSERT_FALSE(file.empty());
     const std::string good = slurp(file);
     constexpr std::size_t kWord = sizeof(double);
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-    constexpr double kLarge[] = {1e300, -1e300, kNaN, 10001};
+    std::vector<std::string> damaged;
+    for (const std::size_t size : {std::size_t{1}, 5 * kWord, 12 * kWord, 13 * kWord})
+        damaged.push_back(good.substr(0, size));
     for (std::size_t word = 3; word < 15; ++word) { // the first two are a size, the third a flag
         if (word == 10) continue;                   // a flag
-        for (const double value : kLarge) {
-            std::string bad = good;
-            std::memcpy(&bad[word * kWord], &value, kWord);
-            spill(file, bad);
-            EXPECT_EQ(errorOf([&] { VideoConverter(of(UnfinishedRun::Resume)).run(); }),
-                      "state: is damaged, expected the state of an earlier run")
-                << word << " " << value;
-        }
+        for (const double value : {1e300, -1e300, kNaN, 10001.0})
+            std::memcpy(&damaged.emplace_back(good)[word * kWord], &value, kWord);
     }
-    for (const std::size_t size : {std::size_t{1}, 5 * kWord, 12 * kWord, 13 * kWord}) {
-        spill(file, good.substr(0, size));
+    for (std::size_t i = 0; i < damaged.size(); ++i) {
+        spill(file, damaged[i]);
         EXPECT_EQ(errorOf([&] { VideoConverter(of(UnfinishedRun::Resume)).run(); }),
                   "state: is damaged, expected the state of an earlier run")
-            << size;
+            << i;
     }
     spill(file, good);
     EXPECT_EQ(VideoConverter(of(UnfinishedRun::Resume)).run().frames, kFrames);
@@ -614,10 +614,8 @@ TEST_F(VideoConverterTest, PicturesAreShownInTheirOrderUntilTheCallerHasSeenEnou
     writeClip(directory / "depth.mkv", movingPictures({32, 24}, kFrames, 100), 20);
     const NativeMaker maker(smallDisplay(), withFlaws({}));
     std::vector<cv::Mat> natives;
-    for (const altiro3D::Scene& scene : scenes()) {
-        natives.emplace_back();
-        maker.makeNative(scene, natives.back());
-    }
+    for (const altiro3D::Scene& scene : scenes())
+        natives.push_back(nativeOf(maker, scene));
     VideoConversion made = conversion("");
     std::size_t shown = 0;
     std::size_t next = 0;
@@ -666,10 +664,9 @@ TEST(LiveVideo, PicturesThatAreLateAreDroppedNotQueued) {
     std::atomic<int> reads{0};
     bool heldUp = false;
     made.show = [&, show = made.show](const cv::Mat& picture) {
-        if (numbers.empty()) {
+        if (numbers.empty())
             heldUp = allRead.get_future().wait_for(std::chrono::seconds(60)) !=
                      std::future_status::ready;
-        }
         return show(picture);
     };
     // called before each read and after each picture; the last read finds the end

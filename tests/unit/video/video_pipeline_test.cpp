@@ -1,7 +1,5 @@
 #include "video/conversion/video_pipeline.hpp"
 
-#include "altiro3D/error.hpp"
-
 #include <atomic>
 #include <chrono>
 #include <future>

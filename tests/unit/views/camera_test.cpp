@@ -2,7 +2,6 @@
 
 #include "support/files.hpp"
 
-#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -72,9 +71,8 @@ TEST(Camera, FilesThatAreNoCameraAreRefused) {
     EXPECT_EQ(errorFor("[1, 2]"), "street.json: holds no JSON object, expected a camera's fx, fy, "
                                   "cx, cy, zNear, zFar and baseline");
     for (const std::string& text :
-         {std::string(), std::string("{"), std::string("{\"fx\": NaN}"), std::string("\xff\xfe")}) {
+         {std::string(), std::string("{"), std::string("{\"fx\": NaN}"), std::string("\xff\xfe")})
         EXPECT_TRUE(contains(errorFor(text), "street.json: is not valid JSON (")) << text;
-    }
     EXPECT_EQ(errorFor(with("fx", "1e999")),
               "street.json: holds a number that is out of range, expected a camera's fx, fy, cx, "
               "cy, zNear, zFar and baseline");
@@ -110,16 +108,13 @@ TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
     EXPECT_EQ(same.cx, k.cx);
     EXPECT_EQ(same.fy, k.fy);
     EXPECT_TRUE(contains(errorOf([&] { fitted(k, {0, 0, 0, 10}, {10, 10}); }), "part: is 0"));
-    EXPECT_EQ(errorOf([&] {
-                  fitted(k, part, {160, 0});
-              }),
+    EXPECT_EQ(errorOf([&] { fitted(k, part, cv::Size(160, 0)); }),
               "size: is 0, expected 1 px or more a side");
 }
 
 TEST(Camera, SingularIntrinsicsAreRefused) {
-    for (double bad : {0.0, -5.0, kNan, kInfinity, 1e-9}) {
+    for (double bad : {0.0, -5.0, kNan, kInfinity, 1e-9})
         EXPECT_TRUE(contains(errorOf([&] { validate(Camera{{bad, 1, 0, 0}}); }), "fx: is "));
-    }
     EXPECT_TRUE(contains(errorOf([] { validate(Camera{{1, 1, kNan, 0}}); }), "cx: is nan"));
 }
 

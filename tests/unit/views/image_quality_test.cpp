@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 
 #include <cmath>
@@ -14,9 +15,8 @@ namespace altiro3D::test {
 namespace {
 
 int reflected(int index, int count) {
-    while (index < 0 || index >= count) {
+    while (index < 0 || index >= count)
         index = index < 0 ? -index : 2 * (count - 1) - index;
-    }
     return index;
 }
 
@@ -32,29 +32,27 @@ double slowSsim(const cv::Mat& a, const cv::Mat& b) {
     }
     double sum = 0;
     for (int c = 0; c < a.channels(); ++c) {
-        for (int y = 0; y < a.rows; ++y) {
-            for (int x = 0; x < a.cols; ++x) {
-                double mx = 0, my = 0, xx = 0, yy = 0, xy = 0;
-                for (int i = 0; i < 11; ++i) {
-                    for (int j = 0; j < 11; ++j) {
-                        const int row = reflected(y + i - 5, a.rows);
-                        const int column = reflected(x + j - 5, a.cols) * a.channels() + c;
-                        const double w = weights[i][j] / total;
-                        const double va = a.ptr(row)[column];
-                        const double vb = b.ptr(row)[column];
-                        mx += w * va;
-                        my += w * vb;
-                        xx += w * va * va;
-                        yy += w * vb * vb;
-                        xy += w * va * vb;
-                    }
+        forPixels(a.size(), [&](int x, int y) {
+            double mx = 0, my = 0, xx = 0, yy = 0, xy = 0;
+            for (int i = 0; i < 11; ++i) {
+                for (int j = 0; j < 11; ++j) {
+                    const int row = reflected(y + i - 5, a.rows);
+                    const int column = reflected(x + j - 5, a.cols) * a.channels() + c;
+                    const double w = weights[i][j] / total;
+                    const double va = a.ptr(row)[column];
+                    const double vb = b.ptr(row)[column];
+                    mx += w * va;
+                    my += w * vb;
+                    xx += w * va * va;
+                    yy += w * vb * vb;
+                    xy += w * va * vb;
                 }
-                const double c1 = 2.55 * 2.55;
-                const double c2 = 7.65 * 7.65;
-                sum += (2 * mx * my + c1) * (2 * (xy - mx * my) + c2) /
-                       ((mx * mx + my * my + c1) * (xx - mx * mx + yy - my * my + c2));
             }
-        }
+            const double c1 = 2.55 * 2.55;
+            const double c2 = 7.65 * 7.65;
+            sum += (2 * mx * my + c1) * (2 * (xy - mx * my) + c2) /
+                   ((mx * mx + my * my + c1) * (xx - mx * mx + yy - my * my + c2));
+        });
     }
     return sum / (static_cast<double>(a.total()) * a.channels());
 }
@@ -125,15 +123,13 @@ TEST(RankCorrelation, IsThatOfTheDefinition) {
     std::vector<float> masked[2];
     cv::Mat mask(a.size(), CV_8UC1, cv::Scalar(1));
     mask.colRange(2, 7).setTo(0);
-    for (int y = 0; y < a.rows; ++y) {
-        for (int x = 0; x < a.cols; ++x) {
-            const float values[] = {a.at<float>(y, x), b.at<float>(y, x)};
-            for (std::size_t i = 0; i < 2; ++i) {
-                all[i].push_back(values[i]);
-                if (mask.at<uchar>(y, x) != 0) masked[i].push_back(values[i]);
-            }
+    forPixels(a.size(), [&](int x, int y) {
+        const float values[] = {a.at<float>(y, x), b.at<float>(y, x)};
+        for (std::size_t i = 0; i < 2; ++i) {
+            all[i].push_back(values[i]);
+            if (mask.at<uchar>(y, x) != 0) masked[i].push_back(values[i]);
         }
-    }
+    });
     EXPECT_NEAR(rankCorrelation(a, b), slowRankCorrelation(all[0], all[1]), 1e-12);
     EXPECT_NEAR(rankCorrelation(a, b, mask), slowRankCorrelation(masked[0], masked[1]), 1e-12);
     EXPECT_NEAR(rankCorrelation(b, b.mul(b)), 1, 1e-12) << "any rising function";

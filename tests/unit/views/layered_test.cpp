@@ -5,6 +5,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/middlebury.hpp"
+#include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
 #include "views/layered/layered_ends.hpp"
 #include "views/layered/layered_scene.hpp"
@@ -22,10 +23,8 @@ namespace {
 // Blobs with steps between them, and slopes.
 cv::Mat blobDepth(cv::Size size, int seed = 2) {
     cv::RNG rng(static_cast<std::uint64_t>(seed));
-    cv::Mat depth(size, CV_32FC1);
-    for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-            depth.at<float>(y, x) = 0.1F + 0.2F * static_cast<float>(x) / 100;
+    cv::Mat depth = pictureOf<float>(
+        size, [&](int x, int) { return 0.1F + 0.2F * static_cast<float>(x) / 100; });
     for (int i = 0; i < 12; ++i) {
         const cv::Point centre(rng.uniform(0, size.width), rng.uniform(0, size.height));
         const cv::Size half(rng.uniform(2, 16), rng.uniform(2, 12));
@@ -68,13 +67,11 @@ struct Board {
     const cv::Vec3b red{20, 10, 220};
 
     Board(float wall, float board) {
-        for (int y = 0; y < photo.rows; ++y) {
-            for (int x = 0; x < photo.cols; ++x) {
-                const bool isBoard = x >= 20 && x < 40;
-                photo.at<cv::Vec3b>(y, x) = isBoard ? red : x < 20 ? blue : green;
-                depth.at<float>(y, x) = isBoard ? board : wall;
-            }
-        }
+        forPixels(photo.size(), [&](int x, int y) {
+            const bool isBoard = x >= 20 && x < 40;
+            photo.at<cv::Vec3b>(y, x) = isBoard ? red : x < 20 ? blue : green;
+            depth.at<float>(y, x) = isBoard ? board : wall;
+        });
     }
 };
 
@@ -170,12 +167,13 @@ TEST(ViewsLayered, BoardBeforeAWallHidesAndReveals) {
 TEST(ViewsLayered, BordersOfThingsAreExactToAPartOfAPixel) {
     const Board board(0.25F, 0.75F);
     const cv::Mat view = rendered(board.photo, board.depth, 0.25, 5); // by 2.5 px: 17.5 .. 37.5
-    EXPECT_EQ(view.at<cv::Vec3b>(4, 16), board.blue);
-    EXPECT_EQ(view.at<cv::Vec3b>(4, 17), mean(board.blue, board.red));
-    EXPECT_EQ(view.at<cv::Vec3b>(4, 18), board.red);
-    EXPECT_EQ(view.at<cv::Vec3b>(4, 36), board.red);
-    EXPECT_EQ(view.at<cv::Vec3b>(4, 37), mean(board.green, board.red));
-    EXPECT_EQ(view.at<cv::Vec3b>(4, 38), board.green);
+    for (const auto& [x, colour] : {std::pair(16, board.blue),
+                                    {17, mean(board.blue, board.red)},
+                                    {18, board.red},
+                                    {36, board.red},
+                                    {37, mean(board.green, board.red)},
+                                    {38, board.green}})
+        EXPECT_EQ(view.at<cv::Vec3b>(4, x), colour) << x;
 }
 
 // The photo's border pixels are mixed: in the view they must not lie around as a line.
@@ -201,12 +199,10 @@ struct SoftBoard {
 
     // @param grown px by which refinement has extended the board
     SoftBoard(double blur, int grown) : sigma(blur) {
-        for (int y = 0; y < photo.rows; ++y) {
-            for (int x = 0; x < photo.cols; ++x) {
-                photo.at<cv::Vec3b>(y, x) = colour(x, 0);
-                depth.at<float>(y, x) = x >= 40 - grown && x < 60 + grown ? 1.0F : 0.0F;
-            }
-        }
+        forPixels(photo.size(), [&](int x, int y) {
+            photo.at<cv::Vec3b>(y, x) = colour(x, 0);
+            depth.at<float>(y, x) = x >= 40 - grown && x < 60 + grown ? 1.0F : 0.0F;
+        });
     }
 
     // What a view shows whose board has moved to the left by `shift` px.
@@ -464,12 +460,9 @@ TEST(ViewsLayered, MirroredInputGivesTheMirroredViewOfTheOtherSide) {
 
 // A slope of one level in ten px, right of it a board ten levels nearer.
 cv::Mat slopeAndBoard() {
-    cv::Mat depth(30, 400, CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x)
-            depth.at<float>(y, x) =
-                x < 350 ? (60 + 0.1F * static_cast<float>(x)) / 255 : 105 / 255.0F;
-    return depth;
+    return pictureOf<float>({400, 30}, [&](int x, int) {
+        return x < 350 ? (60 + 0.1F * static_cast<float>(x)) / 255 : 105 / 255.0F;
+    });
 }
 
 TEST(ViewsLayered, StaircasesOfFewLevelsBecomeSlopes) {
@@ -640,10 +633,9 @@ class SlowColour {
 std::vector<cv::Mat> depthsToSearch(cv::Size size) {
     cv::Mat noise(size, CV_32FC1);
     cv::RNG(7).fill(noise, cv::RNG::UNIFORM, 0, 1);
-    cv::Mat waves(size, CV_32FC1);
-    for (int y = 0; y < size.height; ++y)
-        for (int x = 0; x < size.width; ++x)
-            waves.at<float>(y, x) = 0.5F + 0.3F * std::sin(0.09F * static_cast<float>(x + y));
+    const cv::Mat waves = pictureOf<float>(size, [&](int x, int y) {
+        return 0.5F + 0.3F * std::sin(0.09F * static_cast<float>(x + y));
+    });
     cv::Mat thin(size, CV_32FC1, cv::Scalar(0.1)); // bars of one and two px beside each other
     cv::RNG rng(5);
     for (int y = 0; y < size.height; ++y) {
@@ -781,38 +773,6 @@ TEST(ViewsLayered, SoftBordersOfThingsAtTheFocusShowWhatMovesBehindThem) {
         sampler->sample(1, shifts.data(), values.data());
         for (std::size_t i = 0; i < columns.size(); ++i)
             ASSERT_EQ(values[i], view.at<cv::Vec3b>(3, columns[i])[1]) << first << " " << i;
-    }
-}
-
-// Sub-pixels with any shifts are those of the views that they belong to.
-TEST(ViewsLayered, SinglePixelsAreThoseOfTheViews) {
-    const cv::Mat photo = randomPhoto({97, 30});
-    const auto renderer = makeLayeredRenderer(photo, blobDepth(photo.size()), 0.4, {});
-    const float kShifts[] = {-32, -17.3F, -2, -0.01F, 0, 0.3F, 4, 29};
-    std::vector<cv::Mat> views;
-    for (const float shift : kShifts) {
-        views.emplace_back(photo.size(), CV_8UC3);
-        renderer->render(static_cast<double>(shift), views.back());
-    }
-    cv::RNG rng(3);
-    std::vector<int> columns(501);
-    for (std::size_t i = 0; i < columns.size(); ++i)
-        columns[i] = static_cast<int>(i) * photo.cols / 501;
-    const auto sampler = renderer->sampler(columns, {}, 32);
-    std::vector<float> shifts(columns.size() + kRowPadding);
-    std::vector<std::size_t> viewOf(columns.size());
-    std::vector<std::uint8_t> values(columns.size() + kRowPadding);
-    for (int y = 0; y < photo.rows; ++y) {
-        sampler->open(y);
-        for (int channel = 0; channel < 3; ++channel) {
-            for (std::size_t i = 0; i < columns.size(); ++i) {
-                viewOf[i] = static_cast<std::size_t>(rng.uniform(0, 8));
-                shifts[i] = kShifts[viewOf[i]];
-            }
-            sampler->sample(channel, shifts.data(), values.data());
-            for (std::size_t i = 0; i < columns.size(); ++i)
-                ASSERT_EQ(values[i], views[viewOf[i]].at<cv::Vec3b>(y, columns[i])[channel]);
-        }
     }
 }
 

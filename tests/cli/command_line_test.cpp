@@ -98,6 +98,7 @@ std::vector<Arguments> examplesOf(const std::string& tool, const std::string& he
 }
 
 TEST_P(EveryTool, TheExamplesOfTheHelpWork) {
+    studio_.startPrograms();
     const std::vector<Arguments> examples = examplesOf(tool(), studio_.run(tool(), "--help").out);
     EXPECT_GE(examples.size(), 3U);
     const cv::Mat quilt = madePhoto(240, 240); // 8 columns and 6 rows of 30 x 40 px
@@ -323,6 +324,7 @@ TEST_P(EveryTool, LeadingDashesComeAfterTwoDashes) {
 }
 
 TEST_P(EveryTool, WorksInAHostileEnvironment) {
+    studio_.startPrograms();
     for (const char* name : {"HOME", "LANG", "PATH", "ALTIRO3D_MODELS"})
         studio_.set(name, std::nullopt);
     EXPECT_TRUE(isDone(good(output("a"))));

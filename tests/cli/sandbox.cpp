@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
@@ -20,6 +21,17 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+// The main() of the tools, which CMakeLists.txt renames.
+int altiro3DnativeMain(int argc, char** argv);
+int photo2nativeMain(int argc, char** argv);
+int video2nativeMain(int argc, char** argv);
+int quilt2nativeMain(int argc, char** argv);
+int quilt2videoMain(int argc, char** argv);
+int views2nativeMain(int argc, char** argv);
+int native2viewMain(int argc, char** argv);
+int slide2nativeMain(int argc, char** argv);
+int altiro3DtradeoffMain(int argc, char** argv);
 
 namespace altiro3D::test {
 
@@ -40,10 +52,36 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
     return result;
 }
 
-// In the child, between fork and exec: only what is safe there.
-[[noreturn]] void becomeTool(char* const* arguments, char* const* environment,
-                             const char* directory, const char* input, const char* out,
-                             const char* err, rlim_t largestFile) {
+using Main = int (*)(int, char**);
+
+// The main() of a tool that this program holds; null: it is started as a program.
+Main mainOf(const std::string& tool) {
+#ifdef ALTIRO3D_SANITIZED
+    (void)tool; // sanitizers are set up at a program's start
+#else
+    static const std::map<std::string, Main> tools{
+        {"altiro3Dnative", altiro3DnativeMain},    {"photo2native", photo2nativeMain},
+        {"video2native", video2nativeMain},        {"quilt2native", quilt2nativeMain},
+        {"quilt2video", quilt2videoMain},          {"views2native", views2nativeMain},
+        {"native2view", native2viewMain},          {"slide2native", slide2nativeMain},
+        {"altiro3Dtradeoff", altiro3DtradeoffMain}};
+    if (const auto found = tools.find(tool); found != tools.end()) return found->second;
+#endif
+    return nullptr;
+}
+
+// A child that calls a main() needs a parent without threads of OpenCV, which it would wait for.
+class SingleThread : public ::testing::Environment {
+    void SetUp() override { cv::setNumThreads(1); }
+};
+[[maybe_unused]] const ::testing::Environment* const kSingleThread =
+    ::testing::AddGlobalTestEnvironment(new SingleThread);
+
+// In the child.
+// @param called null: the program is executed, and only what is safe between fork and exec is done
+[[noreturn]] void becomeTool(Main called, const std::vector<char*>& arguments,
+                             char* const* environment, const char* directory, const char* input,
+                             const char* out, const char* err, rlim_t largestFile) noexcept {
     const int in = open(input, O_RDONLY);
     const int outNumber = open(out, O_WRONLY | O_CREAT | O_TRUNC, 0666);
     const int errNumber = open(err, O_WRONLY | O_CREAT | O_TRUNC, 0666);
@@ -54,7 +92,15 @@ std::vector<char*> pointers(std::vector<std::string>& strings) {
     alarm(kTimeLimitSeconds); // survives exec
     const rlimit limit{largestFile, largestFile};
     if (largestFile > 0) setrlimit(RLIMIT_FSIZE, &limit);
-    execve(arguments[0], arguments, environment);
+    if (called != nullptr) {
+        clearenv();
+        for (; *environment != nullptr; ++environment)
+            putenv(*environment);
+        cv::setNumThreads(-1); // as at a program's start
+        std::exit(
+            called(static_cast<int>(arguments.size()) - 1, const_cast<char**>(arguments.data())));
+    }
+    execve(arguments[0], arguments.data(), environment);
     _exit(127);
 }
 
@@ -173,11 +219,12 @@ Outcome Sandbox::run(const std::string& tool, const Arguments& arguments, int si
     const fs::path out = outputFile_.empty() ? root_ / "out.txt" : outputFile_;
     const fs::path err = root_ / "err.txt";
 
+    std::fflush(nullptr); // the child would write it again
     const pid_t child = fork();
     if (child < 0) throw std::runtime_error("cannot fork");
     if (child == 0) {
-        becomeTool(argumentPointers.data(), variablePointers.data(), work_.c_str(),
-                   inputFile_.c_str(), out.c_str(), err.c_str(), largestFile_);
+        becomeTool(isStarted_ ? nullptr : mainOf(tool), argumentPointers, variablePointers.data(),
+                   work_.c_str(), inputFile_.c_str(), out.c_str(), err.c_str(), largestFile_);
     }
     int status = 0;
     bool ended = false;

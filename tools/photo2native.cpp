@@ -154,7 +154,11 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
     return made;
 }
 
-void addOptions(CommandLine& commandLine) {
+} // namespace
+
+namespace altiro3D::tools { // for the tests of photoJob()
+
+void addPhotoOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] PHOTO OUT.png");
     commandLine.addUsage("[options] -d PHOTO DEPTH OUT.png");
     commandLine.addUsage("[options] --rgbd right RGBD OUT.png");
@@ -242,21 +246,21 @@ void addOptions(CommandLine& commandLine) {
                            "Also write the quilt, and a video of its views for any screen.");
 }
 
-} // namespace
+} // namespace altiro3D::tools
 
 int main(int argc, char** argv) {
     CommandLine commandLine("photo2native",
                             "Turns photos into Native pictures for a light-field display: depth is "
                             "estimated (or given), and every sub-pixel of the panel takes its "
                             "colour from its own view of the scene.");
-    addOptions(commandLine);
+    addPhotoOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& parsed, Messages& messages) {
         // with --plan, --chunk and --join
         const auto makePart = [&](const PhotoJob& planned, const PhotoPart& part) {
             return makePhotos(planned, &part, messages);
         };
         if (const auto status =
-                runPhotoChunks(parsed, {argv, argv + argc}, addOptions, makePart, messages))
+                runPhotoChunks(parsed, {argv, argv + argc}, addPhotoOptions, makePart, messages))
             return *status;
         const PhotoJob job = photoJob(parsed);
         return makePhotos(job, nullptr, messages).status;

@@ -6,9 +6,9 @@
 using namespace altiro3D;
 using namespace altiro3D::tools;
 
-namespace {
+namespace altiro3D::tools { // for the tests of videoJob()
 
-void addOptions(CommandLine& commandLine) {
+void addVideoOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] IN OUT.mp4");
     commandLine.addUsage("[options] --rgbd right RGBD.mp4 OUT.mp4");
     commandLine.addUsage("[options] --depth DEPTH IN OUT.mp4");
@@ -108,16 +108,17 @@ void addOptions(CommandLine& commandLine) {
                            "Take the depth from a video.");
 }
 
-} // namespace
+} // namespace altiro3D::tools
 
 int main(int argc, char** argv) {
     CommandLine commandLine("video2native",
                             "Turns a flat video into a Native video for a light-field display: "
                             "depth is estimated (or given) and kept steady, every sub-pixel of the "
                             "panel shows its own view; sound, subtitles and chapters are kept.");
-    addOptions(commandLine);
+    addVideoOptions(commandLine);
     return runTool(argc, argv, commandLine, [&](const CommandLine& given, Messages& messages) {
-        if (const auto status = runVideoChunks(given, {argv, argv + argc}, addOptions, messages))
+        if (const auto status =
+                runVideoChunks(given, {argv, argv + argc}, addVideoOptions, messages))
             return *status;
         const VideoJob job = videoJob(given);
         return job.isFolder ? runVideoFolder(job, messages) : runVideo(job, messages);

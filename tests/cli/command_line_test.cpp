@@ -73,16 +73,6 @@ TEST_P(EveryTool, HelpIsShortAndHelpAllHasTheRestInTheSameGroups) {
     }
 }
 
-TEST(CommandLine, ToolsWithManyOptionsHaveAShortHelp) {
-    Sandbox sandbox;
-    for (const char* tool : {"photo2native", "video2native", "quilt2native", "altiro3Dtradeoff"}) {
-        const std::string help = sandbox.run(tool, "--help").out;
-        EXPECT_TRUE(holds(help, " more options: "));
-        EXPECT_FALSE(holds(help, "--serial"));
-        EXPECT_FALSE(holds(sandbox.run(tool, "--help-man").out, " more options: "));
-    }
-}
-
 // The commands that the help shows, without the tool's name.
 std::vector<Arguments> examplesOf(const std::string& tool, const std::string& help) {
     std::vector<Arguments> examples;

@@ -99,14 +99,6 @@ TEST_F(GoFolderTest, RequiresSpaceBeforeAnyWork) {
         fails(run("--go /proc photo.png"), 1, "/proc: has 0 MB free, expected 16 MB for 1 quilt"));
 }
 
-TEST_F(GoFolderTest, RefusesWhatAGoDoesNotNeed) {
-    for (const char* option : {"-c small.json", "-q 2x3", "--save-quilt a.png", "--lg a.mp4"})
-        EXPECT_TRUE(fails(run(Arguments(option) + Arguments("--go go photo.png")), 2, "--go"));
-    EXPECT_TRUE(fails(run("--go go"), 2, "PHOTO"));
-    EXPECT_TRUE(fails(run("--each 5 photo.png a.png"), 2, "applies to --go"));
-    EXPECT_TRUE(fails(run("--go photo.png photo.png"), 1, "photo.png: is a file"));
-}
-
 TEST_F(GoFolderTest, QuiltsOfAGoStayAndOthersAreLaidOutAnew) {
     fs::create_directory(studio_ / "quilts");
     cv::Mat quilt(kGo.size(), CV_8UC3);

@@ -104,20 +104,6 @@ TEST_F(Methods, GeometricIsMethodReal) {
     }
     ASSERT_TRUE(isDone(make("--method fast")));
     EXPECT_NE(slurp(studio_ / "a.png"), expected);
-    for (const char* other : {"fast", "layered"})
-        EXPECT_TRUE(fails(make({"-g", "--method", other}), 2, "-g means --method real"));
-}
-
-TEST_F(Methods, BadValuesAreWrongUsage) {
-    const std::pair<const char*, std::vector<const char*>> bad[] = {
-        {"--method", {"slow", "Fast", ""}}, {"--refine", {"-1", "17", "1.5", ""}},
-        {"--fill", {"paint", ""}},          {"--borders", {"sharp", ""}},
-        {"--inpaint-from", {"before"}},     {"--budget", {"0", "1e7", "nan", "5ms", ""}}};
-    for (const auto& [option, values] : bad) {
-        for (const char* value : values)
-            EXPECT_TRUE(fails(make({option, value}), 2, option));
-    }
-    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
 TEST_F(Methods, TheCameraGivesTheStrength) {
@@ -175,17 +161,6 @@ TEST_F(Methods, BadCamerasAreOneErrorLine) {
         EXPECT_TRUE(fails(with(), 1, "camera.json"));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
-}
-
-TEST_F(Methods, ACameraNeedsMethodReal) {
-    writeCamera();
-    const Arguments camera("--camera camera.json");
-    EXPECT_TRUE(fails(make(camera), 2, "expected -g"));
-    EXPECT_TRUE(fails(make(camera + Arguments("--method fast")), 2, "expected -g"));
-    EXPECT_TRUE(isDone(make(camera + Arguments{"-g"})));
-    EXPECT_TRUE(fails(make("-g --camera camera.json --strength 5"), 2, "exclude each other"));
-    EXPECT_TRUE(fails(make("-g --camera camera.json", "camera.json"), 2, ""));
-    EXPECT_TRUE(fails(make("-g --camera camera.json --report camera.json"), 2, "is also an input"));
 }
 
 TEST(ChooseWithinBudget, TakesTheFirstThatFitsAndElseTheLast) {
@@ -390,18 +365,6 @@ TEST_F(Methods, ABudgetIsForAllPicturesOfARun) {
     fs::copy(studio_ / "broken.png", studio_ / "bad");
     EXPECT_EQ(studio_.convert(kTool, "-y --budget 9 --report r.json bad out").status, 1);
     EXPECT_EQ(studio_.json("r.json").at("budget"), Json({{"milliseconds", 9}}));
-}
-
-TEST_F(Methods, ABudgetChoosesByItself) {
-    writeCamera();
-    for (const Arguments& more :
-         {Arguments("--method fast"), Arguments{"-g"}, Arguments("--refine 1"),
-          Arguments("--fill continue"), Arguments("--borders hard"),
-          Arguments("--inpaint-from behind"), Arguments("--camera camera.json")}) {
-        EXPECT_TRUE(fails(make(more + Arguments("--budget 100")), 2, "--budget and -"));
-    }
-    EXPECT_FALSE(fs::exists(studio_ / "a.png"));
-    EXPECT_TRUE(cachedBudgets().empty());
 }
 
 } // namespace altiro3D::test

@@ -257,15 +257,6 @@ TEST_F(Quilt2NativeTool, ErrorsAndWarningsNameTheOptionThatHelps) {
     EXPECT_TRUE(fails(studio_.run("quilt2video", "-q 2x3 q_qs2x3.png a.mp4"), 1,
                       "-q: says 3 columns x 2 rows"));
     EXPECT_TRUE(fails(convert("-r 10x10 quilt.png a.png"), 1, "-r: says views of 10 x 10"));
-    studio_.makeMap();
-    std::string bytes = slurp(studio_ / "a.map");
-    bytes[200] = static_cast<char>(bytes[200] ^ 0x10);
-    spill(studio_ / "a.map", bytes);
-    EXPECT_TRUE(fails(run("-m a.map quilt.png a.png"), 1,
-                      "its checksum does not match, expected a table that is built anew; "
-                      "altiro3Dnative makes tables"));
-    EXPECT_TRUE(fails(run("-m photo.png quilt.png a.png"), 1,
-                      "photo.png: is not a look-up table, expected a .map file; altiro3Dnative"));
 }
 
 TEST_F(Quilt2NativeTool, ViewsOfAnotherShapeKeepItUnlessAsked) {

@@ -156,8 +156,6 @@ TEST(SwayingVideo, OfSeveralPhotosGoIntoADirectory) {
         EXPECT_EQ(framesOf(studio / ("videos/" + std::string(name) + ".mp4")).size(), 24U);
         EXPECT_TRUE(fs::exists(studio / ("out/" + std::string(name) + "_native.png")));
     }
-    EXPECT_TRUE(fails(studio.run("photo2native", call), 1, "exists"));
-    EXPECT_TRUE(isDone(studio.run("photo2native", Arguments{"-y"} + call)));
     // a bad photo leaves no video and does not stop the rest
     spill(studio / "in/one.png", "broken");
     fs::remove_all(studio / "videos");
@@ -166,35 +164,16 @@ TEST(SwayingVideo, OfSeveralPhotosGoIntoADirectory) {
     EXPECT_EQ(framesOf(studio / "videos/two.mp4").size(), 24U);
 }
 
-TEST(SwayingVideo, ItsOptionsNeedIt) {
-    const VideoStudio studio;
-    for (const Arguments& option : {Arguments("--seconds 1"), Arguments("--turns 1"),
-                                    Arguments("--fps 25"), Arguments("--size 64x64")}) {
-        EXPECT_TRUE(fails(studio.convert("photo2native", option + Arguments("photo.png a.png")), 2,
-                          "expected --lg with them"));
-    }
-    EXPECT_FALSE(fs::exists(studio / "a.png"));
-}
-
 TEST(SwayingVideo, OfAPhotoThatCannotBeWrittenFailsBeforeAnyWork) {
     const VideoStudio studio;
     spill(studio / "precious.mp4", "precious");
     fs::create_symlink("photo.png", studio / "link.mp4");
     const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
-        {"--lg a.gif", {2, "a.gif: no video format has this extension"}},
-        {"--lg a", {2, "expected .mp4"}},
+        // wrong usage: Jobs
         {{"--lg", ""}, {2, "--lg is empty"}},
         {"--lg precious.mp4", {1, "precious.mp4: exists"}},
         {"--lg missing/a.mp4", {1, "there is no directory"}},
-        {"-y --lg link.mp4", {2, "is also an input"}},
-        {"--lg a.mp4 --save-depth a.mp4", {2, ""}},
-        {"--lg a.mp4 --size 63x64", {2, "--size is \"63x64\", expected WIDTHxHEIGHT"}},
-        {"--lg a.mp4 --size 14x64", {2, "even numbers 16..16384"}},
-        {"--lg a.mp4 --size 64", {2, "even numbers"}},
-        {"--lg a.mp4 --size 16x16000", {2, "1:100..100:1"}},
-        {"--lg a.mp4 --fps 0", {2, "--fps is \"0\", expected a number 1..240"}},
-        {"--lg a.mp4 --turns 1.5", {2, "expected a whole number 1..1000"}},
-        {"--lg a.mp4 --seconds x", {2, "expected a number 0.1..600"}}};
+        {"-y --lg link.mp4", {2, "is also an input"}}};
     for (const auto& [arguments, expected] : cases) {
         const Arguments call =
             studio.display() + arguments + Arguments("-d photo.png depth.png native.png");

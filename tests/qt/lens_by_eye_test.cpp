@@ -39,6 +39,19 @@ class Person {
         // a lens shows the width of a sub-pixel, of those above each other that of a px
         const double subpixel = 1 / lensGeometry(lens).lensPeriodSubpixels;
         spot_ = lens.subpixelCells.empty() ? subpixel : 3 * subpixel;
+        const cv::Size size = shown_.size();
+        middle_ = cv::Rect(size.width * 7 / 15 - kAround, size.height * 7 / 15 - kAround,
+                           size.width / 15 + 2 * kAround, size.height / 15 + 2 * kAround);
+        lensOfMiddle_ = lens;
+        lensOfMiddle_.screenW = middle_.width;
+        lensOfMiddle_.screenH = middle_.height;
+        const LensGeometry whole = lensGeometry(lens);
+        const double periodsPerPx = whole.periodsPerWidth / whole.panelWidth;
+        const int below = size.height - middle_.y - middle_.height;
+        lensOfMiddle_.center -= periodsPerPx * (middle_.x + below / lens.slope);
+        const double other = lensGeometry(lensOfMiddle_).phase(20, 30, 2) -
+                             whole.phase(middle_.x + 20, middle_.y + 30, 2);
+        EXPECT_NEAR(other, std::round(other), 1e-6);
     }
 
     int presses() const { return presses_; }
@@ -73,6 +86,14 @@ class Person {
         return seen;
     }
 
+    // The colour of the middle; to look at it alone costs little.
+    cv::Scalar middle(double head) const {
+        cv::Mat3b seen;
+        simulateView(shown_(middle_), lensOfMiddle_, {head, spot_, 0}, seen);
+        return cv::mean(
+            seen(cv::Rect(kAround, kAround, seen.cols - 2 * kAround, seen.rows - 2 * kAround)));
+    }
+
     // The grey of the px along a line through the middle, across or down.
     static cv::Mat1d line(const cv::Mat3b& seen, bool isAcross) {
         const int columns = seen.cols / (isAcross ? 1 : 16);
@@ -87,12 +108,8 @@ class Person {
         return mean;
     }
 
-    static cv::Scalar middle(const cv::Mat3b& seen) {
-        return cv::mean(
-            seen(cv::Rect(seen.cols * 7 / 15, seen.rows * 7 / 15, seen.cols / 15, seen.rows / 15)));
-    }
     double brightness(double head) const {
-        const cv::Scalar bgr = middle(look(head));
+        const cv::Scalar bgr = middle(head);
         return 0.1 * bgr[0] + 0.6 * bgr[1] + 0.3 * bgr[2];
     }
 
@@ -165,7 +182,7 @@ class Person {
         const SubpixelOrder orders[] = {SubpixelOrder::Bgr, SubpixelOrder::VerticalRgb,
                                         SubpixelOrder::Rgb};
         const auto hasColour = [this](double head) {
-            const cv::Scalar bgr = middle(look(head));
+            const cv::Scalar bgr = middle(head);
             return std::max({bgr[0], bgr[1], bgr[2]}) - std::min({bgr[0], bgr[1], bgr[2]}) > 30;
         };
         for (const SubpixelOrder next : orders) {
@@ -204,11 +221,14 @@ class Person {
     }
 
     static constexpr double kSeen = 2; // of 255, a difference that is seen
+    static constexpr int kAround = 8;  // px around the middle, whose light reaches it
 
     LensByEye& tool_;
     Calibration lens_;
-    double spot_;     // lens periods
-    cv::Mat3b shown_; // by the tool
+    cv::Rect middle_;          // of the panel
+    Calibration lensOfMiddle_; // as a panel of its own
+    double spot_;              // lens periods
+    cv::Mat3b shown_;          // by the tool
     int presses_ = 0;
     double light_ = 0; // where the head sees the middle of the panel lit
     double left_ = 0;  // half as bright

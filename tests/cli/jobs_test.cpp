@@ -320,21 +320,22 @@ TEST_F(Jobs, OptionsOfPhotosBecomeFields) {
     const std::pair<const char*, std::function<bool(Job)>> cases[] = {
         {"p.png a.png",
          [](Job j) { return j.scene.unasked.any() && displayUse(j) == DisplayUse::Show; }},
-        {"--fit cover --focus 0.5 p.png a.png", [](Job j) { return !j.scene.choices.framing; }},
+        {"--fit cover --focus 0.5 p.png a.png",
+         [](Job j) { return !j.scene.recipe.choices.framing; }},
         {"--strength 12.5 p.png a.png",
-         [](Job j) { return j.isStrengthGiven && j.scene.native.views.strengthPercent == 12.5; }},
+         [](Job j) { return j.isStrengthGiven && j.scene.recipe.views.strengthPercent == 12.5; }},
         {"--strength auto p.png a.png",
-         [](Job j) { return !j.isStrengthGiven && j.scene.choices.strength; }},
+         [](Job j) { return !j.isStrengthGiven && j.scene.recipe.choices.strength; }},
         {"--geometric p.png a.png",
-         [](Job j) { return j.scene.native.views.method == ViewMethod::Real; }},
+         [](Job j) { return j.scene.recipe.views.method == ViewMethod::Real; }},
         {"-g --method real p.png a.png",
-         [](Job j) { return j.scene.native.views.method == ViewMethod::Real; }},
-        {"--keep p.png a.png", [](Job j) { return j.scene.native.detail == Detail::Panel; }},
-        {"p.png b.png", [](Job j) { return j.scene.native.detail == Detail::Lens; }},
-        {"--quick p.png a.png", [](Job j) { return j.scene.native.detail == Detail::View; }},
+         [](Job j) { return j.scene.recipe.views.method == ViewMethod::Real; }},
+        {"--keep p.png a.png", [](Job j) { return j.scene.recipe.detail == Detail::Panel; }},
+        {"p.png b.png", [](Job j) { return j.scene.recipe.detail == Detail::Lens; }},
+        {"--quick p.png a.png", [](Job j) { return j.scene.recipe.detail == Detail::View; }},
         {"--center 0.2,1 --zoom 1.5 p.png a.png",
          [](Job j) {
-             return j.scene.native.framing == Framing{{0.2, 1}, 1.5};
+             return j.scene.recipe.framing == Framing{{0.2, 1}, 1.5};
          }},
         {"-q 4x2 -r 20x18 p.png a.png",
          [](Job j) {
@@ -449,7 +450,7 @@ in - => - stands for one video
 TEST_F(Jobs, OptionsOfVideosBecomeFields) {
     using Job = const VideoJob&;
     const auto isUsual = [](Job j) {
-        return j.scene.native.views.method == ViewMethod::Layered && j.depthOptions.every == 0 &&
+        return j.scene.recipe.views.method == ViewMethod::Layered && j.depthOptions.every == 0 &&
                j.encoding.crf == 16 && defaultMaxRate(j.profile, {2000, 1000}) == 100;
     };
     const std::pair<const char*, std::function<bool(Job)>> cases[] = {
@@ -457,14 +458,14 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
         {"--profile balanced clip.mp4 o.mp4", isUsual},
         {"--profile live clip.mp4 o.mp4",
          [](Job j) {
-             return j.scene.native.views.method == ViewMethod::Fast && j.encoding.crf == 20 &&
+             return j.scene.recipe.views.method == ViewMethod::Fast && j.encoding.crf == 20 &&
                     j.encoding.preset == EncoderPreset::UltraFast &&
                     defaultMaxRate(j.profile, {2000, 1000}) == 0;
          }},
         {"--show clip.mp4", [](Job j) { return j.profile.name == "live" && j.plan.show; }},
         {"--profile best clip.mp4 o.mp4",
          [](Job j) {
-             return j.scene.native.detail == Detail::Panel && j.depthOptions.every == 1 &&
+             return j.scene.recipe.detail == Detail::Panel && j.depthOptions.every == 1 &&
                     j.encoding.preset == EncoderPreset::Medium;
          }},
         {"--profile best --depth-every 4 --crf 9 clip.mp4 o.mp4",
@@ -480,15 +481,15 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
         {"--network x.onnx --network-size 32 clip.mp4 o.mp4",
          [](Job j) { return j.depth.network == "x.onnx" && j.depth.networkSize == 32; }},
         {"--geometric clip.mp4 o.mp4",
-         [](Job j) { return j.scene.native.views.method == ViewMethod::Real; }},
-        {"--keep clip.mp4 o.mp4", [](Job j) { return j.scene.native.detail == Detail::Panel; }},
+         [](Job j) { return j.scene.recipe.views.method == ViewMethod::Real; }},
+        {"--keep clip.mp4 o.mp4", [](Job j) { return j.scene.recipe.detail == Detail::Panel; }},
         {"--map a.map clip.mp4 o.mp4", [](Job j) { return j.display.map == "a.map"; }},
         {"--method fast --refine 3 clip.mp4 o.mp4",
-         [](Job j) { return j.scene.native.views.refinement == 3; }},
+         [](Job j) { return j.scene.recipe.views.refinement == 3; }},
         {"-g --inpaint-from behind clip.mp4 o.mp4",
-         [](Job j) { return j.scene.native.views.real.backgroundOnly; }},
+         [](Job j) { return j.scene.recipe.views.real.backgroundOnly; }},
         {"--fill continue clip.mp4 o.mp4",
-         [](Job j) { return j.scene.native.views.layered.fill == LayeredFill::Continue; }},
+         [](Job j) { return j.scene.recipe.views.layered.fill == LayeredFill::Continue; }},
         {"--fit contain clip.mp4 o.mp4", [](Job j) { return j.fit == FitMode::Contain; }},
         {"--from 1:30 --preview 0.5 clip.mp4 o.mp4",
          [](Job j) { return j.plan.part.from == 90 && j.plan.part.to == 90.5; }},

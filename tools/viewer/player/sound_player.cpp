@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <utility>
 #ifdef ALTIRO3D_HAVE_SDL
 #define SDL_MAIN_HANDLED
 #include <SDL.h>
@@ -15,18 +17,15 @@ namespace altiro3D::viewer {
 
 namespace {
 
-// SDL counts its users, but not thread-safely.
-std::mutex& sdlMutex() {
-    static std::mutex mutex;
-    return mutex;
-}
+std::mutex sdlMutex;
 
-// Frees what SDL keeps for a thread that it did not start, such as the text of the last error.
-struct ThreadCleanup {
-    ThreadCleanup() = default;
-    ThreadCleanup(const ThreadCleanup&) = delete;
-    ThreadCleanup& operator=(const ThreadCleanup&) = delete;
-    ~ThreadCleanup() { SDL_TLSCleanup(); }
+// SDL counts its users, but not thread-safely. At the end it frees what SDL keeps for a thread that
+// it did not start, such as the text of the last error.
+struct SdlLock : std::lock_guard<std::mutex> {
+    SdlLock() : lock_guard(sdlMutex) {}
+    SdlLock(const SdlLock&) = delete;
+    SdlLock& operator=(const SdlLock&) = delete;
+    ~SdlLock() { SDL_TLSCleanup(); }
 };
 
 void ignore(const char* /*file*/, int /*line*/, const char* /*function*/, int /*code*/,
@@ -42,55 +41,43 @@ void quietAlsa() {
 
 } // namespace
 
-std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> fill,
-                                               std::string& problem) {
-    const std::lock_guard<std::mutex> lock(sdlMutex());
-    const ThreadCleanup cleanup;
+SoundDevice::SoundDevice(std::function<void(float*, int)> fill) : fill_(std::move(fill)) {
+    const SdlLock lock;
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1"); // Ctrl-C must end the program
     SDL_SetHint(SDL_HINT_APP_NAME, "altiro3D");
     quietAlsa();
-    if (SDL_InitSubSystem(SDL_INIT_AUDIO) != 0) {
-        problem = SDL_GetError();
-        return nullptr;
-    }
-    std::unique_ptr<SoundDevice> device(new SoundDevice);
-    device->fill_ = std::move(fill);
+    if (SDL_InitSubSystem(SDL_INIT_AUDIO) != 0) throw std::runtime_error(SDL_GetError());
     SDL_AudioSpec wanted{};
     wanted.freq = kRate;
     wanted.format = AUDIO_F32SYS;
     wanted.channels = 2;
     wanted.samples = kPeriod;
-    wanted.userdata = device.get();
+    wanted.userdata = this;
     wanted.callback = [](void* self, Uint8* bytes, int size) {
         static_cast<SoundDevice*>(self)->fill_(reinterpret_cast<float*>(bytes),
                                                size / static_cast<int>(2 * sizeof(float)));
     };
-    device->number_ = SDL_OpenAudioDevice(nullptr, 0, &wanted, nullptr, 0);
-    if (device->number_ == 0) {
-        problem = SDL_GetError();
+    number_ = SDL_OpenAudioDevice(nullptr, 0, &wanted, nullptr, 0);
+    if (number_ == 0) {
+        const std::string problem = SDL_GetError();
         SDL_QuitSubSystem(SDL_INIT_AUDIO);
-        return nullptr;
+        throw std::runtime_error(problem);
     }
     const std::string driver = SDL_GetCurrentAudioDriver();
-    device->delay_ = driver == "disk" || driver == "dummy" ? 0 : kPeriod;
-    SDL_PauseAudioDevice(device->number_, 0);
-    return device;
+    delay_ = driver == "disk" || driver == "dummy" ? 0 : kPeriod;
+    SDL_PauseAudioDevice(number_, 0);
 }
 
 SoundDevice::~SoundDevice() {
-    if (number_ == 0) return;
-    const std::lock_guard<std::mutex> lock(sdlMutex());
-    const ThreadCleanup cleanup;
+    const SdlLock lock;
     SDL_CloseAudioDevice(number_);
     SDL_QuitSubSystem(SDL_INIT_AUDIO);
 }
 
 #else
 
-std::unique_ptr<SoundDevice> SoundDevice::open(std::function<void(float*, int)> /*fill*/,
-                                               std::string& problem) {
-    problem = "this program was built without SDL";
-    return nullptr;
+SoundDevice::SoundDevice(std::function<void(float*, int)> /*fill*/) {
+    throw std::runtime_error("this program was built without SDL");
 }
 
 SoundDevice::~SoundDevice() = default;
@@ -98,9 +85,12 @@ SoundDevice::~SoundDevice() = default;
 #endif
 
 std::string soundProblem() {
-    std::string problem;
-    SoundDevice::open([](float*, int) {}, problem);
-    return problem;
+    try {
+        const SoundDevice device([](float*, int) {});
+        return {};
+    } catch (const std::exception& error) {
+        return error.what();
+    }
 }
 
 namespace {
@@ -113,19 +103,11 @@ constexpr std::chrono::milliseconds kStuck(2000); // without a call of the devic
 
 } // namespace
 
-std::unique_ptr<SoundPlayer> SoundPlayer::open(const std::filesystem::path& file,
-                                               std::string& problem) {
-    std::unique_ptr<SoundPlayer> player(new SoundPlayer(file));
-    player->ring_.resize(2 * kRing);
-    player->device_ = SoundDevice::open(
-        [self = player.get()](float* samples, int count) { self->fill(samples, count); }, problem);
-    if (!player->device_) return nullptr;
-    {
-        const std::lock_guard<std::mutex> lock(player->mutex_);
-        player->delay_ = player->device_->delay();
-    }
-    player->thread_ = std::thread([self = player.get()] { self->feed(); });
-    return player;
+SoundPlayer::SoundPlayer(std::filesystem::path file)
+    : file_(std::move(file)), ring_(2 * kRing),
+      device_(std::make_unique<SoundDevice>(
+          [this](float* samples, int count) { fill(samples, count); })) {
+    thread_ = std::thread([this] { feed(); });
 }
 
 SoundPlayer::~SoundPlayer() {
@@ -135,19 +117,17 @@ SoundPlayer::~SoundPlayer() {
         ending_ = true;
     }
     wake_.notify_one();
-    if (thread_.joinable()) thread_.join();
+    thread_.join();
 }
 
 void SoundPlayer::start(double from, int stream, double speed) {
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        wish_ = playing_ = {from, stream, speed};
-        started_ = true;
-        first_ = waiting_ = 0;
-        taken_ = blockBegin_ = blockLength_ = 0;
-        end_.reset();
-        pausedAt_ = from;
-    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wish_ = playing_ = {from, stream, speed};
+    started_ = true;
+    first_ = waiting_ = 0;
+    taken_ = blockBegin_ = blockLength_ = 0;
+    end_.reset();
+    pausedAt_ = from;
     wake_.notify_one();
 }
 
@@ -173,7 +153,7 @@ double SoundPlayer::timeLocked() const {
     if (paused_) return pausedAt_;
     if (blockLength_ == 0) return playing_.from - kUnheard;
     const double since = std::chrono::duration<double>(Clock::now() - blockTime_).count();
-    const double samples = static_cast<double>(blockBegin_) - delay_ +
+    const double samples = static_cast<double>(blockBegin_) - device_->delay() +
                            std::min(since * kRate, static_cast<double>(blockLength_));
     return playing_.from + samples / kRate * playing_.speed;
 }
@@ -227,14 +207,12 @@ void SoundPlayer::feed() {
     std::int64_t made = 0; // since the start
     for (;;) {
         std::optional<Wish> wish;
-        {
-            std::unique_lock<std::mutex> lock(mutex_);
-            wake_.wait(lock, [this] {
-                return ending_ || wish_ || (started_ && waiting_ + kChunk <= kRing);
-            });
-            if (ending_) return;
-            wish.swap(wish_);
-        }
+        std::unique_lock<std::mutex> lock(mutex_);
+        wake_.wait(lock,
+                   [this] { return ending_ || wish_ || (started_ && waiting_ + kChunk <= kRing); });
+        if (ending_) return;
+        wish.swap(wish_);
+        lock.unlock();
         std::size_t count = 0;
         try {
             if (wish) {
@@ -246,7 +224,7 @@ void SoundPlayer::feed() {
             reader_.reset();
         }
         std::fill(chunk.begin() + static_cast<std::ptrdiff_t>(2 * count), chunk.end(), 0.F);
-        const std::lock_guard<std::mutex> lock(mutex_);
+        lock.lock();
         if (wish_) continue;
         if (count < kChunk && !end_)
             end_ = playing_.from + static_cast<double>(made + static_cast<std::int64_t>(count)) /

@@ -13,7 +13,6 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace altiro3D::viewer {
@@ -25,13 +24,10 @@ class SoundDevice {
     static constexpr int kPeriod = 1024; ///< Samples that the device takes at a time.
 
     /// Opens the output and starts it.
-    ///
     /// @param fill a thread of the device's calls it for the next samples: left and right in turn,
     ///        32-bit floating point, `count` of each
-    /// @param problem receives the reason where there is no output
-    /// @return null where there is no output
-    static std::unique_ptr<SoundDevice> open(std::function<void(float* samples, int count)> fill,
-                                             std::string& problem);
+    /// @throws std::runtime_error there is no output
+    explicit SoundDevice(std::function<void(float* samples, int count)> fill);
     /// Closes the output; `fill` is not called any more.
     ~SoundDevice();
     /// Samples that are still to be heard when `fill` is called: those of the call before. SDL's
@@ -41,8 +37,6 @@ class SoundDevice {
     SoundDevice& operator=(const SoundDevice&) = delete;
 
   private:
-    SoundDevice() = default;
-
     std::function<void(float*, int)> fill_;
     int delay_ = 0;
     [[maybe_unused]] unsigned number_ = 0; // SDL's
@@ -55,10 +49,8 @@ std::string soundProblem();
 /// follows the end of the sound, so the time goes on. Thread-safe.
 class SoundPlayer {
   public:
-    /// @param problem receives why there is no sound output
-    /// @return null where there is none
-    static std::unique_ptr<SoundPlayer> open(const std::filesystem::path& file,
-                                             std::string& problem);
+    /// @throws std::runtime_error there is no sound output
+    explicit SoundPlayer(std::filesystem::path file);
     ~SoundPlayer();
     SoundPlayer(const SoundPlayer&) = delete;
     SoundPlayer& operator=(const SoundPlayer&) = delete;
@@ -87,7 +79,6 @@ class SoundPlayer {
         double speed = 1;
     };
 
-    explicit SoundPlayer(std::filesystem::path file) : file_(std::move(file)) {}
     void fill(float* samples, int count); // by the device's thread
     void feed();                          // runs in thread_
     void prepare(const Wish& wish);
@@ -103,7 +94,6 @@ class SoundPlayer {
     bool paused_ = false;
     double pausedAt_ = 0;
     double volume_ = 1;
-    int delay_ = 0; // SoundDevice::delay()
     // The samples that wait, as a ring, and what was taken of them since the start.
     std::vector<float> ring_;
     std::size_t first_ = 0;

@@ -1,6 +1,5 @@
 #include "viewer/player/video_player.hpp"
 
-#include "altiro3D/video_io.hpp"
 #include "cli/run_tool.hpp"
 
 #include <algorithm>
@@ -29,10 +28,6 @@ VideoPlayer::VideoPlayer(std::filesystem::path file, std::function<bool(const cv
     : file_(std::move(file)), reading_(reading), show_(std::move(show)), done_(std::move(done)),
       settings_(settings), thread_([this] { run(); }) {}
 
-VideoPlayer::~VideoPlayer() {
-    end();
-}
-
 void VideoPlayer::end() {
     {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -43,33 +38,27 @@ void VideoPlayer::end() {
 }
 
 void VideoPlayer::setPaused(bool paused) {
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        base_ = now();
-        since_ = Clock::now();
-        paused_ = paused;
-        if (sound_) sound_->setPaused(paused);
-    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    base_ = now();
+    since_ = Clock::now();
+    paused_ = paused;
+    if (sound_) sound_->setPaused(paused);
     wake_.notify_one();
 }
 
 void VideoPlayer::set(const PlaySettings& settings) {
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        const double at = std::max(now(), state_.position); // the sound may not have begun
-        const bool begins = settings.speed != settings_.speed || settings.track != settings_.track;
-        settings_ = settings;
-        if (sound_) sound_->setVolume(settings.muted ? 0 : settings.volume / 100.0);
-        if (begins) startClock(at);
-    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const double at = std::max(now(), state_.position); // the sound may not have begun
+    const bool begins = settings.speed != settings_.speed || settings.track != settings_.track;
+    settings_ = settings;
+    if (sound_) sound_->setVolume(settings.muted ? 0 : settings.volume / 100.0);
+    if (begins) startClock(at);
     wake_.notify_one();
 }
 
 void VideoPlayer::seek(double seconds) {
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        wanted_ = std::clamp(seconds, 0.0, kFarthest);
-    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wanted_ = std::clamp(seconds, 0.0, kFarthest);
     wake_.notify_one();
 }
 
@@ -137,24 +126,23 @@ bool VideoPlayer::waitForEnd(double seconds) {
 }
 
 void VideoPlayer::openSound(const VideoFacts& facts) {
-    std::vector<VideoStreamFacts> tracks;
+    std::unique_lock<std::mutex> lock(mutex_);
+    state_.tracks.clear();
     for (const VideoStreamFacts& stream : facts.streams)
-        if (stream.kind == StreamKind::Audio) tracks.push_back(stream);
-    std::unique_ptr<SoundPlayer> sound;
-    std::string problem;
-    bool opens = !tracks.empty() && !facts.isDevice;
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        opens = opens && !sound_ && !isSilent_;
-    }
-    if (opens) sound = SoundPlayer::open(file_, problem);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    state_.tracks = tracks;
+        if (stream.kind == StreamKind::Audio) state_.tracks.push_back(stream);
     state_.duration = facts.isDevice ? 0 : facts.duration.value_or(0);
-    if (!sound) {
-        isSilent_ = !sound_;
+    if (sound_ || isSilent_) return;
+    isSilent_ = true;
+    if (state_.tracks.empty() || facts.isDevice) return;
+    lock.unlock(); // opening takes time
+    std::unique_ptr<SoundPlayer> sound;
+    try {
+        sound = std::make_unique<SoundPlayer>(file_);
+    } catch (const std::exception&) { // no output
         return;
     }
+    lock.lock();
+    isSilent_ = false;
     sound_ = std::move(sound);
     sound_->setVolume(settings_.muted ? 0 : settings_.volume / 100.0);
     sound_->setPaused(paused_);
@@ -181,13 +169,10 @@ bool VideoPlayer::playFrom(double from) {
         isFirst = false;
         if (!showsNow && !waitUntil(time, true)) return false;
         const Clock::time_point since = Clock::now();
-        double late = 0;
-        double speed = 1;
-        {
-            const std::lock_guard<std::mutex> lock(mutex_);
-            speed = settings_.speed;
-            late = now() + lead_ * speed - time;
-        }
+        std::unique_lock<std::mutex> lock(mutex_);
+        const double speed = settings_.speed;
+        const double late = now() + lead_ * speed - time;
+        lock.unlock();
         const double gap = std::chrono::duration<double>(since - last).count();
         const double duration =
             frame.duration > 0 ? static_cast<double>(frame.duration) * unit : kUsualDuration;
@@ -198,7 +183,7 @@ bool VideoPlayer::playFrom(double from) {
             last = since;
             frame.picture = cv::Mat(); // its receiver may keep it
         }
-        const std::lock_guard<std::mutex> lock(mutex_);
+        lock.lock();
         ++(shown ? counts_.shown : counts_.dropped);
         state_.position = time;
         if (isInterrupted()) return false;
@@ -211,14 +196,10 @@ bool VideoPlayer::playFrom(double from) {
 }
 
 // Waits, paused, until it has to play again.
-void VideoPlayer::rest() {
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        base_ = now();
-        paused_ = true;
-        if (sound_) sound_->setPaused(true);
-    }
-    std::unique_lock<std::mutex> lock(mutex_);
+void VideoPlayer::rest(std::unique_lock<std::mutex>& lock) {
+    base_ = now();
+    paused_ = true;
+    if (sound_) sound_->setPaused(true);
     wake_.wait(lock,
                [this] { return isInterrupted() || !paused_ || settings_.atEnd != AtEnd::Stop; });
     if (settings_.atEnd == AtEnd::Loop && paused_ && !isInterrupted()) {
@@ -231,15 +212,9 @@ void VideoPlayer::run() {
     try {
         for (double from = 0;;) {
             const bool atEnd = playFrom(from);
-            AtEnd then = AtEnd::Loop;
-            {
-                const std::lock_guard<std::mutex> lock(mutex_);
-                if (ending_) return;
-                if (atEnd) then = settings_.atEnd;
-            }
-            if (then == AtEnd::Finish) break;
-            if (then == AtEnd::Stop) rest();
-            const std::lock_guard<std::mutex> lock(mutex_);
+            std::unique_lock<std::mutex> lock(mutex_);
+            if (atEnd && !ending_ && settings_.atEnd == AtEnd::Finish) break;
+            if (atEnd && !ending_ && settings_.atEnd == AtEnd::Stop) rest(lock);
             if (ending_) return;
             from = wanted_.value_or(0);
             wanted_.reset();
@@ -251,9 +226,8 @@ void VideoPlayer::run() {
 }
 
 void EndingPlayers::add(std::shared_ptr<VideoPlayer> player) {
-    if (!player) return;
     const std::lock_guard<std::mutex> lock(mutex_);
-    players_.push_back(std::move(player));
+    if (player) players_.push_back(std::move(player));
 }
 
 void EndingPlayers::endAll() {

@@ -64,7 +64,7 @@ class VideoPlayer {
     VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
                 std::function<void(const std::string&)> done, const PlaySettings& settings = {},
                 const VideoReaderOptions& reading = {});
-    ~VideoPlayer();
+    ~VideoPlayer() { end(); }
     VideoPlayer(const VideoPlayer&) = delete;
     VideoPlayer& operator=(const VideoPlayer&) = delete;
 
@@ -94,7 +94,7 @@ class VideoPlayer {
     void startClock(double from);
     double now();
     void openSound(const VideoFacts& facts);
-    void rest();
+    void rest(std::unique_lock<std::mutex>& lock);
 
     std::filesystem::path file_;
     VideoReaderOptions reading_;

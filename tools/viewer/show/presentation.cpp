@@ -2,9 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "altiro3D/error.hpp"
-#include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
-#include "cli/display_options.hpp"
 #include "cli/folders.hpp"
 #include "viewer/model/worker.hpp"
 #include "viewer/show/slide_presenter.hpp"
@@ -18,7 +16,6 @@
 #include <chrono>
 #include <clocale>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -68,10 +65,10 @@ std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>&
     std::optional<std::size_t> chosen;
     if (const std::string& serial = job.display.serial; !serial.empty()) {
         for (std::size_t i = 0; i < displays.size(); ++i) {
-            const bool named =
-                displays[i].name == serial || displays[i].volume == serial ||
-                (displays[i].calibration && displays[i].calibration->serial == serial);
-            if (named && displays[i].screen) chosen = i;
+            const qt::FoundDisplay& found = displays[i];
+            if (found.screen && (found.name == serial || found.volume == serial ||
+                                 (found.calibration && found.calibration->serial == serial)))
+                chosen = i;
         }
     } else {
         std::optional<Calibration> calibration;
@@ -97,71 +94,33 @@ std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>&
     return *displays[*chosen].screen;
 }
 
-// Delivers the pictures of a stream on standard input as they arrive; the writer sets the pace.
-class PictureStream {
-  public:
-    PictureStream() {
-        if (!readPixmap(*stdin, first_))
-            throw Error(ErrorCode::BadFormat, "standard input",
-                        "is empty, expected pictures (PPM of 8 bits, P6)");
-    }
-    ~PictureStream() { end(); }
-    PictureStream(const PictureStream&) = delete;
-    PictureStream& operator=(const PictureStream&) = delete;
-
-    const cv::Mat& first() const { return first_; }
-    void end() {
-        ending_ = true;
-        if (thread_.joinable()) thread_.join();
-    }
-    // Both functions are called by a thread of the stream's own.
-    void start(const std::function<bool(const cv::Mat&)>& show, const std::function<void()>& end) {
-        thread_ = std::thread([this, show, end] {
-            try {
-                for (cv::Mat picture; !ending_ && readPixmap(*stdin, picture);) {
-                    while (!show(picture) && !ending_)
-                        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-                }
-            } catch (const std::exception&) { // the writer has ended in the middle of a picture
-            }
-            end();
-        });
-    }
-
-  private:
-    cv::Mat first_;
-    std::atomic<bool> ending_{false};
-    std::thread thread_;
-};
-
-// Refuses a picture that does not fit the screen px by px.
-void requireSize(const std::string& what, cv::Size size, const qt::ScreenFacts& screen) {
-    if (qt::hasSize(screen, size)) return;
-    throw Error(ErrorCode::Mismatch, what,
-                "has " + tools::sizeText(size) + ", but the screen shows " +
-                    tools::sizeText(screen.size) +
-                    "; expected the display's own resolution and a Native made for it");
-}
-
 // The screen of the display that a run shows its pictures on.
+// @param requiresSize refuses a picture that does not fit the screen px by px
 QScreen& screenFor(const ShowJob& job, const std::string& what, cv::Size native, bool requiresSize,
                    tools::Messages& messages) {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::size_t screen = chooseScreen(job, screens, native, messages);
-    if (requiresSize) requireSize(what, native, screens[screen]);
+    if (requiresSize && !qt::hasSize(screens[screen], native))
+        throw Error(ErrorCode::Mismatch, what,
+                    "has " + tools::sizeText(native) + ", but the screen shows " +
+                        tools::sizeText(screens[screen].size) +
+                        "; expected the display's own resolution and a Native made for it");
     messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));
     return *QGuiApplication::screens()[static_cast<int>(screen)];
 }
 
 int presentStream(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
-    PictureStream stream;
+    cv::Mat first;
+    if (!readPixmap(*stdin, first))
+        throw Error(ErrorCode::BadFormat, "standard input",
+                    "is empty, expected pictures (PPM of 8 bits, P6)");
     requireDesktop();
     const QApplication application(argc, argv);
     QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
     qt::NativeWidget widget;
     QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
-    widget.setNative(stream.first());
-    widget.showOn(screenFor(job, "-", stream.first().size(), true, messages));
+    widget.setNative(first);
+    widget.showOn(screenFor(job, "-", first.size(), true, messages));
     messages.flushWarnings();
     Arrivals arrivals;
     QObject::connect(
@@ -173,10 +132,19 @@ int presentStream(int& argc, char** argv, const ShowJob& job, tools::Messages& m
         Qt::QueuedConnection);
     QObject::connect(&arrivals, &Arrivals::ended, &widget, &QApplication::quit,
                      Qt::QueuedConnection);
-    stream.start([&arrivals](const cv::Mat& picture) { return arrivals.put(picture); },
-                 [&arrivals] { emit arrivals.ended(); });
+    std::atomic<bool> ending{false};
+    std::thread reader([&] { // the writer sets the pace
+        try {
+            for (cv::Mat picture; !ending && readPixmap(*stdin, picture);)
+                while (!arrivals.put(picture) && !ending)
+                    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        } catch (const std::exception&) { // the writer has ended in the middle of a picture
+        }
+        emit arrivals.ended();
+    });
     const int status = QApplication::exec();
-    stream.end();
+    ending = true;
+    reader.join();
     return status;
 }
 
@@ -262,11 +230,21 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
                 "holds nothing that can be shown, expected photos, quilts or Natives");
 }
 
+std::string panelText(const Calibration& calibration) {
+    return ", panel " + tools::sizeText({calibration.screenW, calibration.screenH});
+}
+
 using Json = nlohmann::ordered_json;
 
 std::string pairedByText(qt::PairedBy by) {
     if (by == qt::PairedBy::Serial) return "serial";
     return by == qt::PairedBy::Size ? "size" : "nothing";
+}
+
+void addPanel(Json& entry, const Calibration& calibration) {
+    entry["serial"] = calibration.serial;
+    entry["panelWidth"] = calibration.screenW;
+    entry["panelHeight"] = calibration.screenH;
 }
 
 Json jsonOf(const std::vector<qt::FoundDisplay>& displays,
@@ -280,11 +258,7 @@ Json jsonOf(const std::vector<qt::FoundDisplay>& displays,
                       {"pairedBy", pairedByText(display.pairedBy)},
                       {"problems", display.problems}};
         if (display.screen) entry["screen"] = *display.screen;
-        if (display.calibration) {
-            entry["serial"] = display.calibration->serial;
-            entry["panelWidth"] = display.calibration->screenW;
-            entry["panelHeight"] = display.calibration->screenH;
-        }
+        if (display.calibration) addPanel(entry, *display.calibration);
         json["displays"].push_back(std::move(entry));
     }
     for (const qt::ScreenFacts& screen : screens) {
@@ -299,8 +273,6 @@ Json jsonOf(const std::vector<qt::FoundDisplay>& displays,
     return json;
 }
 
-constexpr int kMaxSide = 16384;
-
 [[noreturn]] void fail() {
     throw Error(ErrorCode::BadFormat, "standard input",
                 "holds something else, expected whole pictures (PPM of 8 bits, P6)");
@@ -308,6 +280,7 @@ constexpr int kMaxSide = 16384;
 
 // A number of the head and the character after it.
 int readNumber(std::FILE& file) {
+    constexpr int kMaxSide = 16384;
     int next = std::fgetc(&file);
     while (std::isspace(next) != 0)
         next = std::fgetc(&file);
@@ -359,8 +332,7 @@ void detailSilence(tools::Messages& messages) {
 }
 
 int present(int& argc, char** argv, const ShowJob& job, tools::Messages& messages) {
-    const bool isStream = job.files.front() == "-";
-    if (isStream) return presentStream(argc, argv, job, messages);
+    if (job.files.front() == "-") return presentStream(argc, argv, job, messages);
     if (job.bridge) return presentByBridge(job, messages);
     return (job.byMpv ? presentByMpv : presentFiles)(argc, argv, job, messages);
 }
@@ -374,12 +346,11 @@ int presentTestPicture(int& argc, char** argv, const ShowJob& job, tools::Messag
         tools::findDisplay(job.display, messages, {calibrations, true});
     if (display.isMapOnly)
         throw tools::UsageError("a map is not enough, expected the calibration -c");
-    const cv::Mat native = makeTestPicture(display);
     qt::NativeWidget widget;
     QObject::connect(&widget, &qt::NativeWidget::left, &QApplication::quit);
-    widget.setNative(native);
-    widget.showOn(screenFor(job, display.isSample ? "calibration" : display.source, native.size(),
-                            true, messages));
+    widget.setNative(makeTestPicture(display));
+    widget.showOn(screenFor(job, display.isSample ? "calibration" : display.source,
+                            display.panelSize(), true, messages));
     for (const std::string& sentence : testPictureAdvice())
         messages.say(sentence);
     messages.flushWarnings();
@@ -412,12 +383,13 @@ std::vector<MountedCalibration> calibrations() {
 int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
                  tools::Messages& messages) {
     std::unique_ptr<QGuiApplication> application;
-    if (hasDesktop())
+    std::vector<qt::ScreenFacts> screens;
+    if (hasDesktop()) {
         application = std::make_unique<QGuiApplication>(argc, argv);
-    else
+        screens = screenFacts();
+    } else {
         messages.warn("no desktop was found: screens are not known");
-    const std::vector<qt::ScreenFacts> screens =
-        application ? screenFacts() : std::vector<qt::ScreenFacts>();
+    }
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
     std::vector<tools::BridgeDevice> ofBridge;
     try {
@@ -432,12 +404,10 @@ int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
         for (const tools::BridgeDevice& device : ofBridge) {
             Json entry = {
                 {"name", device.name}, {"bridge", bridgeName}, {"problems", Json::array()}};
-            if (!device.problem.empty()) entry["problems"].push_back(device.problem);
-            if (device.problem.empty()) {
-                entry["serial"] = device.calibration.serial;
-                entry["panelWidth"] = device.calibration.screenW;
-                entry["panelHeight"] = device.calibration.screenH;
-            }
+            if (device.problem.empty())
+                addPanel(entry, device.calibration);
+            else
+                entry["problems"].push_back(device.problem);
             list["displays"].push_back(std::move(entry));
         }
         messages.print(list.dump(2, ' ', false, Json::error_handler_t::replace));
@@ -446,22 +416,17 @@ int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
     for (const qt::FoundDisplay& display : displays) {
         std::string line = "display " + display.name;
         if (display.screen) line += ", screen " + std::to_string(*display.screen);
-        if (display.calibration) {
-            line += ", panel " +
-                    tools::sizeText({display.calibration->screenW, display.calibration->screenH});
-        }
+        if (display.calibration) line += panelText(*display.calibration);
         if (!display.calibrationFile.empty()) line += ", " + display.calibrationFile.string();
         messages.say(line);
         for (const std::string& problem : display.problems)
             messages.say("  " + problem);
     }
     for (const tools::BridgeDevice& device : ofBridge) {
-        const Calibration& known = device.calibration;
+        const bool isGood = device.problem.empty();
         messages.say("display " + device.name + ", " + bridgeName +
-                     (device.problem.empty()
-                          ? ", panel " + tools::sizeText({known.screenW, known.screenH})
-                          : ""));
-        if (!device.problem.empty()) messages.say("  " + device.problem);
+                     (isGood ? panelText(device.calibration) : ""));
+        if (!isGood) messages.say("  " + device.problem);
     }
     if (displays.empty() && ofBridge.empty()) messages.say("no light-field display was found");
     for (std::size_t i = 0; i < screens.size(); ++i)

@@ -10,7 +10,6 @@
 #include "viewer/model/depth_maker.hpp"
 
 #include <QFile>
-#include <QGuiApplication>
 #include <QKeyEvent>
 #include <QScreen>
 #include <algorithm>
@@ -99,13 +98,8 @@ void SlidePresenter::start(QScreen& screen) {
 }
 
 VideoPlayer::Counts SlidePresenter::counts() const {
-    VideoPlayer::Counts all = counts_;
-    if (player_) {
-        const VideoPlayer::Counts now = player_->counts();
-        all.shown += now.shown;
-        all.dropped += now.dropped;
-    }
-    return all;
+    const VideoPlayer::Counts now = player_ ? player_->counts() : VideoPlayer::Counts();
+    return {counts_.shown + now.shown, counts_.dropped + now.dropped};
 }
 
 bool SlidePresenter::eventFilter(QObject* object, QEvent* event) {
@@ -119,31 +113,26 @@ void SlidePresenter::setPlaySettings(const PlaySettings& settings) {
     if (player_) player_->set(playSettings_);
 }
 
-bool SlidePresenter::onSoundKey(int key) {
-    PlaySettings settings = playSettings_;
-    if (key == Qt::Key_M)
-        settings.muted = !settings.muted;
-    else if (key == Qt::Key_Plus)
-        settings.volume = std::min(settings.volume + kVolumeStep, 100);
-    else if (key == Qt::Key_Minus)
-        settings.volume = std::max(settings.volume - kVolumeStep, 0);
-    else
-        return false;
-    setPlaySettings(settings);
-    return true;
-}
-
 bool SlidePresenter::onKey(const QKeyEvent& event) {
     const int key = event.key();
-    const bool seeks = (event.modifiers() & Qt::ShiftModifier) != 0 &&
-                       (key == Qt::Key_Left || key == Qt::Key_Right);
-    if (seeks) {
+    if (event.modifiers().testFlag(Qt::ShiftModifier) &&
+        (key == Qt::Key_Left || key == Qt::Key_Right)) {
         if (player_)
             player_->seek(player_->state().position + (key == Qt::Key_Left ? -1 : 1) * kSeekStep);
         return true;
     }
-    if (onSoundKey(key)) return true;
+    PlaySettings settings = playSettings_;
     switch (key) {
+    case Qt::Key_M:
+        settings.muted = !settings.muted;
+        setPlaySettings(settings);
+        return true;
+    case Qt::Key_Plus:
+    case Qt::Key_Minus:
+        settings.volume += key == Qt::Key_Plus ? kVolumeStep : -kVolumeStep;
+        settings.volume = std::clamp(settings.volume, 0, 100);
+        setPlaySettings(settings);
+        return true;
     case Qt::Key_Right:
     case Qt::Key_PageDown:
         show_.next();
@@ -245,6 +234,7 @@ Slide SlideMaker::make(const Source& source) {
     Slide slide;
     slide.source = source;
     const bool isVideo = isVideoName(source.file);
+    const auto asItIs = [](const cv::Mat& frame) { return frame; };
     try {
         if (!display_) {
             slide.native = firstPicture(source.file);
@@ -254,21 +244,18 @@ Slide SlideMaker::make(const Source& source) {
                                 ", but the screen shows " + tools::sizeText(screen_.size) +
                                 "; expected a Native made for it, or -c with the display's "
                                 "calibration");
-            if (isVideo) slide.nativeOfFrame = [](const cv::Mat& frame) { return frame; };
+            if (isVideo) slide.nativeOfFrame = asItIs;
             return slide;
         }
         const auto document = std::make_shared<const Document>(readDocument(source, *display_));
         slide.native = nativeOf(document);
-        if (isVideo && document->kind == Kind::Native)
-            slide.nativeOfFrame = [](const cv::Mat& frame) { return frame; };
+        if (isVideo && document->kind == Kind::Native) slide.nativeOfFrame = asItIs;
         if (isVideo && document->kind == Kind::Quilt)
             slide.nativeOfFrame = quiltConverter(source.file, document->layout, *display_, true);
         if (isVideo && document->kind == Kind::Scene)
             slide.nativeOfFrame = sceneConverter(*document, *display_, depthMaker_);
     } catch (const std::exception& error) {
-        slide.native.release();
-        slide.nativeOfFrame = nullptr;
-        slide.problem = tools::sentenceOf(error);
+        return {source, {}, nullptr, tools::sentenceOf(error)};
     }
     return slide;
 }

@@ -27,7 +27,6 @@ class SlideMaker {
   public:
     /// @param display the display; nothing if its calibration is not known: then only Natives can
     ///        be shown
-    /// @param screen the screen
     SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen);
 
     /// @return a slide with a picture of the screen's size, or with a problem
@@ -59,7 +58,6 @@ class SlidePresenter : public QObject {
     void setPlaySettings(const PlaySettings& settings);
     const PlaySettings& playSettings() const { return playSettings_; }
 
-    /// Begins on a screen.
     void start(QScreen& screen);
 
     const SlideShow& show() const { return show_; }
@@ -76,7 +74,6 @@ class SlidePresenter : public QObject {
 
   private:
     bool onKey(const QKeyEvent& event);
-    bool onSoundKey(int key);
     void make(const Source& source);
     void tick();
     void begin(const Slide& slide); // of what is shown from now on

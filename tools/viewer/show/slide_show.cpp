@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -16,13 +15,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool isSame(const std::optional<Source>& a, const Source& b) {
-    return a && isSame(*a, b);
+bool holds(const std::vector<Source>& files, const Source& wanted) {
+    return std::find(files.begin(), files.end(), wanted) != files.end();
 }
 
-bool holds(const std::vector<Source>& files, const Source& wanted) {
-    return std::any_of(files.begin(), files.end(),
-                       [&](const Source& file) { return isSame(file, wanted); });
+template <class Item, class Condition>
+void eraseIf(std::vector<Item>& items, const Condition& condition) {
+    items.erase(std::remove_if(items.begin(), items.end(), condition), items.end());
 }
 
 tools::FolderContents contentsOf(const fs::path& folder) {
@@ -55,32 +54,29 @@ SlideShow::SlideShow(const Settings& settings, Work work)
 void SlideShow::setFiles(const std::vector<Source>& files) {
     all_ = files;
     // A file that has gone may come back mended.
-    failed_.erase(std::remove_if(failed_.begin(), failed_.end(),
-                                 [&](const Source& failed) { return !holds(files, failed); }),
-                  failed_.end());
-    files_.clear();
-    std::copy_if(files.begin(), files.end(), std::back_inserter(files_),
-                 [&](const Source& file) { return !holds(failed_, file); });
+    eraseIf(failed_, [&](const Source& failed) { return !holds(files, failed); });
+    files_ = files;
+    eraseIf(files_, [&](const Source& file) { return holds(failed_, file); });
     list_.set(files_);
     if (wanted_ && !holds(files_, *wanted_)) wanted_.reset();
     if (!files_.empty()) isOver_ = false;
 }
 
 void SlideShow::put(const Slide& slide) {
-    if (!isSame(making_, slide.source)) return; // nobody waits for it any more
+    if (making_ != slide.source) return; // nobody waits for it any more
     making_.reset();
     if (slide.problem.empty()) return kept_.push_back(slide);
     work_.report(slide.problem);
     failed_.push_back(slide.source);
-    if (isSame(wanted_, slide.source)) wanted_.reset();
+    if (wanted_ == slide.source) wanted_.reset();
     setFiles(std::vector<Source>(all_));
 }
 
 const Slide* SlideShow::ready(const Source& source) const {
-    if (shown_ && isSame(shown_->source, source)) return &*shown_;
-    const auto slide = std::find_if(kept_.begin(), kept_.end(),
-                                    [&](const Slide& s) { return isSame(s.source, source); });
-    return slide != kept_.end() ? &*slide : nullptr;
+    if (shown_ && shown_->source == source) return &*shown_;
+    for (const Slide& slide : kept_)
+        if (slide.source == source) return &slide;
+    return nullptr;
 }
 
 void SlideShow::show(const Slide& slide) {
@@ -88,22 +84,19 @@ void SlideShow::show(const Slide& slide) {
     if (shown_) {
         if (settings_.fade > 0 && shown_->native.size() == now.native.size())
             before_ = shown_->native;
-        if (!isSame(shown_->source, now.source)) kept_.push_back(*shown_);
+        if (shown_->source != now.source) kept_.push_back(*shown_);
     }
     shown_ = now;
-    kept_.erase(std::remove_if(kept_.begin(), kept_.end(),
-                               [&](const Slide& kept) { return isSame(kept.source, now.source); }),
-                kept_.end());
+    eraseIf(kept_, [&](const Slide& kept) { return kept.source == now.source; });
     since_ = fadeSince_ = now_;
     ++changes_;
 }
 
 void SlideShow::endVideo() {
-    if (!list_.following()) {
+    if (!list_.following())
         isOver_ = true;
-    } else if (!wanted_) {
+    else if (!wanted_)
         next();
-    }
 }
 
 void SlideShow::request() {
@@ -111,21 +104,16 @@ void SlideShow::request() {
     for (const std::optional<Source>& source : {wanted_, list_.following()}) {
         if (!source || ready(*source) != nullptr) continue;
         making_ = source;
-        work_.make(*source);
-        return;
+        return work_.make(*source);
     }
 }
 
 void SlideShow::prune() {
     const std::optional<Source> following = list_.following();
     const std::optional<Source> preceding = list_.preceding();
-    kept_.erase(std::remove_if(kept_.begin(), kept_.end(),
-                               [&](const Slide& slide) {
-                                   return !isSame(wanted_, slide.source) &&
-                                          !isSame(following, slide.source) &&
-                                          !isSame(preceding, slide.source);
-                               }),
-                kept_.end());
+    eraseIf(kept_, [&](const Slide& slide) {
+        return wanted_ != slide.source && following != slide.source && preceding != slide.source;
+    });
 }
 
 void SlideShow::tick(double now) {
@@ -142,11 +130,9 @@ void SlideShow::tick(double now) {
         }
         next();
     }
-    if (wanted_) {
-        if (const Slide* slide = ready(*wanted_)) {
-            wanted_.reset();
-            show(*slide);
-        }
+    if (const Slide* slide = wanted_ ? ready(*wanted_) : nullptr) {
+        wanted_.reset();
+        show(*slide);
     }
     prune();
     request();
@@ -179,19 +165,16 @@ void ShowList::set(const std::vector<Source>& files) {
     nextRound_.clear();
     if (!shuffles_) {
         // What follows a file that has gone is found by what is left of the old order.
-        const std::optional<Source> anchor =
-            place < kept.size() ? std::optional<Source>(kept[place]) : std::nullopt;
         order_ = files;
-        at_ = order_.size();
-        for (std::size_t i = 0; anchor && i < order_.size(); ++i)
-            if (isSame(order_[i], *anchor)) at_ = i;
-        isGone_ = !now || !holds(order_, *now);
-        if (kept.empty()) at_ = 0;
-        return;
+        at_ = kept.empty() ? 0 : order_.size();
+        for (std::size_t i = 0; place < kept.size() && i < order_.size(); ++i)
+            if (order_[i] == kept[place]) at_ = i;
+    } else {
+        order_ = kept;
+        at_ = place;
     }
-    order_ = kept;
-    at_ = place;
     isGone_ = !now || !holds(order_, *now);
+    if (!shuffles_) return;
     for (const Source& file : files) {
         if (holds(kept, file)) continue;
         const std::size_t first = std::min(order_.size(), isGone_ ? at_ : at_ + 1);
@@ -210,7 +193,7 @@ std::vector<Source> ShowList::round() {
     if (!shuffles_) return files;
     std::shuffle(files.begin(), files.end(), random_);
     // not the same file twice in a row
-    if (const auto now = current(); now && files.size() > 1 && isSame(files.front(), *now))
+    if (const auto now = current(); now && files.size() > 1 && files.front() == *now)
         std::swap(files.front(), files.back());
     return files;
 }
@@ -259,11 +242,10 @@ std::set<fs::path> SteadyFiles::look(const FileStamps& stamps, double now) {
         const auto before = known_.find(file);
         if (before != known_.end() && before->second.stamp == stamp)
             entry.since = before->second.since;
-        if (now - entry.since >= kSeconds) {
+        if (now - entry.since >= kSeconds)
             steady.insert(file);
-        } else {
+        else
             isWaiting_ = true;
-        }
         known.emplace(file, entry);
     }
     known_.swap(known);
@@ -285,10 +267,7 @@ ShowFiles::ShowFiles(const std::vector<fs::path>& names) {
         } else if (!exists) {
             leaveOut({ErrorCode::NotFound, name.string(),
                       "does not exist, expected a file or a folder"});
-        } else if (!fs::is_directory(name, error)) {
-            names_.push_back(name);
-        } else {
-            names_.push_back(name);
+        } else if (names_.push_back(name); fs::is_directory(name, error)) {
             folders_.push_back(name);
             const tools::FolderContents found = contentsOf(name);
             if (found.files.empty()) {

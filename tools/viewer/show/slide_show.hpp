@@ -15,8 +15,11 @@
 
 namespace altiro3D::viewer {
 
-inline bool isSame(const Source& a, const Source& b) {
+inline bool operator==(const Source& a, const Source& b) {
     return a.file == b.file && a.depth == b.depth;
+}
+inline bool operator!=(const Source& a, const Source& b) {
+    return !(a == b);
 }
 
 /// The files of a show in the order in which they are shown, and the place in it. Files may join
@@ -24,8 +27,6 @@ inline bool isSame(const Source& a, const Source& b) {
 class ShowList {
   public:
     /// @param shuffles shows the files in random order, each once before any is shown again
-    /// @param loops begins again after the last file
-    /// @param seed of the random order
     ShowList(bool shuffles, bool loops, unsigned seed);
 
     /// Sets the files, in their natural order. The current file stays current; if it is gone,

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <map>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <set>
 
 namespace altiro3D::viewer {
@@ -44,8 +43,8 @@ Reading guess(const fs::path& file, const cv::Mat& picture, const Display& displ
     if (const auto named = namedDepthHalf(file); named && isVideoName(file))
         return *named;                               // single frames may be dark
     if (parseSceneName(file)) return Reading::Photo; // addPhotoDepth() examines its halves
-    const std::string ending = tools::lowerCase(file.extension().string());
-    const bool lossy = ending == ".jpg" || ending == ".jpeg" || ending == ".jpe";
+    static const std::set<std::string> kLossy = {".jpg", ".jpeg", ".jpe", ".jfif"};
+    const bool lossy = kLossy.count(tools::lowerCase(file.extension().string())) > 0;
     if (size == display.panelSize() && (!lossy || stem.find("native") != std::string::npos))
         return Reading::Native;
     found = findQuiltLayout(eightBit(picture));

@@ -13,10 +13,8 @@ namespace {
 constexpr double kSteepest = 1e9; // slope of a vertical lens
 
 double stepOf(LensKnob knob, LensStep step) {
-    const bool isCentre = knob == LensKnob::Centre;
-    if (step == LensStep::Coarse) return isCentre ? 0.1 : 1;
-    if (step == LensStep::Fine) return isCentre ? 0.01 : 0.1;
-    return isCentre ? 0.001 : 0.005;
+    constexpr double kSteps[][3] = {{1, 0.1, 0.005}, {0.1, 0.01, 0.001}}; // coarse, fine, finest
+    return kSteps[knob == LensKnob::Centre ? 1 : 0][static_cast<int>(step)];
 }
 
 // Lenses across the panel, and the shift of one over its height in lenses.
@@ -28,23 +26,6 @@ struct LensCount {
 LensCount countOf(const Calibration& c) {
     const LensGeometry g = lensGeometry(c);
     return {g.periodsPerWidth, g.tilt * g.periodsPerWidth};
-}
-
-// The same lenses with another slope: as many across the panel.
-Calibration withSlope(const Calibration& from, double slope) {
-    Calibration c = from;
-    c.slope = slope;
-    c.pitch *= countOf(from).across / countOf(c).across;
-    return c;
-}
-
-// `to`, with its lens over the middle of the panel as in `from`.
-Calibration withMiddle(const Calibration& from, Calibration to) {
-    const LensCount before = countOf(from);
-    const LensCount after = countOf(to);
-    to.center += (after.across + after.down - before.across - before.down) / 2;
-    to.center -= std::floor(to.center);
-    return to;
 }
 
 } // namespace
@@ -95,18 +76,16 @@ void LensByEye::turn(LensKnob knob, LensStep step, int direction) {
 
 void LensByEye::set(LensKnob knob, double value) {
     Calibration c = calibration_;
-    switch (knob) {
-    case LensKnob::Pitch:
-        c.pitch = value;
-        c = withMiddle(calibration_, c);
-        break;
-    case LensKnob::Slope:
-        c = withMiddle(calibration_, withSlope(calibration_, value));
-        break;
-    case LensKnob::Centre:
-        c.center = value - std::floor(value);
-        break;
+    const LensCount before = countOf(c);
+    if (knob == LensKnob::Centre) {
+        c.center = value;
+    } else {
+        (knob == LensKnob::Pitch ? c.pitch : c.slope) = value;
+        if (knob == LensKnob::Slope) c.pitch *= before.across / countOf(c).across; // as many lenses
+        const LensCount after = countOf(c); // the one over the middle of the panel stays there
+        c.center += (after.across + after.down - before.across - before.down) / 2;
     }
+    c.center -= std::floor(c.center);
     setCalibration(c);
 }
 

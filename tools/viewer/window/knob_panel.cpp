@@ -14,7 +14,6 @@
 #include <QFormLayout>
 #include <QGraphicsOpacityEffect>
 #include <QGroupBox>
-#include <QHBoxLayout>
 #include <QKeyEvent>
 #include <QLabel>
 #include <QPushButton>
@@ -30,89 +29,6 @@ namespace {
 constexpr double kMaxStrength = 40; // of the slider
 constexpr int kAutoFit = -1;        // cover, with the part that is chosen
 
-struct Tip {
-    const char* object;
-    const char* text;
-};
-// What each setting does.
-constexpr Tip kTips[] = {
-    {"reading",
-     QT_TRANSLATE_NOOP("tips", "What the file is. Change it if it was taken for something else.")},
-    {"fit",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "How the picture gets the shape of the display: by cutting, by bars, or by stretching. "
-         "\"Keep the subject\" chooses what is cut off.")},
-    {"depth",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "Where the depth comes from: the photo's own file, or a network that estimates it. "
-         "\"Best available\" prefers depth that comes with the photo.")},
-    {"depthImage",
-     QT_TRANSLATE_NOOP("tips",
-                       "Choose a picture that holds the depth of this photo; near is white.")},
-    {"betterDepth",
-     QT_TRANSLATE_NOOP("tips", "Download a network that estimates depth more accurately. You see "
-                               "first what it is.")},
-    {"depthCurve",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "Who gets the depth: above 1 near things become rounder and the background flatter, "
-         "below 1 the other way round. A double click on the slider resets it.")},
-    {"strength",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "How deep the scene is: how far things move between the outermost views, in % of "
-         "the width. Too much makes edges double. A double click on the slider resets it.")},
-    {"eyesStrength",
-     QT_TRANSLATE_NOOP("tips",
-                       "How far things move between the pictures of two eyes, in % of the width. "
-                       "Much less than for a display of lenses is comfortable.")},
-    {"autoStrength",
-     QT_TRANSLATE_NOOP("tips", "As much depth as the display shows without double edges.")},
-    {"focus",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "Which depth lies on the display's surface, where it is sharpest: 0 is the farthest, 1 "
-         "the nearest. A click on the picture chooses it too, a double click on the slider resets "
-         "it.")},
-    {"autoFocus",
-     QT_TRANSLATE_NOOP("tips", "The subject of the picture lies on the display's surface.")},
-    {"method",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "How the views are made. Layered has the cleanest edges; Fast is quick; Real works like a "
-         "camera that moves.")},
-    {"fill",
-     QT_TRANSLATE_NOOP(
-         "tips", "What appears behind the edges of near things, where the photo shows nothing.")},
-    {"refinement",
-     QT_TRANSLATE_NOOP("tips", "Steps that make edges more accurate. More steps are slower.")},
-    {"parallax",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "How far things move from one view to the next. Edges show double if it is much more "
-         "than a pixel.")},
-    {"calibration",
-     QT_TRANSLATE_NOOP(
-         "tips",
-         "Choose the calibration of a display, its file visual.json. Each unit has its own.")},
-    {"columns",
-     QT_TRANSLATE_NOOP("tips", "Columns of the quilt. Columns times rows is the number of views.")},
-    {"rows",
-     QT_TRANSLATE_NOOP(
-         "tips", "Rows of the quilt. More views move more smoothly and have fewer pixels each.")},
-    {"reset", QT_TRANSLATE_NOOP(
-                  "tips", "Sets everything back to the usual settings. Undo brings yours back.")},
-};
-
-QHBoxLayout* rowOf(QWidget* first, QWidget* second) {
-    auto* row = new QHBoxLayout;
-    row->addWidget(first, 1);
-    row->addWidget(second);
-    return row;
-}
-
 // A combo box that holds a number of an enumeration with each of its words.
 QComboBox* choices(const char* object, const QString& name,
                    const std::vector<std::pair<QString, int>>& words) {
@@ -123,21 +39,23 @@ QComboBox* choices(const char* object, const QString& name,
 }
 
 void choose(QComboBox& box, const QVariant& value) {
-    const QSignalBlocker blocker(box);
     box.setCurrentIndex(std::max(0, box.findData(value)));
 }
 
-QSpinBox* numbers(const char* object, const QString& name, int low, int high) {
+QSpinBox* numbers(const char* object, const QString& name, int high, int low = 1) {
     auto* box = named(new QSpinBox, object, name);
     box->setRange(low, high);
     return box;
 }
 
-QLabel* faintLabel(const QString& name) {
-    auto* label = new QLabel;
-    label->setObjectName(name);
-    label->setTextFormat(Qt::PlainText); // what files say is no markup
-    label->setWordWrap(true);
+QToolButton* button(const char* object, const QString& name, const QString& text) {
+    auto* button = named(new QToolButton, object, name);
+    button->setText(text);
+    return button;
+}
+
+QLabel* faintLabel(const char* object) {
+    auto* label = plainLabel({}, object);
     auto* faint = new QGraphicsOpacityEffect(label); // in every palette
     faint->setOpacity(0.65);
     label->setGraphicsEffect(faint);
@@ -148,13 +66,28 @@ bool choosesStrength(const Knobs& knobs) {
     return knobs.choices.strength || knobs.choices.limit;
 }
 
-QFormLayout* formOf(QWidget* widget) {
-    auto* form = new QFormLayout(widget);
+QFormLayout& addGroup(QBoxLayout& column, QGroupBox* group) {
+    auto* form = new QFormLayout(group);
     form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
     form->setLabelAlignment(Qt::AlignLeft | Qt::AlignVCenter);
     form->setVerticalSpacing(6);
     form->setContentsMargins(9, 6, 9, 8);
-    return form;
+    column.addWidget(group);
+    return *form;
+}
+
+// Adds a row with a setting and its words, which have its tip too.
+template <class Row>
+QWidget* addRow(QFormLayout& form, const QString& words, QWidget* setting, const QString& tip,
+                Row* row) {
+    setting->setToolTip(tipOf(tip));
+    form.addRow(words, row);
+    QWidget* const label = form.labelForField(row);
+    label->setToolTip(setting->toolTip());
+    return label;
+}
+QWidget* addRow(QFormLayout& form, const QString& words, QWidget* setting, const QString& tip) {
+    return addRow(form, words, setting, tip, setting);
 }
 
 } // namespace
@@ -215,7 +148,34 @@ bool KnobSlider::eventFilter(QObject* object, QEvent* event) {
 }
 
 KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
-    const Knobs standard;
+    auto* column = new QVBoxLayout(this);
+    column->setSpacing(6);
+    column->setContentsMargins(8, 4, 8, 8);
+    buildPicture(*column);
+    buildViews(*column);
+    buildDisplay(*column);
+    column->addStretch(1);
+    auto* reset =
+        named(new QPushButton(tr("Reset all settings")), "reset", {},
+              tipOf(tr("Sets everything back to the usual settings. Undo brings yours back.")));
+    connect(reset, &QPushButton::clicked, this, &KnobPanel::resetWanted);
+    column->addWidget(reset);
+    showNetworks(false);
+    connectKnobs();
+    for (auto* widget : findChildren<QWidget*>()) {
+        auto* const number = qobject_cast<QAbstractSpinBox*>(widget);
+        if (number != nullptr) number->setKeyboardTracking(false); // what is typed is one step
+        if (number == nullptr && qobject_cast<QComboBox*>(widget) == nullptr &&
+            qobject_cast<QSlider*>(widget) == nullptr)
+            continue;
+        widget->setFocusPolicy(Qt::StrongFocus); // not by the wheel
+        widget->installEventFilter(this);
+    }
+    show(Knobs());
+    show(nullptr, {});
+}
+
+void KnobPanel::buildPicture(QBoxLayout& column) {
     reading_ = choices("reading", tr("Read as"),
                        {{tr("Automatic"), int(Reading::Automatic)},
                         {tr("Photo"), int(Reading::Photo)},
@@ -234,51 +194,108 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
                     {tr("Fill, keep the subject"), kAutoFit},
                     {tr("Show all, with bars"), int(FitMode::Contain)},
                     {tr("Stretch"), int(FitMode::Stretch)}});
+    QFormLayout& picture = addGroup(column, new QGroupBox(tr("Picture")));
+    addRow(picture, tr("Read as"), reading_,
+           tr("What the file is. Change it if it was taken for something else."));
+    addRow(picture, tr("Shape"), fit_,
+           tr("How the picture gets the shape of the display: by cutting, by bars, or by "
+              "stretching. \"Keep the subject\" chooses what is cut off."));
+
+    depthKnobs_ = new QGroupBox(tr("Depth"));
+    QFormLayout& form = addGroup(column, depthKnobs_);
     depth_ = named(new QComboBox, "depth", tr("Depth from"));
-    depthImage_ = named(new QToolButton, "depthImage", tr("Choose a depth image"));
-    depthImage_->setText(tr("Image…"));
-    betterDepth_ = named(new QToolButton, "betterDepth", tr("Better depth"));
-    betterDepth_->setText(tr("Better depth…"));
-    depthSource_ = faintLabel("depthSource");
-    const RecipeField& curve = recipeField("depth-curve");
-    depthCurve_ = new KnobSlider("depthCurve", tr("Depth curve"), curve.least, curve.most, 2,
-                                 standard.depthCurve, {});
+    depthImage_ = button("depthImage", tr("Choose a depth image"), tr("Image…"));
+    depthImage_->setToolTip(
+        tipOf(tr("Choose a picture that holds the depth of this photo; near is white.")));
+    addRow(form, tr("From"), depth_,
+           tr("Where the depth comes from: the photo's own file, or a network that estimates it. "
+              "\"Best available\" prefers depth that comes with the photo."),
+           boxOf<QHBoxLayout>(0, depth_, depthImage_));
+    form.addRow(depthSource_ = faintLabel("depthSource"));
+    form.addRow(betterDepth_ = button("betterDepth", tr("Better depth"), tr("Better depth…")));
+    betterDepth_->setToolTip(tipOf(
+        tr("Download a network that estimates depth more accurately. You see first what it is.")));
+    const RecipeField& range = recipeField("depth-curve");
+    depthCurve_ = new KnobSlider("depthCurve", tr("Depth curve"), range.least, range.most, 2,
+                                 Knobs().depthCurve, {});
+    addRow(form, tr("Curve"), depthCurve_,
+           tr("Who gets the depth: above 1 near things become rounder and the background flatter, "
+              "below 1 the other way round. A double click on the slider resets it."));
+}
+
+void KnobPanel::buildViews(QBoxLayout& column) {
+    const ViewOptions standard = Knobs().views;
+    viewKnobs_ = new QGroupBox(tr("Views"));
+    QFormLayout& form = addGroup(column, viewKnobs_);
+    strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
+                               standard.strengthPercent, tr(" %"), recipeField("strength").most);
+    autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));
+    autoStrength_->setToolTip(
+        tipOf(tr("As much depth as the display shows without double edges.")));
+    addRow(form, tr("Strength"), strength_,
+           tr("How deep the scene is: how far things move between the outermost views, in % of the "
+              "width. Too much makes edges double. A double click on the slider resets it."),
+           boxOf<QHBoxLayout>(0, strength_, autoStrength_));
+    eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
+                                   kMaxEyesStrength, 2, kEyesStrength, tr(" %"));
+    eyesStrengthLabel_ =
+        addRow(form, tr("For two eyes"), eyesStrength_,
+               tr("How far things move between the pictures of two eyes, in % of the width. Much "
+                  "less than for a display of lenses is comfortable."));
+    focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.focus, {});
+    autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"));
+    autoFocus_->setToolTip(tipOf(tr("The subject of the picture lies on the display's surface.")));
+    addRow(form, tr("Focus"), focus_,
+           tr("Which depth lies on the display's surface, where it is sharpest: 0 is the farthest, "
+              "1 the nearest. A click on the picture chooses it too, a double click on the slider "
+              "resets it."),
+           boxOf<QHBoxLayout>(0, focus_, autoFocus_));
     method_ = choices("method", tr("Method of views"),
                       {{tr("Layered"), int(ViewMethod::Layered)},
                        {tr("Fast"), int(ViewMethod::Fast)},
                        {tr("Real"), int(ViewMethod::Real)}});
-    strength_ =
-        new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
-                       standard.views.strengthPercent, tr(" %"), recipeField("strength").most);
-    eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
-                                   kMaxEyesStrength, 2, kEyesStrength, tr(" %"));
-    autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));
-    autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"));
-    focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.views.focus, {});
-    refinement_ =
-        numbers("refinement", tr("Refinement"), 0, static_cast<int>(recipeField("refine").most));
+    addRow(form, tr("Method"), method_,
+           tr("How the views are made. Layered has the cleanest edges; Fast is quick; Real works "
+              "like a camera that moves."));
     fill_ = choices("fill", tr("Content behind edges"),
                     {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
                      {tr("Continued rows"), int(LayeredFill::Continue)}});
-    parallax_ = faintLabel("parallax");
+    refinement_ =
+        numbers("refinement", tr("Refinement"), static_cast<int>(recipeField("refine").most), 0);
+    ofMethod_ = {
+        {ViewMethod::Layered, fill_},
+        {ViewMethod::Layered,
+         addRow(
+             form, tr("Behind edges"), fill_,
+             tr("What appears behind the edges of near things, where the photo shows nothing."))},
+        {ViewMethod::Fast, refinement_},
+        {ViewMethod::Fast,
+         addRow(form, tr("Refinement"), refinement_,
+                tr("Steps that make edges more accurate. More steps are slower."))}};
+    form.addRow(parallax_ = faintLabel("parallax"));
+    parallax_->setToolTip(tipOf(tr("How far things move from one view to the next. Edges show "
+                                   "double if it is much more than a pixel.")));
+}
+
+void KnobPanel::buildDisplay(QBoxLayout& column) {
+    QFormLayout& form = addGroup(column, new QGroupBox(tr("Display")));
     display_ = faintLabel("display");
-    columns_ = numbers("columns", tr("Columns of the quilt"), 1, 64);
-    rows_ = numbers("rows", tr("Rows of the quilt"), 1, 64);
-    layout_ = faintLabel("layout");
-    build();
-    showNetworks(false);
-    connectKnobs();
-    for (auto* widget : findChildren<QWidget*>()) {
-        auto* const number = qobject_cast<QAbstractSpinBox*>(widget);
-        if (number != nullptr) number->setKeyboardTracking(false); // what is typed is one step
-        if (number == nullptr && qobject_cast<QComboBox*>(widget) == nullptr &&
-            qobject_cast<QSlider*>(widget) == nullptr)
-            continue;
-        widget->setFocusPolicy(Qt::StrongFocus); // not by the wheel
-        widget->installEventFilter(this);
-    }
-    show(standard);
-    show(nullptr, {});
+    auto* calibration = button("calibration", tr("Choose the calibration"), tr("Choose…"));
+    calibration->setToolTip(tipOf(
+        tr("Choose the calibration of a display, its file visual.json. Each unit has its own.")));
+    connect(calibration, &QToolButton::clicked, this, &KnobPanel::calibrationWanted);
+    auto* row = boxOf<QHBoxLayout>(0, display_, calibration);
+    row->setAlignment(calibration, Qt::AlignTop);
+    form.addRow(row);
+    columns_ = numbers("columns", tr("Columns of the quilt"), 64);
+    rows_ = numbers("rows", tr("Rows of the quilt"), 64);
+    rows_->setToolTip(
+        tipOf(tr("Rows of the quilt. More views move more smoothly and have fewer pixels each.")));
+    auto* grid = boxOf<QHBoxLayout>(0, columns_, new QLabel(tr("×")), rows_);
+    grid->setStretch(2, 1);
+    addRow(form, tr("Views"), columns_,
+           tr("Columns of the quilt. Columns times rows is the number of views."), grid);
+    form.addRow(layout_ = faintLabel("layout"));
 }
 
 // The wheel scrolls the panel unless a setting was chosen before. Enter and Escape leave a number,
@@ -339,95 +356,12 @@ void KnobPanel::connectKnobs() {
     onSlider(strength_, autoStrength_, tr("strength"));
     connect(depthCurve_, &KnobSlider::turned, this,
             [this](double, int gesture) { turn(tr("depth curve"), gesture); });
-    connect(eyesStrength_, &KnobSlider::turned, this,
-            [this](double strength) { emit eyesStrengthTurned(strength); });
+    connect(eyesStrength_, &KnobSlider::turned, this, &KnobPanel::eyesStrengthTurned);
     onSlider(focus_, autoFocus_, tr("focus"));
     connect(reading_, qOverload<int>(&QComboBox::activated), this,
             [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
     connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
     connect(betterDepth_, &QToolButton::clicked, this, &KnobPanel::betterDepthWanted);
-}
-
-void KnobPanel::build() {
-    auto* column = new QVBoxLayout(this);
-    column->setSpacing(6);
-    column->setContentsMargins(8, 4, 8, 8);
-
-    auto* picture = new QGroupBox(tr("Picture"));
-    auto* form = formOf(picture);
-    form->addRow(tr("Read as"), reading_);
-    form->addRow(tr("Shape"), fit_);
-    column->addWidget(picture);
-
-    auto* depth = new QGroupBox(tr("Depth"));
-    depthKnobs_ = depth;
-    form = formOf(depth);
-    form->addRow(tr("From"), rowOf(depth_, depthImage_));
-    form->addRow(depthSource_);
-    form->addRow(betterDepth_);
-    form->addRow(tr("Curve"), depthCurve_);
-    column->addWidget(depth);
-
-    auto* views = new QGroupBox(tr("Views"));
-    viewKnobs_ = views;
-    form = formOf(views);
-    form->addRow(tr("Strength"), rowOf(strength_, autoStrength_));
-    form->addRow(tr("For two eyes"), eyesStrength_);
-    eyesStrengthLabel_ = form->labelForField(eyesStrength_);
-    form->addRow(tr("Focus"), rowOf(focus_, autoFocus_));
-    form->addRow(tr("Method"), method_);
-    const auto addFor = [&](ViewMethod method, const QString& label, QWidget* field) {
-        form->addRow(label, field);
-        ofMethod_.emplace_back(method, field);
-        ofMethod_.emplace_back(method, form->labelForField(field));
-    };
-    addFor(ViewMethod::Layered, tr("Behind edges"), fill_);
-    addFor(ViewMethod::Fast, tr("Refinement"), refinement_);
-    form->addRow(parallax_);
-    column->addWidget(views);
-
-    auto* display = new QGroupBox(tr("Display"));
-    form = formOf(display);
-    auto* calibration = named(new QToolButton, "calibration", tr("Choose the calibration"));
-    calibration->setText(tr("Choose…"));
-    connect(calibration, &QToolButton::clicked, this, &KnobPanel::calibrationWanted);
-    QHBoxLayout* const displayRow = rowOf(display_, calibration);
-    displayRow->setAlignment(calibration, Qt::AlignTop);
-    form->addRow(displayRow);
-    auto* grid = new QHBoxLayout;
-    grid->addWidget(columns_, 1);
-    grid->addWidget(new QLabel(tr("×")));
-    grid->addWidget(rows_, 1);
-    form->addRow(tr("Views"), grid);
-    form->addRow(layout_);
-    column->addWidget(display);
-
-    column->addStretch(1);
-    auto* reset = new QPushButton(tr("Reset all settings"));
-    reset->setObjectName("reset");
-    connect(reset, &QPushButton::clicked, this, &KnobPanel::resetWanted);
-    column->addWidget(reset);
-    addTips();
-}
-
-// To the settings and the words beside them.
-void KnobPanel::addTips() {
-    for (const Tip& tip : kTips) {
-        auto* const widget = findChild<QWidget*>(tip.object);
-        const QString text = tipOf(QCoreApplication::translate("tips", tip.text));
-        if (widget->toolTip().isEmpty()) widget->setToolTip(text); // else it tells a problem
-        for (auto* form : findChildren<QFormLayout*>()) {
-            for (int row = 0; row < form->rowCount(); ++row) {
-                QLayoutItem* const label = form->itemAt(row, QFormLayout::LabelRole);
-                QLayoutItem* const field = form->itemAt(row, QFormLayout::FieldRole);
-                if (label == nullptr || field == nullptr) continue;
-                const bool isIts = field->layout() != nullptr
-                                       ? field->layout()->indexOf(widget) == 0
-                                       : field->widget() == widget;
-                if (isIts) label->widget()->setToolTip(text);
-            }
-        }
-    }
 }
 
 Knobs KnobPanel::read() const {
@@ -495,11 +429,9 @@ void KnobPanel::showEyes(bool areShown, double strength) {
 }
 
 void KnobPanel::enable() {
-    fit_->setEnabled(scene_);
-    depthKnobs_->setEnabled(scene_);
-    viewKnobs_->setEnabled(scene_);
-    columns_->setEnabled(scene_);
-    rows_->setEnabled(scene_);
+    for (QWidget* knob :
+         std::initializer_list<QWidget*>{fit_, depthKnobs_, viewKnobs_, columns_, rows_})
+        knob->setEnabled(scene_);
 }
 
 void KnobPanel::show(const Display& display, const QuiltLayout& layout) {

@@ -5,9 +5,11 @@
 
 #include <QWidget>
 
+class QBoxLayout;
 class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
+class QGroupBox;
 class QLabel;
 class QSlider;
 class QSpinBox;
@@ -87,8 +89,9 @@ class KnobPanel : public QWidget {
     bool eventFilter(QObject* object, QEvent* event) override;
 
   private:
-    void build(); // lays out the widgets
-    void addTips();
+    void buildPicture(QBoxLayout& column); // and its depth
+    void buildViews(QBoxLayout& column);
+    void buildDisplay(QBoxLayout& column);
     void connectKnobs();
     void turn(const QString& what, int gesture = 0);
     Knobs read() const;
@@ -108,7 +111,7 @@ class KnobPanel : public QWidget {
     KnobSlider* strength_;
     QCheckBox* autoStrength_;
     KnobSlider* eyesStrength_;
-    QWidget* eyesStrengthLabel_ = nullptr;
+    QWidget* eyesStrengthLabel_;
     KnobSlider* focus_;
     QCheckBox* autoFocus_;
     QSpinBox* refinement_;
@@ -119,8 +122,8 @@ class KnobPanel : public QWidget {
     QSpinBox* rows_;
     QLabel* layout_;
     std::vector<std::pair<ViewMethod, QWidget*>> ofMethod_; // rows that belong to one method
-    QWidget* viewKnobs_;
-    QWidget* depthKnobs_;
+    QGroupBox* viewKnobs_;
+    QGroupBox* depthKnobs_;
 };
 
 } // namespace altiro3D::viewer

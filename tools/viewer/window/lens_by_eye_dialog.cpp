@@ -9,14 +9,12 @@
 #include <QAbstractSpinBox>
 #include <QClipboard>
 #include <QComboBox>
-#include <QCoreApplication>
 #include <QDialogButtonBox>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
 #include <QGridLayout>
 #include <QGroupBox>
 #include <QGuiApplication>
-#include <QHBoxLayout>
 #include <QKeyEvent>
 #include <QLabel>
 #include <QLineEdit>
@@ -25,9 +23,7 @@
 #include <QSettings>
 #include <QSpinBox>
 #include <QToolButton>
-#include <QVBoxLayout>
 #include <QWindow>
-#include <algorithm>
 #include <cmath>
 
 namespace altiro3D::viewer {
@@ -42,15 +38,11 @@ struct KnobWords {
 };
 
 constexpr KnobWords kKnobs[] = {
-    {QT_TRANSLATE_NOOP("lens", "Pitch"), "pitch", 5,
-     QT_TRANSLATE_NOOP("lens", "Lenses per inch, perpendicular to them")},
-    {QT_TRANSLATE_NOOP("lens", "Slope"), "slope", 4,
-     QT_TRANSLATE_NOOP("lens",
-                       "Rise of a lens over its run, y counts down; type 1e9 for vertical")},
-    {QT_TRANSLATE_NOOP("lens", "Centre"), "centre", 4,
-     QT_TRANSLATE_NOOP(
-         "lens", "Where the lenses lie at a corner of the panel, in lens periods, 0 to "
-                 "1; it follows pitch and slope, which keep the middle as it is")}}; // as LensKnob
+    {"Pitch", "pitch", 5, "Lenses per inch, perpendicular to them"},
+    {"Slope", "slope", 4, "Rise of a lens over its run, y counts down; type 1e9 for vertical"},
+    {"Centre", "centre", 4,
+     "Where the lenses lie at a corner of the panel, in lens periods, 0 to "
+     "1; it follows pitch and slope, which keep the middle as it is"}}; // as LensKnob
 
 struct StepWords {
     LensStep step;
@@ -59,13 +51,11 @@ struct StepWords {
     const char* keys;
 };
 
-constexpr StepWords kSteps[] = {
-    {LensStep::Coarse, "+++", QT_TRANSLATE_NOOP("lens", "coarse step"), "Page Up, Page Down"},
-    {LensStep::Fine, "++", QT_TRANSLATE_NOOP("lens", "fine step"), "Up, Down"},
-    {LensStep::Finest, "+", QT_TRANSLATE_NOOP("lens", "finest step"), "Shift+Up, Shift+Down"}};
+constexpr StepWords kSteps[] = {{LensStep::Coarse, "+++", "coarse step", "Page Up, Page Down"},
+                                {LensStep::Fine, "++", "fine step", "Up, Down"},
+                                {LensStep::Finest, "+", "finest step", "Shift+Up, Shift+Down"}};
 
-constexpr const char* kAdvice = QT_TRANSLATE_NOOP(
-    "lens",
+constexpr const char* kAdvice =
     "<p>Look at the screen of the lens with one eye, from where you will look later, and move your "
     "head slowly from left to right. One view is lit. With the right numbers all of the screen "
     "lights up at once and goes dark at once.</p><ol>"
@@ -82,11 +72,7 @@ constexpr const char* kAdvice = QT_TRANSLATE_NOOP(
     "<li><b>Check.</b> With more views the light is narrower, and small errors show. Light up a "
     "higher view: the light moves to the right.</li></ol>"
     "<p>If a step makes it worse, turn back. Keys in a number: Up and Down are fine steps, Page Up "
-    "and Page Down coarse ones, Shift+Up and Shift+Down the finest.</p>");
-
-QString words(const char* text) {
-    return QCoreApplication::translate("lens", text);
-}
+    "and Page Down coarse ones, Shift+Up and Shift+Down the finest.</p>";
 
 cv::Size panelOf(const Calibration& calibration) {
     return {calibration.screenW, calibration.screenH};
@@ -153,21 +139,15 @@ class NumberBox : public QAbstractSpinBox {
 
 LensByEyeDialog::LensByEyeDialog(const Display& display, QScreen& screen, QWidget* parent)
     : QDialog(parent), panel_(qt::factsOf(screen).size), lens_(beginning(display, screen)),
-      message_(new QLabel) {
+      message_(plainLabel({}, "lensMessage")) {
     setObjectName("lensByEyeDialog");
     setWindowTitle(tr("Lens by eye"));
-    message_->setObjectName("lensMessage");
-    message_->setTextFormat(Qt::PlainText);
-    message_->setWordWrap(true);
-    auto* advice = named(new QLabel(words(kAdvice)), "lensAdvice", tr("What to look for"));
+    auto* advice = named(new QLabel(tr(kAdvice)), "lensAdvice", tr("What to look for"));
     advice->setWordWrap(true);
     advice->setAlignment(Qt::AlignTop);
-    auto* column = new QVBoxLayout(this);
-    column->addWidget(buildBeginning(screenWidth(screen, panel_)));
-    column->addWidget(buildKnobs());
-    column->addWidget(advice, 1);
-    column->addWidget(message_);
-    column->addWidget(buildButtons());
+    auto* beginning = buildBeginning(screenWidth(screen, panel_));
+    auto* knobs = buildKnobs();
+    setLayout(boxOf<QVBoxLayout>(2, beginning, knobs, advice, message_, buildButtons()));
     redraw_.setSingleShot(true);
     connect(&redraw_, &QTimer::timeout, this, [this] { picture_.setNative(lens_.picture()); });
     message_->setText(linesOf(qt::problemsOf(qt::factsOf(screen), panelOf(lens_.calibration()))));
@@ -179,8 +159,6 @@ LensByEyeDialog::LensByEyeDialog(const Display& display, QScreen& screen, QWidge
     picture_.showOn(screen);
 }
 
-LensByEyeDialog::~LensByEyeDialog() = default;
-
 // The keys belong to the panel.
 bool LensByEyeDialog::eventFilter(QObject* object, QEvent* event) {
     if (object == &picture_ && event->type() == QEvent::WindowActivate)
@@ -190,8 +168,7 @@ bool LensByEyeDialog::eventFilter(QObject* object, QEvent* event) {
 
 void LensByEyeDialog::standOn(const QScreen& screen) {
     const QRect room = screen.availableGeometry();
-    resize(std::min(sizeHint().width(), room.width()),
-           std::min(sizeHint().height(), room.height()));
+    resize(sizeHint().boundedTo(room.size()));
     move(room.right() - frameGeometry().width(), room.top() + (room.height() - height()) / 2);
     if (picture_.screen() != &screen) return;
     create();
@@ -202,33 +179,31 @@ QWidget* LensByEyeDialog::buildBeginning(double width) {
     auto* group = new QGroupBox(tr("Begin with what is known"));
     auto* row = new QHBoxLayout(group);
     const auto add = [row](const char* object, const QString& label, double low, double high,
-                           int digits, double value) {
-        auto* box = named(new QDoubleSpinBox, object, label);
+                           int digits, double value, const QString& tip = {}) {
+        auto* box = named(new QDoubleSpinBox, object, label, tip);
         box->setRange(low, high);
         box->setDecimals(digits);
         box->setValue(value);
-        auto* text = new QLabel(label);
-        text->setBuddy(box);
-        row->addWidget(text);
+        row->addWidget(labelOf(box, label));
         row->addWidget(box);
         return box;
     };
     const QSettings settings;
-    lpi_ =
+    auto* lpi =
         add("lensLpi", tr("Lenses per inch"), 1, 1000, 2, settings.value("filmLpi", 30).toDouble());
-    angle_ =
-        add("lensAngle", tr("Angle, °"), -45, 45, 2, settings.value("filmAngle", 0).toDouble());
-    angle_->setToolTip(tipOf(tr("Of the lenses from the vertical, to the right going up")));
-    width_ = add("lensWidth", tr("Screen width, mm"), 10, 10000, 1, width);
+    auto* angle =
+        add("lensAngle", tr("Angle, °"), -45, 45, 2, settings.value("filmAngle", 0).toDouble(),
+            tipOf(tr("Of the lenses from the vertical, to the right going up")));
+    auto* across = add("lensWidth", tr("Screen width, mm"), 10, 10000, 1, width);
     auto* begin = named(new QPushButton(tr("Begin")), "lensBegin", tr("Begin with these numbers"));
     begin->setAutoDefault(false);
     row->addWidget(begin);
-    connect(begin, &QPushButton::clicked, this, [this] {
-        change([this] {
-            lens_.setCalibration(LensByEye::screenCalibration(panel_, width_->value(),
-                                                              lpi_->value(), angle_->value()));
-            QSettings().setValue("filmLpi", lpi_->value());
-            QSettings().setValue("filmAngle", angle_->value());
+    connect(begin, &QPushButton::clicked, this, [=] {
+        change([=] {
+            lens_.setCalibration(LensByEye::screenCalibration(panel_, across->value(), lpi->value(),
+                                                              angle->value()));
+            QSettings().setValue("filmLpi", lpi->value());
+            QSettings().setValue("filmAngle", angle->value());
         });
     });
     return group;
@@ -237,32 +212,28 @@ QWidget* LensByEyeDialog::buildBeginning(double width) {
 void LensByEyeDialog::addKnob(QGridLayout& grid, LensKnob knob) {
     const auto index = static_cast<std::size_t>(knob);
     const KnobWords& words = kKnobs[index];
-    const QString name = viewer::words(words.name);
+    const QString name = tr(words.name);
     const int row = grid.rowCount();
-    auto* number = named(new NumberBox, words.object, name, tipOf(viewer::words(words.tip)));
+    auto* number = named(new NumberBox, words.object, name, tipOf(tr(words.tip)));
     numbers_[index] = number;
     number->onStep = [this, knob](LensStep step, int direction) {
         change([&] { lens_.turn(knob, step, direction); });
     };
     number->onTyped = [this, knob](double value) { change([&] { lens_.set(knob, value); }); };
-    auto* label = new QLabel(name);
-    label->setBuddy(number);
-    grid.addWidget(label, row, 0);
+    grid.addWidget(labelOf(number, name), row, 0);
     grid.addWidget(number, row, 4);
     int column = 1;
     for (const StepWords& step : kSteps) { // --- -- - NUMBER + ++ +++
         for (const int direction : {-1, 1}) {
-            auto* button = new QToolButton;
-            QString signs = step.signs;
-            if (direction < 0) signs.replace('+', QChar(0x2212));
-            button->setText(signs);
+            const QString what = tr(step.name);
+            auto* button =
+                named(new QToolButton, "",
+                      (direction < 0 ? tr("%1: %2 down") : tr("%1: %2 up")).arg(name, what),
+                      tr("%1 (%2)").arg(what, step.keys));
+            button->setText(
+                QString(step.signs).replace('+', direction < 0 ? QChar(0x2212) : QChar('+')));
             button->setAutoRepeat(true);
             button->setFocusPolicy(Qt::NoFocus); // the keys of the number do the same
-            const QString what = viewer::words(step.name);
-            named(button, "",
-                  direction < 0 ? tr("%1: %2 down").arg(name, what)
-                                : tr("%1: %2 up").arg(name, what),
-                  tr("%1 (%2)").arg(what, step.keys));
             connect(button, &QToolButton::clicked, number,
                     [number, s = step.step, direction] { number->onStep(s, direction); });
             grid.addWidget(button, row, direction < 0 ? column : 8 - column);
@@ -301,9 +272,7 @@ QWidget* LensByEyeDialog::buildKnobs() {
     for (const auto& [text, box] : {std::pair<QString, QWidget*>(tr("Sub-pixels"), order_),
                                     {tr("Views"), views_},
                                     {tr("Lit view"), litView_}}) {
-        auto* label = new QLabel(text);
-        label->setBuddy(box);
-        row->addWidget(label);
+        row->addWidget(labelOf(box, text));
         row->addWidget(box);
     }
     row->addStretch();
@@ -324,7 +293,7 @@ QWidget* LensByEyeDialog::buildButtons() {
             QString::fromStdString(calibrationText(lens_.calibration())));
     });
     add("lensPaste", tr("&Paste"), tr("Take the calibration from the clipboard"),
-        [this] { paste(); });
+        [this] { change([this] { paste(); }); });
     add("lensSave", tr("&Save…"), tr("Save the calibration and use it"), [this] { save(); });
     for (QAbstractButton* button : buttons->buttons()) // Return ends the typing of a number
         qobject_cast<QPushButton*>(button)->setAutoDefault(false);
@@ -369,17 +338,14 @@ void LensByEyeDialog::showNumbers() {
 }
 
 void LensByEyeDialog::paste() {
-    change([this] {
-        const std::string text = QGuiApplication::clipboard()->text().toStdString();
-        const Calibration pasted = parseCalibrations(text, "clipboard").front();
-        const cv::Size panel = panelOf(lens_.calibration());
-        if (panelOf(pasted) != panel) {
-            throw Error(ErrorCode::Mismatch, "clipboard",
-                        "holds a calibration of " + tools::sizeText(panelOf(pasted)) +
-                            ", expected " + tools::sizeText(panel));
-        }
-        lens_.setCalibration(pasted);
-    });
+    const std::string text = QGuiApplication::clipboard()->text().toStdString();
+    const Calibration pasted = parseCalibrations(text, "clipboard").front();
+    const cv::Size panel = panelOf(lens_.calibration());
+    if (panelOf(pasted) != panel)
+        throw Error(ErrorCode::Mismatch, "clipboard",
+                    "holds a calibration of " + tools::sizeText(panelOf(pasted)) + ", expected " +
+                        tools::sizeText(panel));
+    lens_.setCalibration(pasted);
 }
 
 void LensByEyeDialog::save() {

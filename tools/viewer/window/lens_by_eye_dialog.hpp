@@ -10,7 +10,6 @@
 #include <functional>
 
 class QComboBox;
-class QDoubleSpinBox;
 class QGridLayout;
 class QLabel;
 class QScreen;
@@ -28,7 +27,6 @@ class LensByEyeDialog : public QDialog {
     /// @param display where to begin, if it is for a screen of that size
     /// @param screen of the lens @throws Error as LensByEye
     LensByEyeDialog(const Display& display, QScreen& screen, QWidget* parent);
-    ~LensByEyeDialog() override;
 
     /// Places the panel at the right of a screen, above the picture if that is there.
     void standOn(const QScreen& screen);
@@ -57,10 +55,7 @@ class LensByEyeDialog : public QDialog {
     cv::Size panel_; // px of the screen
     LensByEye lens_;
     qt::NativeWidget picture_;
-    QTimer redraw_; // several steps at once are drawn once
-    QDoubleSpinBox* lpi_;
-    QDoubleSpinBox* angle_;
-    QDoubleSpinBox* width_;
+    QTimer redraw_;                       // several steps at once are drawn once
     std::array<NumberBox*, 3> numbers_{}; // by LensKnob
     std::array<QLabel*, 3> bands_{};
     QComboBox* order_;

@@ -5,21 +5,17 @@
 
 #include <QDialogButtonBox>
 #include <QFormLayout>
-#include <QLabel>
 #include <QProgressBar>
 #include <QPushButton>
-#include <QVBoxLayout>
+#include <QRegularExpression>
 
 namespace altiro3D::viewer {
 
 namespace {
 
 QLabel* factLabel(const char* object, const QString& text) {
-    auto* label = new QLabel(text);
-    label->setObjectName(object);
-    label->setTextFormat(Qt::PlainText);
+    auto* label = plainLabel(text, object);
     label->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
-    label->setWordWrap(true);
     return label;
 }
 
@@ -28,12 +24,9 @@ QString sizeOf(double bytes) {
 }
 
 // Long words are broken anywhere, as labels do not.
-QString breakable(const QString& word) {
-    constexpr int kPart = 32;
-    QStringList parts;
-    for (int at = 0; at < word.size(); at += kPart)
-        parts << word.mid(at, kPart);
-    return parts.join(QChar(0x200B)); // a place to break that has no width
+QString breakable(QString word) {
+    const QString place(QChar(0x200B)); // to break, without a width
+    return word.replace(QRegularExpression("(.{32})(?=.)"), "\\1" + place);
 }
 
 } // namespace
@@ -45,11 +38,10 @@ NetworkDialog::NetworkDialog(const NetworkProfile& network, const std::filesyste
     setObjectName("networkDialog");
     setWindowTitle(tr("Better depth"));
     setMinimumWidth(560);
-    auto* words = new QLabel(
+    auto* words = plainLabel(
         tr("A larger network estimates depth more accurately, and takes longer. Nothing of your "
            "pictures leaves this computer: the network is downloaded once and then works "
            "without a connection."));
-    words->setWordWrap(true);
     auto* form = new QFormLayout;
     form->addRow(tr("Network"), factLabel("networkName", QString::fromStdString(network.name)));
     form->addRow(tr("Address"),
@@ -71,12 +63,7 @@ NetworkDialog::NetworkDialog(const NetworkProfile& network, const std::filesyste
     begin_ = buttons->addButton(tr("Download"), QDialogButtonBox::ActionRole);
     begin_->setObjectName("download");
     begin_->setDefault(true);
-    auto* column = new QVBoxLayout(this);
-    column->addWidget(words);
-    column->addLayout(form);
-    column->addWidget(bar_);
-    column->addWidget(state_);
-    column->addWidget(buttons);
+    setLayout(boxOf<QVBoxLayout>(-1, words, form, bar_, state_, buttons));
     connect(begin_, &QPushButton::clicked, this, &NetworkDialog::start);
     connect(buttons, &QDialogButtonBox::rejected, this, &NetworkDialog::reject);
     connect(&download_, &NetworkDownload::progressed, this, &NetworkDialog::showProgress);

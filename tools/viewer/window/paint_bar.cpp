@@ -5,7 +5,6 @@
 #include <QAction>
 #include <QActionGroup>
 #include <QCheckBox>
-#include <QLabel>
 #include <QSlider>
 #include <cmath>
 
@@ -20,16 +19,11 @@ struct ToolWords {
 };
 
 const ToolWords kTools[] = {
-    {PaintTool::Nearer, QT_TRANSLATE_NOOP("paint", "Nearer"),
-     QT_TRANSLATE_NOOP("paint", "Bring what you paint nearer")},
-    {PaintTool::Farther, QT_TRANSLATE_NOOP("paint", "Farther"),
-     QT_TRANSLATE_NOOP("paint", "Push what you paint back")},
-    {PaintTool::Smooth, QT_TRANSLATE_NOOP("paint", "Smooth"),
-     QT_TRANSLATE_NOOP("paint", "Smooth the depth of surfaces")},
-    {PaintTool::Copy, QT_TRANSLATE_NOOP("paint", "Copy"),
-     QT_TRANSLATE_NOOP("paint", "Paint with the depth of the place where you press")},
-    {PaintTool::Lasso, QT_TRANSLATE_NOOP("paint", "Lasso"),
-     QT_TRANSLATE_NOOP("paint", "Circle a thing to bring it nearer; hold Shift to push it back")}};
+    {PaintTool::Nearer, "Nearer", "Bring what you paint nearer"},
+    {PaintTool::Farther, "Farther", "Push what you paint back"},
+    {PaintTool::Smooth, "Smooth", "Smooth the depth of surfaces"},
+    {PaintTool::Copy, "Copy", "Paint with the depth of the place where you press"},
+    {PaintTool::Lasso, "Lasso", "Circle a thing to bring it nearer; hold Shift to push it back"}};
 
 constexpr int kSteps = 100;
 constexpr double kMinRadius = 0.004; // of the photo's longer side
@@ -87,12 +81,10 @@ PaintBar::PaintBar(QWidget* parent) : QToolBar(parent) {
 }
 
 QSlider* PaintBar::addSlider(const QString& label, const QString& tip, const char* name) {
-    auto* words = new QLabel(" " + label + " ");
     auto* slider = named(new QSlider(Qt::Horizontal), name, QString(label).remove('&'), tip);
     slider->setRange(1, kSteps);
     slider->setMaximumWidth(110);
-    words->setBuddy(slider);
-    addWidget(words);
+    addWidget(labelOf(slider, " " + label + " "));
     addWidget(slider);
     return slider;
 }

@@ -44,11 +44,9 @@ PhotoStrip::PhotoStrip(QWidget* parent)
     setModel(thumbnails_);
     setViewMode(QListView::IconMode);
     setMovement(QListView::Static);
-    setFlow(QListView::LeftToRight);
     setWrapping(false);
     setUniformItemSizes(true);
     setTextElideMode(Qt::ElideMiddle);
-    setWordWrap(false);
     constexpr int kSide = Thumbnails::kSide;
     setIconSize({kSide, kSide});
     const QSize cell = cellSize();
@@ -160,27 +158,23 @@ QVariant Thumbnails::data(const QModelIndex& index, int role) const {
 void Thumbnails::ask(const Source& source) const {
     if (asked_.contains(toName(source.file))) return;
     asked_.insert(toName(source.file));
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        waiting_.push_back(source);
-        if (waiting_.size() > kWaiting) {
-            asked_.remove(toName(waiting_.front().file));
-            waiting_.pop_front();
-        }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    waiting_.push_back(source);
+    if (waiting_.size() > kWaiting) {
+        asked_.remove(toName(waiting_.front().file));
+        waiting_.pop_front();
     }
     wake_.notify_one();
 }
 
 void Thumbnails::run() {
     for (;;) {
-        Source source;
-        {
-            std::unique_lock<std::mutex> lock(mutex_);
-            wake_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
-            if (ending_) return;
-            source = waiting_.back();
-            waiting_.pop_back();
-        }
+        std::unique_lock<std::mutex> lock(mutex_);
+        wake_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+        if (ending_) return;
+        const Source source = waiting_.back();
+        waiting_.pop_back();
+        lock.unlock();
         emit made(toName(source.file), thumbnailOf(source, int(kSide * scale_)));
     }
 }

@@ -8,62 +8,48 @@
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
-#include <QHBoxLayout>
-#include <QLabel>
 #include <QPushButton>
 #include <QRadioButton>
 #include <QSettings>
-#include <QVBoxLayout>
 #include <random>
 
 namespace altiro3D::viewer {
 
 SlideShowDialog::SlideShowDialog(std::size_t openFiles, QWidget* parent)
-    : QDialog(parent),
-      ofFiles_(new QRadioButton(openFiles == 1 ? tr("The open file")
-                                               : tr("The %1 open files").arg(openFiles))),
-      ofFolder_(new QRadioButton(tr("All of a folder"))), name_(new QLabel),
-      each_(new QDoubleSpinBox), shuffles_(new QCheckBox(tr("In random order"))),
-      loops_(new QCheckBox(tr("Begin again after the last file"))) {
+    : QDialog(parent), name_(new QLabel), each_(new QDoubleSpinBox) {
     setObjectName("slideShow");
     setWindowTitle(tr("Slide show"));
     const QSettings settings;
-    named(ofFiles_, "ofFiles", tr("The open files"));
-    named(ofFolder_, "ofFolder", tr("All of a folder"),
-          tr("Files that come into the folder are shown too."));
+    auto* ofFiles = named(new QRadioButton(openFiles == 1 ? tr("The open file")
+                                                          : tr("The %1 open files").arg(openFiles)),
+                          "ofFiles", tr("The open files"));
+    ofFolder_ = named(new QRadioButton(tr("All of a folder")), "ofFolder", tr("All of a folder"),
+                      tr("Files that come into the folder are shown too."));
+    const auto check = [&settings](const char* object, const QString& words, const char* key) {
+        auto* box = named(new QCheckBox(words), object, words);
+        box->setChecked(settings.value(key).toBool());
+        return box;
+    };
+    shuffles_ = check("shuffles", tr("In random order"), "showShuffles");
+    loops_ = check("loops", tr("Begin again after the last file"), "showLoops");
     named(each_, "each", tr("Seconds for each picture"),
           tr("How long a picture is shown. Videos are shown to their end."));
-    named(shuffles_, "shuffles", tr("In random order"));
-    named(loops_, "loops", tr("Begin again after the last file"));
     each_->setRange(1, 3600);
     each_->setDecimals(0);
     each_->setSuffix(tr(" s"));
     each_->setValue(settings.value("showEach", SlideShow::Settings().each).toDouble());
-    shuffles_->setChecked(settings.value("showShuffles").toBool());
-    loops_->setChecked(settings.value("showLoops").toBool());
     name_->setTextFormat(Qt::PlainText);
     auto* choose = named(new QPushButton(tr("Choose…")), "chooseFolder", tr("Choose a folder"));
-    auto* row = new QHBoxLayout;
-    row->addWidget(ofFolder_);
-    row->addWidget(name_, 1);
-    row->addWidget(choose);
     auto* form = new QFormLayout;
     form->addRow(tr("Seconds for each picture"), each_);
     auto* buttons = new QDialogButtonBox(QDialogButtonBox::Ok | QDialogButtonBox::Cancel);
     buttons->button(QDialogButtonBox::Ok)->setText(tr("Show"));
-    auto* words = new QLabel(tr("The files are shown on the display with the usual settings. "
+    auto* words = plainLabel(tr("The files are shown on the display with the usual settings. "
                                 "Escape ends the show."));
-    words->setWordWrap(true);
-    auto* column = new QVBoxLayout(this);
-    column->addWidget(ofFiles_);
-    column->addLayout(row);
-    column->addLayout(form);
-    column->addWidget(shuffles_);
-    column->addWidget(loops_);
-    column->addWidget(words);
-    column->addWidget(buttons);
-    ofFiles_->setEnabled(openFiles > 0);
-    (openFiles > 0 ? ofFiles_ : ofFolder_)->setChecked(true);
+    setLayout(boxOf<QVBoxLayout>(-1, ofFiles, boxOf<QHBoxLayout>(1, ofFolder_, name_, choose), form,
+                                 shuffles_, loops_, words, buttons));
+    ofFiles->setEnabled(openFiles > 0);
+    (openFiles > 0 ? ofFiles : ofFolder_)->setChecked(true);
     showFolder(settings.value("showFolder").toString());
     connect(choose, &QPushButton::clicked, this, &SlideShowDialog::chooseFolder);
     connect(buttons, &QDialogButtonBox::accepted, this, &SlideShowDialog::accept);

@@ -28,7 +28,6 @@ class SlideShowDialog : public QDialog {
     void chooseFolder();
     void showFolder(const QString& folder);
 
-    QRadioButton* ofFiles_;
     QRadioButton* ofFolder_;
     QLabel* name_;
     QString folder_;

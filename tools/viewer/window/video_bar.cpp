@@ -4,15 +4,13 @@
 
 #include <QAction>
 #include <QComboBox>
-#include <QHBoxLayout>
-#include <QLabel>
 #include <QPainter>
 #include <QSignalBlocker>
 #include <QSlider>
 #include <QStyle>
 #include <QToolButton>
-#include <QVBoxLayout>
 #include <algorithm>
+#include <tuple>
 
 namespace altiro3D::viewer {
 
@@ -55,7 +53,6 @@ VideoBar::VideoBar(Controller& controller)
       track_(new QComboBox), speed_(new QComboBox), loop_(new QToolButton) {
     setObjectName("videoBar");
     buildControls();
-    buildKeys();
     connectControls();
     showSettings();
     showVideo();
@@ -64,23 +61,20 @@ VideoBar::VideoBar(Controller& controller)
 void VideoBar::buildControls() {
     auto* row = new QHBoxLayout(this);
     row->setContentsMargins(4, 2, 4, 2);
-    for (QWidget* control : std::initializer_list<QWidget*>{play_, position_, time_, mute_, volume_,
-                                                            track_, speed_, loop_}) {
-        row->addWidget(control);
+    const std::tuple<QWidget*, const char*, QString> controls[] = {
+        {play_, "playVideo", tr("Play or stop (P)")},
+        {position_, "videoPosition", tr("Position in the video (Shift+Left, Shift+Right)")},
+        {time_, "videoTime", tr("Time and length of the video")},
+        {mute_, "muteVideo", tr("Sound off (Shift+M)")},
+        {volume_, "videoVolume", tr("Volume (+, -)")},
+        {track_, "soundTrack", tr("Sound track")},
+        {speed_, "videoSpeed", tr("Speed; the pitch of the sound changes with it")},
+        {loop_, "loopVideo", tr("Begin again at the end")}};
+    for (const auto& [control, object, words] : controls) {
+        row->addWidget(named(control, object, words, words));
         control->setFocusPolicy(Qt::TabFocus); // keys of the window go on working after a click
     }
     row->setStretchFactor(position_, 1);
-    const auto tell = [](QWidget* control, const char* object, const QString& words) {
-        named(control, object, words, words);
-    };
-    tell(play_, "playVideo", tr("Play or stop (P)"));
-    tell(position_, "videoPosition", tr("Position in the video (Shift+Left, Shift+Right)"));
-    tell(time_, "videoTime", tr("Time and length of the video"));
-    tell(mute_, "muteVideo", tr("Sound off (Shift+M)"));
-    tell(volume_, "videoVolume", tr("Volume (+, -)"));
-    tell(track_, "soundTrack", tr("Sound track"));
-    tell(speed_, "videoSpeed", tr("Speed; the pitch of the sound changes with it"));
-    tell(loop_, "loopVideo", tr("Begin again at the end"));
     position_->setPageStep(qRound(kSeekStep * kSliderSteps));
     mute_->setCheckable(true);
     volume_->setRange(0, 100);
@@ -93,28 +87,25 @@ void VideoBar::buildControls() {
     loop_->setIcon(style()->standardIcon(QStyle::SP_BrowserReload));
 }
 
-void VideoBar::addKey(const QKeySequence& keys, const std::function<void()>& what) {
-    auto* key = new QAction(this);
-    key->setShortcut(keys);
-    connect(key, &QAction::triggered, this, what);
-    addAction(key);
-}
-
-void VideoBar::buildKeys() {
+void VideoBar::connectControls() {
     const auto step = [this](double by) {
         controller_.seekVideo(controller_.videoState().position + by);
     };
     const auto louder = [this](int by) {
         change([by](PlaySettings& to) { to.volume = std::clamp(to.volume + by, 0, 100); });
     };
-    addKey(QKeySequence(tr("Shift+Left")), [step] { step(-kSeekStep); });
-    addKey(QKeySequence(tr("Shift+Right")), [step] { step(kSeekStep); });
-    addKey(QKeySequence(tr("Shift+M")), [this] { mute_->toggle(); });
-    addKey(QKeySequence(Qt::Key_Plus), [louder] { louder(kVolumeStep); });
-    addKey(QKeySequence(Qt::Key_Minus), [louder] { louder(-kVolumeStep); });
-}
-
-void VideoBar::connectControls() {
+    const std::pair<QKeySequence, std::function<void()>> keys[] = {
+        {QKeySequence(tr("Shift+Left")), [step] { step(-kSeekStep); }},
+        {QKeySequence(tr("Shift+Right")), [step] { step(kSeekStep); }},
+        {QKeySequence(tr("Shift+M")), [this] { mute_->toggle(); }},
+        {QKeySequence(Qt::Key_Plus), [louder] { louder(kVolumeStep); }},
+        {QKeySequence(Qt::Key_Minus), [louder] { louder(-kVolumeStep); }}};
+    for (const auto& [shortcut, what] : keys) {
+        auto* key = new QAction(this);
+        key->setShortcut(shortcut);
+        connect(key, &QAction::triggered, this, what);
+        addAction(key);
+    }
     connect(play_, &QToolButton::clicked, this,
             [this] { controller_.setPlaying(controller_.videoState().paused); });
     connect(position_, &QSlider::valueChanged, this,
@@ -159,16 +150,14 @@ void VideoBar::showState() {
     play_->setIcon(iconOf(*this, state.paused ? QStyle::SP_MediaPlay : QStyle::SP_MediaPause));
     mute_->setIcon(iconOf(*this, QStyle::SP_MediaVolumeMuted));
     const double length = std::min(state.duration, kLongestSlider);
-    {
-        const QSignalBlocker blocker(position_);
-        position_->setEnabled(length > 0);
-        position_->setRange(0, static_cast<int>(length * kSliderSteps));
-        if (!position_->isSliderDown())
-            position_->setValue(static_cast<int>(std::min(state.position, length) * kSliderSteps));
-    }
+    const QSignalBlocker blocker(position_);
+    position_->setEnabled(length > 0);
+    position_->setRange(0, static_cast<int>(length * kSliderSteps));
+    if (!position_->isSliderDown())
+        position_->setValue(static_cast<int>(std::min(state.position, length) * kSliderSteps));
     time_->setText(length > 0 ? tr("%1 / %2").arg(timeText(state.position), timeText(length))
                               : timeText(state.position));
-    for (QWidget* control : std::initializer_list<QWidget*>{mute_, volume_})
+    for (QWidget* control : std::initializer_list<QWidget*>{mute_, volume_, track_})
         control->setEnabled(state.sounds);
     std::vector<int> tracks;
     for (const VideoStreamFacts& track : state.tracks)
@@ -180,7 +169,6 @@ void VideoBar::showState() {
         tracks_ = tracks;
     }
     track_->setVisible(tracks.size() > 1);
-    track_->setEnabled(state.sounds);
 }
 
 void VideoBar::showSettings() {
@@ -196,11 +184,10 @@ void VideoBar::showSettings() {
 
 QWidget* withVideoBar(QWidget* picture, Controller& controller) {
     auto* both = new QWidget;
-    auto* column = new QVBoxLayout(both);
+    auto* column = boxOf<QVBoxLayout>(0, picture, new VideoBar(controller));
     column->setContentsMargins(0, 0, 0, 0);
     column->setSpacing(0);
-    column->addWidget(picture, 1);
-    column->addWidget(new VideoBar(controller));
+    both->setLayout(column);
     return both;
 }
 

@@ -22,8 +22,6 @@ class VideoBar : public QWidget {
 
   private:
     void buildControls();
-    void buildKeys();
-    void addKey(const QKeySequence& keys, const std::function<void()>& what);
     void connectControls();
     void change(const std::function<void(PlaySettings&)>& what);
     void showVideo();    // whether there is one

@@ -6,39 +6,31 @@
 
 #include <QDialogButtonBox>
 #include <QFormLayout>
-#include <QLabel>
 #include <QProgressBar>
 #include <QPushButton>
-#include <QVBoxLayout>
 
 namespace altiro3D::viewer {
 
 VideoExportDialog::VideoExportDialog(const QString& file, QWidget* parent)
-    : QDialog(parent), time_(new QLabel(tr("Starting…"))), left_(new QLabel(tr("–"))),
-      size_(new QLabel(tr("–"))), bar_(new QProgressBar) {
+    : QDialog(parent), bar_(new QProgressBar) {
     setObjectName("videoExport");
     setWindowTitle(tr("Export video"));
     setAttribute(Qt::WA_DeleteOnClose);
-    auto* name = new QLabel(file);
-    name->setTextFormat(Qt::PlainText);
-    name->setWordWrap(true);
     bar_->setRange(0, 0); // busy, until the first picture is made
-    named(time_, "videoTime", tr("Made so far"));
-    named(left_, "videoLeft", tr("Time left"));
-    named(size_, "videoSize", tr("Size of the file"));
     auto* form = new QFormLayout;
-    form->addRow(tr("Made so far"), time_);
-    form->addRow(tr("Time left"), left_);
-    form->addRow(tr("Size of the file"), size_);
+    const auto add = [form](const char* object, const QString& words, const QString& begin) {
+        auto* label = named(new QLabel(begin), object, words);
+        form->addRow(words, label);
+        return label;
+    };
+    time_ = add("videoTime", tr("Made so far"), tr("Starting…"));
+    left_ = add("videoLeft", tr("Time left"), tr("–"));
+    size_ = add("videoSize", tr("Size of the file"), tr("–"));
     auto* buttons = new QDialogButtonBox;
     cancel_ = buttons->addButton(QDialogButtonBox::Cancel);
     named(cancel_, "cancelVideo", tr("Cancel"),
           tr("What is made so far is kept: export to the same name to go on later."));
-    auto* column = new QVBoxLayout(this);
-    column->addWidget(name);
-    column->addWidget(bar_);
-    column->addLayout(form);
-    column->addWidget(buttons);
+    setLayout(boxOf<QVBoxLayout>(-1, plainLabel(file), bar_, form, buttons));
     setMinimumWidth(420);
     connect(buttons, &QDialogButtonBox::rejected, this, &VideoExportDialog::reject);
 }

@@ -2,9 +2,12 @@
 
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/qt/display_search.hpp"
+#include "cli/run_tool.hpp"
 #include "viewer/model/making.hpp"
 
+#include <QBoxLayout>
 #include <QFile>
+#include <QLabel>
 #include <QMessageBox>
 #include <QObject>
 #include <QString>
@@ -12,6 +15,7 @@
 #include <QTextDocument>
 #include <filesystem>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace altiro3D::viewer {
@@ -76,12 +80,16 @@ inline QString nameOf(const qt::ScreenFacts& screen, std::size_t index) {
                                : QString::fromStdString(screen.name);
 }
 
-/// The sentences, one per line.
-inline QString linesOf(const std::vector<std::string>& sentences) {
+/// The texts of some items, one per line.
+template <class Items, class Text>
+QString linesOf(const Items& items, const Text& textOf) {
     QStringList lines;
-    for (const std::string& sentence : sentences)
-        lines << QString::fromStdString(sentence);
+    for (const auto& item : items)
+        lines << textOf(item);
     return lines.join('\n');
+}
+inline QString linesOf(const std::vector<std::string>& sentences) {
+    return linesOf(sentences, QString::fromStdString);
 }
 
 /// Text for a tool tip. Names and messages contain texts from files, which must not be interpreted
@@ -96,9 +104,14 @@ inline void warn(QWidget* parent, const QString& title, const QString& text) {
     box.setTextFormat(Qt::PlainText);
     box.exec();
 }
+inline void warn(QWidget* parent, const QString& title, const std::exception& error) {
+    warn(parent, title, QString::fromStdString(tools::sentenceOf(error)));
+}
 
-constexpr const char* kVideoFormats = QT_TRANSLATE_NOOP(
-    "formats", "MP4 video (*.mp4 *.m4v);;Matroska video (*.mkv);;QuickTime video (*.mov)");
+constexpr const char* kVideoFormats =
+    "MP4 video (*.mp4 *.m4v);;Matroska video (*.mkv);;QuickTime video (*.mov)";
+constexpr const char* kPictureFormats = "PNG picture (*.png);;JPEG picture (*.jpg *.jpeg);;"
+                                        "TIFF picture (*.tif *.tiff);;All files (*)";
 /// The name of a product in menus, the end of its file's, and the formats that a dialog offers.
 struct ProductWords {
     const char* name;
@@ -107,19 +120,12 @@ struct ProductWords {
 };
 constexpr ProductWords kProducts[] = {
     {"Native", "_native.png",
-     QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;"
-                                  "BMP picture (*.bmp);;All files (*)")},
-    {"Quilt", ".png",
-     QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;JPEG picture (*.jpg *.jpeg);;"
-                                  "TIFF picture (*.tif *.tiff);;All files (*)")},
+     "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;BMP picture (*.bmp);;All files (*)"},
+    {"Quilt", ".png", kPictureFormats},
     {"Views", "_views", ""},
-    {"Depth", "_depth.png",
-     QT_TRANSLATE_NOOP("formats",
-                       "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;All files (*)")},
+    {"Depth", "_depth.png", "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;All files (*)"},
     {"Sway video", "_sway.mp4", kVideoFormats},
-    {"Stereo picture", "",
-     QT_TRANSLATE_NOOP("formats", "PNG picture (*.png);;JPEG picture (*.jpg *.jpeg);;"
-                                  "TIFF picture (*.tif *.tiff);;All files (*)")}}; // as Product
+    {"Stereo picture", "", kPictureFormats}}; // as Product
 inline QString nameOf(Product product) {
     return QObject::tr(entryOf(kProducts, product).name);
 }
@@ -132,6 +138,38 @@ Widget* named(Widget* widget, const char* object, const QString& words, const QS
     widget->setAccessibleName(words);
     widget->setToolTip(tip);
     return widget;
+}
+
+/// A label of several lines without markup, as names and messages contain texts from files.
+inline QLabel* plainLabel(const QString& text = {}, const char* object = "") {
+    auto* label = new QLabel(text);
+    label->setObjectName(object);
+    label->setTextFormat(Qt::PlainText);
+    label->setWordWrap(true);
+    return label;
+}
+
+/// The words beside a field, whose key (&) leads to it.
+inline QLabel* labelOf(QWidget* field, const QString& text) {
+    auto* label = new QLabel(text);
+    label->setBuddy(field);
+    return label;
+}
+
+/// A row or a column of widgets and layouts.
+/// @param wide index of the part that takes the room which is left, or -1
+template <class Box, class... Parts>
+Box* boxOf(int wide, Parts*... parts) {
+    auto* box = new Box;
+    const auto add = [box](auto* part) {
+        if constexpr (std::is_base_of_v<QLayout, std::remove_pointer_t<decltype(part)>>)
+            box->addLayout(part);
+        else
+            box->addWidget(part);
+    };
+    (add(parts), ...);
+    box->setStretch(wide, 1);
+    return box;
 }
 
 } // namespace altiro3D::viewer

@@ -27,7 +27,6 @@
 #include <QShortcut>
 #include <QStatusBar>
 #include <QStyle>
-#include <QTimer>
 #include <QToolButton>
 #include <algorithm>
 #include <cmath>
@@ -61,7 +60,14 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     knobDock->setWidget(scroll);
     addDockWidget(Qt::RightDockWidgetArea, knobDock);
     buildPaintBar();
-    buildActions();
+    auto* bar = addToolBar(tr("Tools"));
+    bar->setObjectName("tools");
+    bar->setMovable(false);
+    buildFileMenu(*bar);
+    buildEditMenu();
+    buildViewMenu(*bar);
+    buildDisplayMenu(*bar);
+    buildHelpMenu();
     buildStatus();
     connectController();
     const QSize frame(16, 48); // of the desktop around the window
@@ -70,7 +76,6 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     readSettings();
     showSources();
     showDocument();
-    showModes();
     std::vector<std::string> sentences = warnings;
     if (!controller_.storeNote().isEmpty())
         sentences.push_back(controller_.storeNote().toStdString());
@@ -91,11 +96,9 @@ void MainWindow::buildStrip() {
     addDockWidget(Qt::BottomDockWidgetArea, stripDock_);
     setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
     setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
-    connect(strip_, &PhotoStrip::chosen, this, &MainWindow::select);
-}
-
-void MainWindow::select(int index) {
-    if (index != controller_.current()) controller_.select(index);
+    connect(strip_, &PhotoStrip::chosen, this, [this](int index) {
+        if (index != controller_.current()) controller_.select(index);
+    });
 }
 
 void MainWindow::showStrip() {
@@ -103,15 +106,14 @@ void MainWindow::showStrip() {
 }
 
 void MainWindow::buildStatus() {
-    status_ = new QLabel;
-    status_->setTextFormat(Qt::PlainText);
+    status_ = plainLabel();
+    status_->setWordWrap(false);
     busy_ = new QLabel;
     progress_ = new QProgressBar;
     progress_->setMaximumWidth(160);
     progress_->setRange(0, 100);
-    cancel_ = new QToolButton;
+    cancel_ = named(new QToolButton, "cancel", {});
     cancel_->setText(tr("Cancel"));
-    cancel_->setObjectName("cancel");
     status_->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);
     statusBar()->addWidget(status_, 1);
     statusBar()->addPermanentWidget(busy_);
@@ -119,9 +121,8 @@ void MainWindow::buildStatus() {
     statusBar()->addPermanentWidget(cancel_);
     progress_->hide();
     cancel_->hide();
-    unsay_ = new QTimer(this);
-    unsay_->setSingleShot(true);
-    connect(unsay_, &QTimer::timeout, this, [this] {
+    unsay_.setSingleShot(true);
+    connect(&unsay_, &QTimer::timeout, this, [this] {
         said_.clear();
         showStatus();
     });
@@ -130,7 +131,7 @@ void MainWindow::buildStatus() {
 
 void MainWindow::say(const QString& text, int milliseconds) {
     said_ = text;
-    unsay_->start(milliseconds);
+    unsay_.start(milliseconds);
     showStatus();
 }
 
@@ -150,9 +151,7 @@ void MainWindow::connectController() {
     connect(&controller_, &Controller::modeChanged, this, &MainWindow::showModes);
     connect(&controller_, &Controller::eyesChanged, this, &MainWindow::showEyes);
     connect(knobs_, &KnobPanel::eyesStrengthTurned, this, [this](double strength) {
-        tools::EyesOptions eyes = controller_.eyes();
-        eyes.strengthPercent = strength;
-        controller_.setEyes(eyes);
+        changeEyes([strength](tools::EyesOptions& eyes) { eyes.strengthPercent = strength; });
     });
     connect(&controller_, &Controller::swingingChanged, swing_, &QAction::setChecked);
     connect(&controller_, &Controller::knobsChanged, this, [this] {
@@ -249,18 +248,14 @@ void MainWindow::showDocument() {
         showStatus();
     }
     const bool current = document && controller_.problem().isEmpty();
-    if (current && document != told_ && said_ == notes_) { // of the file before
-        said_.clear();
+    if (current && document != told_) {
+        if (said_ == notes_) said_.clear(); // of the file before
         showStatus();
+        const QString notes = linesOf(
+            document->notes, [](const Note& note) { return QString::fromStdString(note.text); });
+        if (!notes.isEmpty()) say(notes_ = notes, 10000);
+        if (welcome_ == nullptr) remember(document->source.file);
     }
-    if (current && document != told_ && !document->notes.empty()) {
-        std::vector<std::string> lines;
-        for (const Note& note : document->notes)
-            lines.push_back(note.text);
-        notes_ = linesOf(lines);
-        say(notes_, 10000);
-    }
-    if (current && document != told_ && welcome_ == nullptr) remember(document->source.file);
     told_ = document;
     knobs_->show(document.get(),
                  current ? QString::fromStdString(controller_.frame().depthSource) : QString());
@@ -471,23 +466,21 @@ void MainWindow::paint(double x, double y, bool shift) {
 bool MainWindow::mayLosePaintedDepth() {
     const auto files = controller_.unsavedDepths();
     if (files.empty()) return true;
-    std::vector<std::string> names;
-    for (const auto& file : files)
-        names.push_back(file.string());
     QMessageBox box(QMessageBox::Question, tr("Painted depth"),
                     tr("The depth that you have painted is not saved. Close anyway?"),
                     QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
     box.setTextFormat(Qt::PlainText);
-    box.setInformativeText(linesOf(names));
+    box.setInformativeText(linesOf(files, toName));
     box.setDefaultButton(QMessageBox::Cancel);
     const int answer = box.exec();
-    if (answer == QMessageBox::Save && !controller_.isPainted()) {
-        open({files.front()}); // to be saved when it is seen
-    } else if (answer == QMessageBox::Save) {
+    if (answer != QMessageBox::Save) return answer == QMessageBox::Discard;
+    if (controller_.isPainted()) {
         exportDialog(Product::Depth);
         closesWhenSaved_ = controller_.isExporting(); // else it was cancelled
+    } else {
+        open({files.front()}); // to be saved when it is seen
     }
-    return answer == QMessageBox::Discard;
+    return false;
 }
 
 } // namespace altiro3D::viewer

@@ -4,11 +4,13 @@
 
 #include <QMainWindow>
 #include <QPointer>
+#include <QTimer>
 
 class QActionGroup;
 class QDockWidget;
 class QLabel;
 class QProgressBar;
+class QToolBar;
 class QToolButton;
 namespace altiro3D::qt {
 class NativeWidget;
@@ -49,16 +51,13 @@ class MainWindow : public QMainWindow {
     void resizeEvent(QResizeEvent* event) override;
 
   private:
-    void buildActions();
-    QAction* buildFileMenu(); ///< @return "Open"
+    void buildFileMenu(QToolBar& bar);
     void buildEditMenu();
-    void buildViewMenu();
+    void buildViewMenu(QToolBar& bar);
     void buildEyesMenu(QMenu& view);
-    void showEyes();             // the options of pictures for two eyes
-    QAction* buildDisplayMenu(); ///< @return "Show on the display"
+    void showEyes(); // the options of pictures for two eyes
+    void buildDisplayMenu(QToolBar& bar);
     void buildHelpMenu();
-    void showManual();
-    void buildToolBar(QAction* open, QAction* show);
     void buildStrip();
     void buildStatus();
     void buildPaintBar();
@@ -67,7 +66,13 @@ class MainWindow : public QMainWindow {
     void paint(double x, double y, bool shift);
     void connectController();
     QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
-                    const std::function<void()>& what, const QString& name = {});
+                    const std::function<void()>& what);
+    QAction* action(QMenu& menu, const char* name, const QString& text, const QKeySequence& keys,
+                    const std::function<void()>& what);
+    /// Adds an entry that is on or off. @param what receives which, after every change
+    QAction* toggle(QMenu& menu, const char* name, const QString& text, const QKeySequence& keys,
+                    const std::function<void(bool)>& what);
+    void changeEyes(const std::function<void(tools::EyesOptions&)>& change);
 
     /// Opens files in the usual mode; of files that are open already it shows the first one.
     void open(const std::vector<std::filesystem::path>& files);
@@ -85,7 +90,6 @@ class MainWindow : public QMainWindow {
     void exportAllDialog();
     void endExportAll(const BatchReport& report);
     void showProgress(bool runs); ///< Of an export.
-    void select(int index);
     void showStrip();
     bool mayLosePaintedDepth();
     void showAction(); // after one: what was said about the time before goes
@@ -100,7 +104,6 @@ class MainWindow : public QMainWindow {
     QScreen* displayScreen();
     /// The screen that was chosen; null if none was, or, after a message, if it is not connected.
     std::optional<std::size_t> chosenScreen(const std::vector<qt::ScreenFacts>& screens);
-    qt::NativeWidget* onDisplay(); ///< On displayScreen(); null without one.
     void fillScreens();
     void showSlides();
     void endSlides();
@@ -153,7 +156,7 @@ class MainWindow : public QMainWindow {
     QString facts_;
     QString said_;
     QString notes_; // of the last document that had some
-    QTimer* unsay_ = nullptr;
+    QTimer unsay_;
     std::shared_ptr<const Document> told_; // its notes have been shown
     QLabel* busy_ = nullptr;
     QProgressBar* progress_ = nullptr;

@@ -41,18 +41,14 @@ struct ModeWords {
 };
 
 const ModeWords kModes[] = {
-    {Mode::Sway, QT_TRANSLATE_NOOP("mode", "Sway"),
-     QT_TRANSLATE_NOOP("mode", "One view from a camera that moves")},
-    {Mode::Depth, QT_TRANSLATE_NOOP("mode", "Depth"),
-     QT_TRANSLATE_NOOP("mode", "The depth map, near is white")},
-    {Mode::Quilt, QT_TRANSLATE_NOOP("mode", "Quilt"), QT_TRANSLATE_NOOP("mode", "All views")},
-    {Mode::Native, QT_TRANSLATE_NOOP("mode", "Native"),
-     QT_TRANSLATE_NOOP("mode", "What the panel shows, px by px; drag it to see other parts")},
-    {Mode::Lens, QT_TRANSLATE_NOOP("mode", "Lens"),
-     QT_TRANSLATE_NOOP("mode", "What an eye sees through the display's lenses")},
-    {Mode::Stereo, QT_TRANSLATE_NOOP("mode", "Stereo"),
-     QT_TRANSLATE_NOOP("mode", "A picture for two eyes, for red-cyan glasses or as View > Two "
-                               "eyes says")}};
+    {Mode::Sway, "Sway", "One view from a camera that moves"},
+    {Mode::Depth, "Depth", "The depth map, near is white"},
+    {Mode::Quilt, "Quilt", "All views"},
+    {Mode::Native, "Native", "What the panel shows, px by px; drag it to see other parts"},
+    {Mode::Lens, "Lens", "What an eye sees through the display's lenses"},
+    {Mode::Stereo, "Stereo",
+     "A picture for two eyes, for red-cyan glasses or as View > Two "
+     "eyes says"}};
 
 constexpr EyesPicture kEyesPictures[] = {
     EyesPicture::Anaglyph,   EyesPicture::AnaglyphHalf,   EyesPicture::AnaglyphGrey,
@@ -92,11 +88,10 @@ void useDarkLook(bool dark) {
         palette.setColor(QPalette::ToolTipText, Qt::white);
         for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText})
             palette.setColor(QPalette::Disabled, role, QColor(150, 150, 150));
-    }
-    if (dark)
         QApplication::setStyle(new DarkStyle); // not all styles take a palette
-    else
+    } else {
         QApplication::setStyle(kOwnStyle);
+    }
     QApplication::setPalette(palette);
 }
 
@@ -106,40 +101,42 @@ QString pathOf(const QString& name) {
     return path.isEmpty() ? QFileInfo(name).absoluteFilePath() : path;
 }
 
-// An enumerator from the settings file, which may contain anything.
-template <class Word>
-Word knownOr(Word standard, const QVariant& setting, std::initializer_list<Word> known) {
-    bool isNumber = false;
-    const int number = setting.toInt(&isNumber);
-    const auto found = std::find_if(known.begin(), known.end(),
-                                    [number](Word word) { return int(word) == number; });
-    return isNumber && found != known.end() ? *found : standard;
-}
-
 } // namespace
 
 QAction* MainWindow::action(QMenu& menu, const QString& text, const QKeySequence& keys,
-                            const std::function<void()>& what, const QString& name) {
+                            const std::function<void()>& what) {
     QAction* result = menu.addAction(text);
     result->setShortcut(keys);
-    result->setObjectName(name);
     connect(result, &QAction::triggered, this, what);
     return result;
 }
 
-void MainWindow::buildActions() {
-    QAction* const open = buildFileMenu();
-    buildEditMenu();
-    buildViewMenu();
-    QAction* const show = buildDisplayMenu();
-    buildHelpMenu();
-    buildToolBar(open, show);
+QAction* MainWindow::action(QMenu& menu, const char* name, const QString& text,
+                            const QKeySequence& keys, const std::function<void()>& what) {
+    QAction* result = action(menu, text, keys, what);
+    result->setObjectName(name);
+    return result;
 }
 
-QAction* MainWindow::buildFileMenu() {
+QAction* MainWindow::toggle(QMenu& menu, const char* name, const QString& text,
+                            const QKeySequence& keys, const std::function<void(bool)>& what) {
+    QAction* result = action(menu, name, text, keys, [] {});
+    result->setCheckable(true);
+    connect(result, &QAction::toggled, this, what);
+    return result;
+}
+
+void MainWindow::changeEyes(const std::function<void(tools::EyesOptions&)>& change) {
+    tools::EyesOptions eyes = controller_.eyes();
+    change(eyes);
+    controller_.setEyes(eyes);
+}
+
+void MainWindow::buildFileMenu(QToolBar& bar) {
     QMenu& file = *menuBar()->addMenu(tr("&File"));
     QAction* open = action(file, tr("&Open…"), QKeySequence::Open, [this] { openDialog(); });
     open->setIconText(tr("Open"));
+    bar.addAction(open);
     action(file, tr("Open a &folder…"), QKeySequence(tr("Ctrl+Shift+O")),
            [this] { openDirectoryDialog(); });
     depthImage_ = action(file, tr("&Depth image for this photo…"), QKeySequence(tr("Ctrl+D")),
@@ -154,22 +151,20 @@ QAction* MainWindow::buildFileMenu() {
         {Product::Depth, {}},
         {Product::SwayVideo, {}},
         {Product::Eyes, {}}};
-    for (const auto& [product, keys] : products) {
+    for (const auto& [product, keys] : products)
         exports_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
                                               [this, p = product] { exportDialog(p); }));
-    }
     exports_.front().second->setIconText(tr("Export"));
-    exportVideo_ = action(
-        file, tr("Export &video…"), QKeySequence(tr("Ctrl+Shift+E")), [this] { exportVideo(); },
-        "exportVideo");
-    exportAll_ = action(
-        file, tr("Export &all Natives…"), QKeySequence(tr("Ctrl+E")), [this] { exportAllDialog(); },
-        "exportAll");
+    bar.addAction(exports_.front().second);
+    bar.addSeparator();
+    exportVideo_ = action(file, "exportVideo", tr("Export &video…"),
+                          QKeySequence(tr("Ctrl+Shift+E")), [this] { exportVideo(); });
+    exportAll_ = action(file, "exportAll", tr("Export &all Natives…"), QKeySequence(tr("Ctrl+E")),
+                        [this] { exportAllDialog(); });
     file.addSeparator();
     closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
                         [this] { controller_.close(controller_.current()); });
     action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
-    return open;
 }
 
 void MainWindow::buildEditMenu() {
@@ -181,11 +176,9 @@ void MainWindow::buildEditMenu() {
     edit.addAction(undo);
     edit.addAction(redo);
     edit.addSeparator();
-    action(
-        edit, tr("&Paint the depth"), QKeySequence(Qt::Key_B),
-        [this] { paintBar_->setVisible(!paintBar_->isVisible()); }, "paintDepth");
-    action(
-        edit, tr("&Better depth…"), {}, [this] { betterDepthDialog(); }, "betterDepthMenu");
+    action(edit, "paintDepth", tr("&Paint the depth"), QKeySequence(Qt::Key_B),
+           [this] { paintBar_->setVisible(!paintBar_->isVisible()); });
+    action(edit, "betterDepthMenu", tr("&Better depth…"), {}, [this] { betterDepthDialog(); });
     edit.addSeparator();
     action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
            [this] { controller_.resetFrame(); });
@@ -197,7 +190,7 @@ void MainWindow::buildEditMenu() {
            [this] { controller_.resetKnobs(); });
 }
 
-void MainWindow::buildViewMenu() {
+void MainWindow::buildViewMenu(QToolBar& bar) {
     QMenu& view = *menuBar()->addMenu(tr("&View"));
     modes_ = new QActionGroup(this);
     int number = 1;
@@ -210,20 +203,20 @@ void MainWindow::buildViewMenu() {
         modes_->addAction(mode);
     }
     view.addSeparator();
+    bar.addActions(modes_->actions());
+    bar.addSeparator();
     buildEyesMenu(view);
-    swing_ = action(view, tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
-                    [this] { controller_.setSwinging(swing_->isChecked()); });
-    swing_->setCheckable(true);
+    swing_ = toggle(view, "", tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
+                    [this](bool on) { controller_.setSwinging(on); });
     swing_->setIconText(tr("Swing"));
     swing_->setToolTip(tr("The camera swings automatically (Space)"));
-    follow_ = action(view, tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [] {});
-    follow_->setCheckable(true);
+    follow_ = toggle(view, "", tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [](bool) {});
     follow_->setIconText(tr("Follow mouse"));
     follow_->setToolTip(tr("The camera follows the mouse (M)"));
-    QAction* play = action(view, tr("&Play the video"), QKeySequence(Qt::Key_P), [] {});
-    play->setCheckable(true);
+    bar.addActions({swing_, follow_});
+    QAction* play = toggle(view, "", tr("&Play the video"), QKeySequence(Qt::Key_P),
+                           [this](bool on) { controller_.setPlaying(on); });
     play->setChecked(controller_.isPlaying());
-    connect(play, &QAction::toggled, this, [this](bool on) { controller_.setPlaying(on); });
     connect(&controller_, &Controller::playingChanged, play, &QAction::setChecked);
     view.addSeparator();
     next_ = action(view, tr("&Next file"), QKeySequence(Qt::Key_PageDown),
@@ -233,15 +226,9 @@ void MainWindow::buildViewMenu() {
     view.addSeparator();
     for (const QDockWidget* dock : findChildren<QDockWidget*>())
         if (dock != stripDock_) view.addAction(dock->toggleViewAction());
-    showsStrip_ = action(
-        view, tr("S&trip of photos"), {}, [] {}, "showsStrip");
-    showsStrip_->setCheckable(true);
-    showsStrip_->setChecked(true);
-    connect(showsStrip_, &QAction::toggled, this, &MainWindow::showStrip);
-    dark_ = action(
-        view, tr("Dar&k"), {}, [] {}, "dark");
-    dark_->setCheckable(true);
-    connect(dark_, &QAction::toggled, this, &useDarkLook);
+    showsStrip_ =
+        toggle(view, "showsStrip", tr("S&trip of photos"), {}, [this](bool) { showStrip(); });
+    dark_ = toggle(view, "dark", tr("Dar&k"), {}, useDarkLook);
 }
 
 void MainWindow::buildEyesMenu(QMenu& view) {
@@ -252,28 +239,20 @@ void MainWindow::buildEyesMenu(QMenu& view) {
         QString words = tr(altiro3D::nameOf(picture).words);
         words[0] = words[0].toUpper();
         QAction* const entry = action(eyes, words, {}, [this, picture] {
-            tools::EyesOptions options = controller_.eyes();
-            options.picture = picture;
-            controller_.setEyes(options);
+            changeEyes([picture](tools::EyesOptions& to) { to.picture = picture; });
         });
         entry->setCheckable(true);
         entry->setData(int(picture));
         eyesPictures_->addAction(entry);
     }
     eyes.addSeparator();
-    swapEyes_ = action(
-        eyes, tr("E&xchange the eyes"), QKeySequence(Qt::Key_X),
-        [this] {
-            tools::EyesOptions options = controller_.eyes();
-            options.swapped = swapEyes_->isChecked();
-            controller_.setEyes(options);
-        },
-        "swapEyes");
-    swapEyes_->setCheckable(true);
+    swapEyes_ =
+        toggle(eyes, "swapEyes", tr("E&xchange the eyes"), QKeySequence(Qt::Key_X),
+               [this](bool on) { changeEyes([on](tools::EyesOptions& to) { to.swapped = on; }); });
     const auto deeper = [this](double by) {
-        tools::EyesOptions options = controller_.eyes();
-        options.strengthPercent = std::clamp(options.strengthPercent + by, 0.0, kMaxEyesStrength);
-        controller_.setEyes(options);
+        changeEyes([by](tools::EyesOptions& to) {
+            to.strengthPercent = std::clamp(to.strengthPercent + by, 0.0, kMaxEyesStrength);
+        });
     };
     QAction* const more =
         action(eyes, tr("&More depth"), QKeySequence("Shift+Up"), [deeper] { deeper(kStep); });
@@ -291,33 +270,40 @@ void MainWindow::showEyes() {
     knobs_->showEyes(controller_.mode() == Mode::Stereo, eyes.strengthPercent);
 }
 
-QAction* MainWindow::buildDisplayMenu() {
+void MainWindow::buildDisplayMenu(QToolBar& bar) {
     QMenu& display = *menuBar()->addMenu(tr("&Display"));
     QAction* show = action(display, tr("&Show on the display"), QKeySequence(Qt::Key_F11),
                            [this] { showOnDisplay(); });
     show->setIconText(tr("Show on display"));
     show->setToolTip(tr("Full screen on the light-field display, px by px (F11)"));
+    auto* room = new QWidget;
+    room->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
+    bar.addWidget(room);
+    bar.addAction(show);
     action(display, tr("Show for two &eyes"), QKeySequence("Shift+F11"), [this] { showForEyes(); });
-    action(
-        display, tr("S&lide show…"), {}, [this] { showSlides(); }, "slideShowMenu");
+    action(display, "slideShowMenu", tr("S&lide show…"), {}, [this] { showSlides(); });
     screens_ = display.addMenu(tr("S&creen"));
     screens_->setObjectName("screens");
     connect(screens_, &QMenu::aboutToShow, this, &MainWindow::fillScreens);
-    action(
-        display, tr("&Test picture"), {}, [this] { showTestPicture(); }, "testPicture");
-    action(
-        display, tr("Lens by e&ye…"), {}, [this] { lensByEye(); }, "lensByEye");
+    action(display, "testPicture", tr("&Test picture"), {}, [this] { showTestPicture(); });
+    action(display, "lensByEye", tr("Lens by e&ye…"), {}, [this] { lensByEye(); });
     action(display, tr("&Find displays…"), {}, [this] { tellDisplays(); });
     action(display, tr("&Choose calibration…"), {}, [this] { calibrationDialog(); });
-    return show;
 }
 
 void MainWindow::buildHelpMenu() {
     QMenu& help = *menuBar()->addMenu(tr("&Help"));
-    action(
-        help, tr("&Keys"), QKeySequence(Qt::Key_F1), [this] { keysDialog(this)->show(); }, "keys");
-    action(
-        help, tr("&Manual"), QKeySequence(tr("Ctrl+F1")), [this] { showManual(); }, "manual");
+    action(help, "keys", tr("&Keys"), QKeySequence(Qt::Key_F1),
+           [this] { keysDialog(this)->show(); });
+    action(help, "manual", tr("&Manual"), QKeySequence(tr("Ctrl+F1")), [this] {
+        const fs::path guide = dataFile("docs/guide.md");
+        QUrl page = QUrl::fromLocalFile(toName(guide));
+        page.setFragment("look-and-show");
+        if (guide.empty())
+            warn(this, tr("Manual"), tr("The manual is not installed with this copy of altiro3D"));
+        else
+            new Manual(page, this); // deletes itself
+    });
     help.addSeparator();
     action(help, tr("&About altiro3D"), {}, [this] {
         QMessageBox::about(this, tr("About altiro3D"),
@@ -326,33 +312,6 @@ void MainWindow::buildHelpMenu() {
                               "the MIT licence.</p><p>With OpenCV %2 and Qt %3.</p>")
                                .arg(version(), CV_VERSION, qVersion()));
     });
-}
-
-void MainWindow::showManual() {
-    const fs::path guide = manualPage("docs/guide.md");
-    if (guide.empty())
-        return warn(this, tr("Manual"),
-                    tr("The manual is not installed with this copy of altiro3D"));
-    QUrl page = QUrl::fromLocalFile(toName(guide));
-    page.setFragment("look-and-show");
-    new Manual(page, this); // deletes itself
-}
-
-void MainWindow::buildToolBar(QAction* open, QAction* show) {
-    auto* bar = addToolBar(tr("Tools"));
-    bar->setObjectName("tools");
-    bar->setMovable(false);
-    bar->addAction(open);
-    bar->addAction(exports_.front().second);
-    bar->addSeparator();
-    bar->addActions(modes_->actions());
-    bar->addSeparator();
-    bar->addAction(swing_);
-    bar->addAction(follow_);
-    auto* room = new QWidget;
-    room->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
-    bar->addWidget(room);
-    bar->addAction(show);
 }
 
 void MainWindow::open(const std::vector<fs::path>& files) {
@@ -369,14 +328,13 @@ void MainWindow::open(const std::vector<fs::path>& files) {
 
 void MainWindow::remember(const fs::path& file) {
     QSettings settings;
-    QStringList recent = settings.value(kRecent).toStringList();
+    const QStringList recent = settings.value(kRecent).toStringList();
     const QString name = pathOf(toName(file));
     if (!recent.isEmpty() && recent.front() == name) return;
-    recent.erase(std::remove_if(recent.begin(), recent.end(),
-                                [&](const QString& other) { return pathOf(other) == name; }),
-                 recent.end());
-    recent.prepend(name);
-    settings.setValue(kRecent, QStringList(recent.mid(0, kMaxRecent)));
+    QStringList names{name};
+    for (const QString& other : recent)
+        if (pathOf(other) != name && names.size() < kMaxRecent) names << other;
+    settings.setValue(kRecent, names);
     settings.setValue("folder", QFileInfo(name).absolutePath());
 }
 
@@ -426,8 +384,6 @@ void MainWindow::readSettings() {
     } catch (const Error&) {
         // then the defaults stay
     }
-    knobs_->show(controller_.knobs());
-    showLayout();
     tools::EyesOptions eyes = controller_.eyes();
     for (const EyesPicture picture : kEyesPictures)
         if (settings.value("eyes") == QVariant(altiro3D::nameOf(picture).option))
@@ -437,7 +393,6 @@ void MainWindow::readSettings() {
     if (between >= 0 && between <= kMaxEyesStrength) eyes.strengthPercent = between;
     controller_.setEyes(eyes);
     controller_.setSwinging(settings.value("swing", true).toBool());
-    swing_->setChecked(controller_.isSwinging());
     showsStrip_->setChecked(settings.value("strip", true).toBool());
     follow_->setChecked(settings.value("follow", false).toBool());
     dark_->setChecked(settings.value("dark", false).toBool());
@@ -445,7 +400,6 @@ void MainWindow::readSettings() {
     restoreGeometry(settings.value("geometry").toByteArray());
     restoreState(settings.value("state").toByteArray());
     paintBar_->hide();
-    showStrip();
 }
 
 void MainWindow::writeSettings() const {

@@ -15,6 +15,7 @@
 #include "viewer/window/knob_panel.hpp"
 #include "viewer/window/lens_by_eye_dialog.hpp"
 #include "viewer/window/main_window.hpp"
+#include "viewer/window/manual.hpp"
 #include "viewer/window/network_dialog.hpp"
 #include "viewer/window/picture_view.hpp"
 #include "viewer/window/slide_show_dialog.hpp"
@@ -24,7 +25,6 @@
 
 #include <QActionGroup>
 #include <QBoxLayout>
-#include <QCoreApplication>
 #include <QFileDialog>
 #include <QGuiApplication>
 #include <QInputDialog>
@@ -32,7 +32,6 @@
 #include <QRegularExpression>
 #include <QSettings>
 #include <QToolButton>
-#include <algorithm>
 #include <utility>
 
 namespace altiro3D::viewer {
@@ -56,10 +55,10 @@ fs::path fileToSave(QWidget* parent, const QString& title, const fs::path& propo
     dialog.setAcceptMode(QFileDialog::AcceptSave);
     if (*formats != '\0') {
         const auto useFormat = [&dialog](const QString& format) {
-            static const QRegularExpression kFirst(R"(\(\*\.(\w+))"); // of "PNG picture (*.png)"
-            dialog.setDefaultSuffix(kFirst.match(format).captured(1));
+            dialog.setDefaultSuffix(
+                format.section("*.", 1).section(QRegularExpression("\\W"), 0, 0));
         };
-        dialog.setNameFilters(QCoreApplication::translate("formats", formats).split(";;"));
+        dialog.setNameFilters(QObject::tr(formats).split(";;"));
         QObject::connect(&dialog, &QFileDialog::filterSelected, &dialog, useFormat);
         useFormat(dialog.selectedNameFilter());
     }
@@ -72,15 +71,13 @@ fs::path fileToSave(QWidget* parent, const QString& title, const fs::path& propo
 
 void MainWindow::openDialog() {
     QStringList patterns;
-    for (const std::string& ending : imageExtensions()) // contents decide, also of other names
-        patterns << "*" + QString::fromStdString(ending);
-    for (const std::string& ending : tools::videoEndings())
-        patterns << "*" + QString::fromStdString(ending);
-    const QStringList names = QFileDialog::getOpenFileNames(
-        this, tr("Open"), QSettings().value("folder").toString(),
-        tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' ')));
+    for (const auto* endings : {&imageExtensions(), &tools::videoEndings()})
+        for (const std::string& ending : *endings) // contents decide, also of other names
+            patterns << "*" + QString::fromStdString(ending);
     std::vector<fs::path> files;
-    for (const QString& name : names)
+    for (const QString& name : QFileDialog::getOpenFileNames(
+             this, tr("Open"), QSettings().value("folder").toString(),
+             tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' '))))
         files.push_back(toPath(name));
     open(files);
 }
@@ -100,13 +97,11 @@ void MainWindow::openDepthDialog() {
 }
 
 void MainWindow::showNetworks() {
-    bool isBetterKnown = false;
     try {
-        isBetterKnown = networkToDownload().has_value();
+        knobs_->showNetworks(networkToDownload().has_value());
     } catch (const Error&) {
-        // the list of networks tells it
+        knobs_->showNetworks(false); // its list tells why
     }
-    knobs_->showNetworks(isBetterKnown);
 }
 
 void MainWindow::betterDepthDialog() {
@@ -135,7 +130,7 @@ void MainWindow::betterDepthDialog() {
         say(tr("The network %1 is installed and used").arg(QString::fromStdString(network->name)),
             15000);
     } catch (const std::exception& error) {
-        warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
+        warn(this, title, error);
     }
 }
 
@@ -148,7 +143,7 @@ void MainWindow::calibrationDialog() {
         refusePipe(toPath(name));
         useCalibration(readCalibration(toPath(name)), toPath(name));
     } catch (const std::exception& error) {
-        warn(this, tr("Calibration"), QString::fromStdString(tools::sentenceOf(error)));
+        warn(this, tr("Calibration"), error);
     }
 }
 
@@ -201,7 +196,7 @@ void MainWindow::exportDialog(Product product) {
     try {
         file = productFile(controller_.exportSetup(), product, typed);
     } catch (const Error& error) {
-        return warn(this, title, QString::fromStdString(tools::sentenceOf(error)));
+        return warn(this, title, error);
     }
     // the dialog has asked about the name that was typed only
     if (file != typed && tools::isThere(file) &&
@@ -257,14 +252,12 @@ void MainWindow::endVideoExport(const VideoExportResult& result, const QString& 
         return say(result.keepsParts ? tr("Cancelled; export to the same name to go on from there")
                                      : tr("Cancelled"),
                    15000);
-    std::vector<std::string> sentences = result.notes;
-    sentences.insert(sentences.begin(),
-                     tr("Written: %1 (%2, %3)")
-                         .arg(QString::fromStdString(result.file),
-                              QString::fromStdString(tools::bytesText(result.bytes)),
-                              timeText(result.end))
-                         .toStdString());
-    say(linesOf(sentences), 15000);
+    QString written =
+        tr("Written: %1 (%2, %3)")
+            .arg(QString::fromStdString(result.file),
+                 QString::fromStdString(tools::bytesText(result.bytes)), timeText(result.end));
+    if (!result.notes.empty()) written += "\n" + linesOf(result.notes);
+    say(written, 15000);
 }
 
 void MainWindow::exportAllDialog() {
@@ -274,10 +267,9 @@ void MainWindow::exportAllDialog() {
     if (name.isEmpty()) return;
     const fs::path folder = toPath(name);
     std::error_code error;
-    const std::vector<BatchItem> items = controller_.batch(folder);
-    const auto there = std::count_if(items.begin(), items.end(), [&error](const BatchItem& item) {
-        return fs::exists(item.native, error);
-    });
+    int there = 0;
+    for (const BatchItem& item : controller_.batch(folder))
+        there += int(fs::exists(item.native, error));
     if (there > 0 &&
         !agrees(this, title,
                 tr("%1 of the files exist already in %2. Replace them?").arg(there).arg(name)))
@@ -295,11 +287,11 @@ void MainWindow::endExportAll(const BatchReport& report) {
                     tr("%1; %2 files were not exported:").arg(written).arg(report.problems.size()),
                     QMessageBox::Ok, this);
     box.setTextFormat(Qt::PlainText);
-    constexpr std::size_t kListed = 5;
-    const auto end = report.problems.begin() +
-                     static_cast<std::ptrdiff_t>(std::min(kListed, report.problems.size()));
-    box.setInformativeText(linesOf({report.problems.begin(), end}));
-    if (report.problems.size() > kListed) box.setDetailedText(linesOf(report.problems));
+    constexpr int kListed = 5;
+    const QString all = linesOf(report.problems);
+    const QString listed = all.section('\n', 0, kListed - 1);
+    box.setInformativeText(listed);
+    if (listed != all) box.setDetailedText(all);
     box.exec();
 }
 
@@ -342,11 +334,6 @@ QScreen* MainWindow::displayScreen() {
     return QGuiApplication::screens()[static_cast<int>(*screen)];
 }
 
-qt::NativeWidget* MainWindow::onDisplay() {
-    QScreen* const screen = displayScreen();
-    return screen != nullptr ? showOn(*screen) : nullptr;
-}
-
 qt::NativeWidget* MainWindow::showOn(QScreen& screen) {
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
@@ -362,10 +349,9 @@ void MainWindow::showSlides() {
     if (!dialog.folder().isEmpty()) {
         names.push_back(toPath(dialog.folder()));
     } else {
-        for (const Source& source : controller_.sources()) {
-            names.push_back(source.file);
-            if (!source.depth.empty()) names.push_back(source.depth);
-        }
+        for (const Source& source : controller_.sources())
+            for (const fs::path& name : {source.file, source.depth})
+                if (!name.empty()) names.push_back(name);
     }
     QScreen* const screen = displayScreen();
     if (screen == nullptr) return;
@@ -376,7 +362,7 @@ void MainWindow::showSlides() {
             std::make_shared<const Display>(controller_.display()), qt::factsOf(*screen),
             [this](const std::string& problem) { slideProblems_.push_back(problem); });
     } catch (const std::exception& error) {
-        return warn(this, tr("Slide show"), QString::fromStdString(tools::sentenceOf(error)));
+        return warn(this, tr("Slide show"), error);
     }
     onDisplay_.reset();
     controller_.setPresenting(false);
@@ -396,10 +382,10 @@ void MainWindow::endSlides() {
 
 void MainWindow::showOnDisplay() {
     if (!controller_.document()) return say(tr("Open a file first"), 8000);
-    if (qt::NativeWidget* const widget = onDisplay()) {
-        connect(&controller_, &Controller::nativeReady, widget, &qt::NativeWidget::setNative);
-        controller_.setPresenting(true);
-    }
+    QScreen* const screen = displayScreen();
+    if (screen == nullptr) return;
+    connect(&controller_, &Controller::nativeReady, showOn(*screen), &qt::NativeWidget::setNative);
+    controller_.setPresenting(true);
 }
 
 void MainWindow::showForEyes() {
@@ -416,10 +402,10 @@ void MainWindow::showForEyes() {
 }
 
 void MainWindow::showTestPicture() {
-    qt::NativeWidget* const widget = onDisplay();
-    if (widget == nullptr) return;
+    QScreen* const screen = displayScreen();
+    if (screen == nullptr) return;
     controller_.setPresenting(false);
-    widget->setNative(makeTestPicture(controller_.display()));
+    showOn(*screen)->setNative(makeTestPicture(controller_.display()));
     QMessageBox::information(this, tr("Test picture"), linesOf(testPictureAdvice()));
 }
 
@@ -434,13 +420,11 @@ void MainWindow::lensByEye() {
     };
     std::optional<std::size_t> lens = chosenScreen(screens);
     if (!lens && !screen_.isEmpty()) return;
-    if (!lens) {
-        const Display& display = controller_.display();
-        const auto displays = qt::findDisplays(screens, calibrations());
-        if (const auto chosen =
-                qt::chooseDisplay(displays, screens, display.calibration, display.panelSize()))
-            lens = displays[*chosen].screen;
-    }
+    const Display& display = controller_.display();
+    const auto displays = qt::findDisplays(screens, calibrations());
+    const auto chosen =
+        qt::chooseDisplay(displays, screens, display.calibration, display.panelSize());
+    if (!lens && chosen) lens = displays[*chosen].screen;
     const std::size_t shown = lens.value_or(besides(own));
     controller_.setPresenting(false);
     onDisplay_.reset();
@@ -451,19 +435,18 @@ void MainWindow::lensByEye() {
         dialog.standOn(*all[static_cast<int>(panel)]);
         dialog.exec();
     } catch (const Error& error) {
-        warn(this, tr("Lens by eye"), QString::fromStdString(tools::sentenceOf(error)));
+        warn(this, tr("Lens by eye"), error);
     }
 }
 
 void MainWindow::welcome(const QString& display) {
-    const auto sample = samplePhoto();
-    if (!sample || QSettings().value("welcomed").toBool()) return;
-    welcome_ = new WelcomeCard;
-    welcome_->greet(display);
+    fs::path sample = dataFile("examples/sample.jpg");
+    if (sample.empty()) sample = dataFile("docs/examples/sample.jpg");
+    if (sample.empty() || QSettings().value("welcomed").toBool()) return;
+    welcome_ = new WelcomeCard(
+        display, [this] { openDialog(); }, [this] { endWelcome(); });
     static_cast<QBoxLayout*>(picture_->parentWidget()->layout())->insertWidget(0, welcome_);
-    connect(welcome_, &WelcomeCard::openWanted, this, &MainWindow::openDialog);
-    connect(welcome_, &WelcomeCard::closed, this, &MainWindow::endWelcome);
-    controller_.open(std::vector<fs::path>{*sample});
+    controller_.open(std::vector<fs::path>{sample});
     hasSample_ = true;
     try { // the depth of its own is better than what photos get
         Knobs knobs = controller_.knobs();

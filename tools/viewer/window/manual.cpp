@@ -6,12 +6,10 @@
 
 #include <QDialogButtonBox>
 #include <QFileInfo>
-#include <QHBoxLayout>
 #include <QLineEdit>
 #include <QPushButton>
 #include <QScrollBar>
 #include <QTextBlock>
-#include <QVBoxLayout>
 
 namespace altiro3D::viewer {
 
@@ -35,7 +33,7 @@ QDialogButtonBox* closeButton(QDialog* dialog) {
 
 } // namespace
 
-std::filesystem::path manualPage(const std::string& name) {
+std::filesystem::path dataFile(const std::string& name) {
     for (const std::filesystem::path& folder : dataDirectories())
         if (tools::isFile(folder / name)) return folder / name;
     return {};
@@ -76,14 +74,8 @@ Manual::Manual(const QUrl& page, QWidget* parent) : QDialog(parent) {
         named(new QLineEdit, "findInManual", tr("Find"), tr("Enter finds the next place"));
     words->setPlaceholderText(tr("Find"));
     words->setClearButtonEnabled(true);
-    auto* row = new QHBoxLayout;
-    row->addWidget(back);
-    row->addWidget(words, 1);
-    auto* column = new QVBoxLayout(this);
-    column->addLayout(row);
-    column->addWidget(browser, 1);
-    QDialogButtonBox* const close = closeButton(this);
-    column->addWidget(close);
+    setLayout(
+        boxOf<QVBoxLayout>(1, boxOf<QHBoxLayout>(1, back, words), browser, closeButton(this)));
     for (QPushButton* button : findChildren<QPushButton*>())
         button->setAutoDefault(false); // Enter finds
     connect(back, &QPushButton::clicked, browser, &QTextBrowser::backward);
@@ -110,9 +102,7 @@ QDialog* keysDialog(QWidget* parent) {
     }
     auto* table = named(new QTextBrowser, "keys", QObject::tr("Keys"));
     table->setHtml("<table cellpadding=4>" + rows + "</table>");
-    auto* column = new QVBoxLayout(dialog);
-    column->addWidget(table);
-    column->addWidget(closeButton(dialog));
+    dialog->setLayout(boxOf<QVBoxLayout>(-1, table, closeButton(dialog)));
     return dialog;
 }
 

@@ -6,9 +6,9 @@
 
 namespace altiro3D::viewer {
 
-/// A page of the documents that are installed with the viewer; empty if it is not there.
+/// A file that is installed with the viewer or in the source tree; empty if it is not there.
 /// @param name relative to the folder of altiro3D's data, such as "docs/guide.md"
-std::filesystem::path manualPage(const std::string& name);
+std::filesystem::path dataFile(const std::string& name);
 
 /// Shows pages in Markdown from files; a link may name a heading, as on GitHub ("#look-and-show").
 class ManualBrowser : public QTextBrowser {

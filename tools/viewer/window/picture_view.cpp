@@ -1,15 +1,12 @@
 #include "viewer/window/picture_view.hpp"
 
-#include "altiro3D/file_io.hpp"
 #include "viewer/model/knobs.hpp"
+#include "viewer/window/window_words.hpp"
 
 #include <QApplication>
-#include <QHBoxLayout>
-#include <QLabel>
 #include <QMouseEvent>
 #include <QPainter>
 #include <QPushButton>
-#include <QVBoxLayout>
 #include <QWheelEvent>
 
 namespace altiro3D::viewer {
@@ -34,15 +31,12 @@ PictureView::PictureView(QWidget* parent) : QWidget(parent) {
 }
 
 void PictureView::setPicture(const QImage& image, QSize target) {
-    picture_ = image;
     target_ = target;
-    headline_.clear();
-    advice_.clear();
-    update();
+    put(image, {}, {});
 }
 
-void PictureView::setWords(const QString& headline, const QString& advice) {
-    picture_ = QImage();
+void PictureView::put(const QImage& image, const QString& headline, const QString& advice) {
+    picture_ = image;
     headline_ = headline;
     advice_ = advice;
     update();
@@ -73,12 +67,8 @@ void PictureView::paintEvent(QPaintEvent* /*event*/) {
         const qreal ratio = devicePixelRatioF();
         if (ratio != 1) painter.scale(1 / ratio, 1 / ratio); // px of the screen
         const QRect place = pictureRect();
-        if (picture_.size() == target_) {
-            painter.drawImage(place.topLeft(), picture_);
-        } else {
-            painter.setRenderHint(QPainter::SmoothPixmapTransform);
-            painter.drawImage(place, picture_);
-        }
+        painter.setRenderHint(QPainter::SmoothPixmapTransform, picture_.size() != target_);
+        painter.drawImage(place, picture_);
         painter.restore();
         paintPointer(painter);
     } else {
@@ -91,11 +81,6 @@ void PictureView::paintEvent(QPaintEvent* /*event*/) {
     painter.drawRect(rect().adjusted(kWidth / 2, kWidth / 2, -kWidth / 2, -kWidth / 2));
 }
 
-void PictureView::setDropShown(bool shown) {
-    showsDrop_ = shown;
-    update();
-}
-
 // Black beside white is seen on every picture.
 void PictureView::paintPointer(QPainter& painter) const {
     if (pointer_ == Pointer::Frame) return;
@@ -103,12 +88,11 @@ void PictureView::paintPointer(QPainter& painter) const {
     for (const auto& [colour, width] : {std::pair{Qt::black, 3.0}, std::pair{Qt::white, 1.2}}) {
         painter.setPen(QPen(colour, width));
         painter.setBrush(Qt::NoBrush);
-        if (pointer_ == Pointer::Lasso) {
+        const double radius = radius_ * target_.width() / devicePixelRatioF();
+        if (pointer_ == Pointer::Lasso)
             painter.drawPolyline(line_);
-        } else if (hovering_) {
-            const double radius = radius_ * target_.width() / devicePixelRatioF();
+        else if (hovering_)
             painter.drawEllipse(mouse_, radius, radius);
-        }
     }
 }
 
@@ -154,10 +138,6 @@ void PictureView::paintWords(QPainter& painter) const {
     painter.drawText(words, wrap, advice_);
 }
 
-void PictureView::resizeEvent(QResizeEvent* /*event*/) {
-    emit resized();
-}
-
 void PictureView::mousePressEvent(QMouseEvent* event) {
     if (event->button() != Qt::LeftButton) return;
     if (pointer_ != Pointer::Frame) {
@@ -185,11 +165,12 @@ void PictureView::mouseMoveEvent(QMouseEvent* event) {
     }
     if ((event->buttons() & Qt::LeftButton) != 0) {
         if (picture_.isNull()) return; // nothing to drag
-        if (!dragging_ &&
-            (event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance())
-            return;
-        if (!dragging_) dragGesture_ = nextGesture();
-        dragging_ = true;
+        if (!dragging_) {
+            if ((event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance())
+                return;
+            dragGesture_ = nextGesture();
+            dragging_ = true;
+        }
         emit dragged((event->pos() - last_) * devicePixelRatioF(), dragGesture_);
         last_ = event->pos();
         return;
@@ -218,62 +199,33 @@ void PictureView::wheelEvent(QWheelEvent* event) {
     emit wheeled(at.x(), at.y(), turned / kStep, wheelGesture_);
 }
 
-WelcomeCard::WelcomeCard(QWidget* parent)
-    : QFrame(parent), headline_(new QLabel), advice_(new QLabel) {
+WelcomeCard::WelcomeCard(const QString& display, const std::function<void()>& onOpen,
+                         const std::function<void()>& onClose) {
     setObjectName("welcome");
     setFrameShape(QFrame::StyledPanel);
     setAutoFillBackground(true);
-    QFont large = headline_->font();
+    const bool isFound = !display.isEmpty();
+    auto* headline = plainLabel(isFound ? tr("Welcome, %1").arg(display)
+                                        : tr("Welcome. No light-field display was found."));
+    QFont large = headline->font();
     large.setPointSizeF(large.pointSizeF() * 1.3);
     large.setBold(true);
-    headline_->setFont(large);
-    for (QLabel* label : {headline_, advice_}) {
-        label->setTextFormat(Qt::PlainText); // the name comes from a file
-        label->setWordWrap(true);
-    }
-    auto* open = new QPushButton(tr("Open a &photo…"));
-    open->setObjectName("welcomeOpen");
-    auto* close = new QPushButton(tr("&Close this"));
-    close->setObjectName("welcomeClose");
-    connect(open, &QPushButton::clicked, this, &WelcomeCard::openWanted);
-    connect(close, &QPushButton::clicked, this, &WelcomeCard::closed);
-    auto* buttons = new QHBoxLayout;
-    buttons->addWidget(open);
-    buttons->addStretch();
-    buttons->addWidget(close);
-    auto* all = new QVBoxLayout(this);
-    all->addWidget(headline_);
-    all->addWidget(advice_);
-    all->addLayout(buttons);
-    greet({});
-}
-
-void WelcomeCard::greet(const QString& display) {
-    const QString own = tr("This is a sample; its depth is estimated, as of your photos. Drop a "
-                           "photo, a video or a folder anywhere in the "
-                           "window, or press Ctrl+O. ");
-    if (display.isEmpty()) {
-        headline_->setText(tr("Welcome. No light-field display was found."));
-        advice_->setText(own + tr("The sway shows what a display would show; Lens shows what an "
-                                  "eye would see. Export writes files for a display."));
-    } else {
-        headline_->setText(tr("Welcome, %1").arg(display));
-        advice_->setText(own + tr("F11 shows the picture on the display, and Display > Test "
-                                  "picture shows whether it is set up well."));
-    }
-    setAccessibleName(headline_->text());
-    setAccessibleDescription(advice_->text());
-}
-
-std::optional<std::filesystem::path> samplePhoto() {
-    for (const std::filesystem::path& directory : dataDirectories()) {
-        for (const char* const folder : {"examples", "docs/examples"}) {
-            const std::filesystem::path photo = directory / folder / "sample.jpg";
-            std::error_code error;
-            if (std::filesystem::is_regular_file(photo, error)) return photo;
-        }
-    }
-    return std::nullopt;
+    headline->setFont(large);
+    auto* advice =
+        plainLabel(tr("This is a sample; its depth is estimated, as of your photos. Drop a photo, "
+                      "a video or a folder anywhere in the window, or press Ctrl+O. ") +
+                   (isFound ? tr("F11 shows the picture on the display, and Display > Test picture "
+                                 "shows whether it is set up well.")
+                            : tr("The sway shows what a display would show; Lens shows what an eye "
+                                 "would see. Export writes files for a display.")));
+    auto* open = named(new QPushButton(tr("Open a &photo…")), "welcomeOpen", {});
+    auto* close = named(new QPushButton(tr("&Close this")), "welcomeClose", {});
+    connect(open, &QPushButton::clicked, this, onOpen);
+    connect(close, &QPushButton::clicked, this, onClose);
+    setLayout(
+        boxOf<QVBoxLayout>(-1, headline, advice, boxOf<QHBoxLayout>(1, open, new QWidget, close)));
+    setAccessibleName(headline->text());
+    setAccessibleDescription(advice->text());
 }
 
 } // namespace altiro3D::viewer

@@ -4,10 +4,7 @@
 #include <QImage>
 #include <QPolygonF>
 #include <QWidget>
-#include <filesystem>
-#include <optional>
-
-class QLabel;
+#include <functional>
 
 namespace altiro3D::viewer {
 
@@ -29,10 +26,13 @@ class PictureView : public QWidget {
     /// @param radius of the brush, in widths of the picture
     void setPointer(Pointer pointer, double radius);
     Pointer pointer() const { return pointer_; }
-    void setWords(const QString& headline, const QString& advice);
+    void setWords(const QString& headline, const QString& advice) { put({}, headline, advice); }
 
     /// Shows that files which are dragged over the window can be dropped.
-    void setDropShown(bool shown);
+    void setDropShown(bool shown) {
+        showsDrop_ = shown;
+        update();
+    }
 
     /// Size of the picture in px of the screen.
     QSize target() const { return target_; }
@@ -64,7 +64,7 @@ class PictureView : public QWidget {
 
   protected:
     void paintEvent(QPaintEvent* event) override;
-    void resizeEvent(QResizeEvent* event) override;
+    void resizeEvent(QResizeEvent* /*event*/) override { emit resized(); }
     void mousePressEvent(QMouseEvent* event) override;
     void mouseMoveEvent(QMouseEvent* event) override;
     void mouseReleaseEvent(QMouseEvent* event) override;
@@ -72,6 +72,7 @@ class PictureView : public QWidget {
     void leaveEvent(QEvent* event) override;
 
   private:
+    void put(const QImage& image, const QString& headline, const QString& advice);
     QRect pictureRect() const; // px of the screen
     /// A place of the widget, in widths and heights of the picture.
     QPointF inPicture(const QPointF& place) const;
@@ -102,21 +103,10 @@ class PictureView : public QWidget {
 class WelcomeCard : public QFrame {
     Q_OBJECT
   public:
-    explicit WelcomeCard(QWidget* parent = nullptr);
-
     /// @param display name of the display that was found; empty: none
-    void greet(const QString& display);
-
-  signals:
-    void openWanted();
-    void closed(); ///< By its button.
-
-  private:
-    QLabel* headline_;
-    QLabel* advice_;
+    /// @param onOpen, onClose what its buttons do
+    WelcomeCard(const QString& display, const std::function<void()>& onOpen,
+                const std::function<void()>& onClose);
 };
-
-/// The sample photo, installed or in the source tree; nothing if it is missing.
-std::optional<std::filesystem::path> samplePhoto();
 
 } // namespace altiro3D::viewer

@@ -78,56 +78,28 @@ TEST_F(Photo2Native, GivesTheNativeOfTheLibrary) {
     }
 }
 
-TEST_F(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) {
-    const auto make = [&](const Arguments& options) {
+TEST_F(Photo2Native, ShowsWhatTheLensesCanShowUnlessSomethingElseIsAskedFor) { // all: Jobs
+    const auto settingsOf = [&](const Arguments& options) {
         EXPECT_TRUE(isDone(convert(fixedWay(options) +
                                    Arguments("-y --report r.json -d photo.png depth.png a.png"))));
-        return readBack(studio_ / "a.png");
-    };
-    const auto settings = [&] {
-        const Json report = studio_.json("r.json");
-        const Json& now = report.at("settings");
+        const Json now = studio_.json("r.json").at("settings");
         return now.at("detail").get<std::string>() + (now.at("lensFilter") ? " filtered" : "") +
                (now.at("continuous") ? " continuous" : "");
     };
-    const auto byLibrary = [&](Detail detail) {
-        Display display;
-        display.calibration = readCalibration(studio_ / "small.json");
-        NativeOptions options;
-        options.showAs(detail);
-        altiro3D::Scene scene;
-        scene.photo = readPhoto(studio_ / "photo.png");
-        normalizeDepth(readDepthImage(studio_ / "depth.png"), scene.depth);
-        cv::Mat native;
-        NativeMaker(display, smallLayout(), options).makeNative(scene, native);
-        return native;
-    };
-    EXPECT_TRUE(samePicture(make({}), byLibrary(Detail::Lens)));
-    EXPECT_EQ(settings(), "lens filtered continuous");
-    const cv::Mat quick = make("--quick");
-    EXPECT_EQ(settings(), "view");
-    for (const Arguments& plain :
-         {Arguments("--method layered"), Arguments("--sampling nearest"),
-          Arguments("--view-filter nearest"), Arguments("--budget 60000")}) {
-        EXPECT_TRUE(samePicture(make(plain), quick));
-        EXPECT_EQ(settings(), "view") << plain.at(0);
-    }
-    make("-k");
-    EXPECT_EQ(settings(), "panel");
-    make("--continuous");
-    EXPECT_EQ(settings(), "view continuous");
-}
-
-// A quilt has views of its own size, filtered for it.
-TEST_F(Photo2Native, QuiltsAreMadeAtTheSizeOfTheirViews) {
-    const auto quilt = [&](const Arguments& options) {
-        EXPECT_TRUE(isDone(
-            convert(options + Arguments("-y --save-quilt q.png -d photo.png depth.png a.png"))));
-        return slurp(studio_ / "q_qs3x2a0.75.png");
-    };
-    const std::string usual = quilt({});
-    EXPECT_NE(quilt("--quick"), usual);
-    EXPECT_NE(quilt("-k"), usual);
+    EXPECT_EQ(settingsOf("-k"), "panel");
+    EXPECT_EQ(settingsOf("--quick"), "view");
+    EXPECT_EQ(settingsOf("--continuous"), "view continuous");
+    EXPECT_EQ(settingsOf({}), "lens filtered continuous");
+    Display display;
+    display.calibration = readCalibration(studio_ / "small.json");
+    NativeOptions options;
+    options.showAs(Detail::Lens);
+    altiro3D::Scene scene;
+    scene.photo = readPhoto(studio_ / "photo.png");
+    normalizeDepth(readDepthImage(studio_ / "depth.png"), scene.depth);
+    cv::Mat native;
+    NativeMaker(display, smallLayout(), options).makeNative(scene, native);
+    EXPECT_TRUE(samePicture(readBack(studio_ / "a.png"), native));
 }
 
 TEST_F(Photo2Native, AutoSaysAndReportsWhatTheLibraryChooses) {
@@ -221,72 +193,31 @@ TEST_F(Photo2Native, OnlyTheBorderOfAScanThatWouldBeSeenIsSaidToBeCut) {
     EXPECT_EQ(saidOf(300, 400, {5, 0, 295, 400}), "; border of the scan cut: 6 px left");
 }
 
-TEST_F(Photo2Native, BothPathsGiveTheSameNative) {
-    writeImage(studio_ / "photo.png", madePhoto(150, 110)); // not of the panel's shape
-    writeImage(studio_ / "depth.png", madeDepth(75, 55));
-    const Arguments table("-q 2x3 -r 40x30 small.json");
-    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", Arguments("-m a.map") + table)));
-    ASSERT_TRUE(
-        isDone(studio_.run("altiro3Dnative", Arguments("--invert off -m off.map") + table)));
-    const Arguments photo("-y --report r.json -d photo.png depth.png a.png");
-    const auto native = [&](const Arguments& arguments, const char* path) {
-        EXPECT_TRUE(isDone(run(arguments + Arguments{"--quick"} + photo)));
+TEST_F(Photo2Native, OnlyThePathOverTheQuiltNeedsATable) {
+    const Arguments photo("-v -y --report r.json -d photo.png depth.png a.png");
+    const auto isReported = [&](const char* path) { // and only a quilt has views
         const Json report = studio_.json("r.json");
-        EXPECT_EQ(report.at("settings").at("path"), path);
-        EXPECT_FALSE(report.at("settings").at("continuous").get<bool>());
-        const Json& stages = report.at("pictures").at(0).at("milliseconds");
-        EXPECT_TRUE(stages.contains("native"));
-        EXPECT_EQ(stages.contains("views"), path == std::string("quilt"));
-        return readBack(studio_ / "a.png");
+        return report.at("settings").at("path") == path &&
+               report.at("pictures").at(0).at("milliseconds").contains("views") == (*path == 'q');
     };
     for (const Arguments& options :
-         {Arguments{}, Arguments("--method fast --refine 2 --focus 0.9")}) {
-        const Arguments strong = options + Arguments("--strength 40");
-        const cv::Mat direct = native(strong + studio_.display(), "direct");
-        EXPECT_TRUE(samePicture(direct, native(strong + Arguments("-m a.map"), "quilt")));
-        const cv::Mat inverted =
-            native(strong + Arguments("--invert off") + studio_.display(), "direct");
-        EXPECT_TRUE(samePicture(inverted, native(strong + Arguments("-m off.map"), "quilt")));
-        EXPECT_FALSE(samePicture(inverted, direct));
-    }
-    // these need the quilt
-    native(Arguments{"-g"} + studio_.display(), "quilt");
-    native(Arguments("--sampling linear") + studio_.display(), "quilt");
-    native(Arguments("--view-filter linear") + studio_.display(), "quilt");
-    native(Arguments("--view-filter nearest --sampling nearest") + studio_.display(), "direct");
-}
-
-TEST_F(Photo2Native, OnlyThePathOverTheQuiltNeedsATable) {
-    const Arguments photo("-v -y -d photo.png depth.png a.png");
-    for (const Arguments& options :
          {Arguments{}, Arguments{"-k"}, Arguments{"--continuous"}, Arguments("--method fast"),
-          Arguments("--save-quilt q.png --save-views v")}) {
+          Arguments("--view-filter nearest --sampling nearest")}) {
         const Outcome outcome = convert(options + photo);
         EXPECT_TRUE(says(outcome, "path: direct, "));
         EXPECT_FALSE(holds(outcome.out, "look-up table"));
+        EXPECT_TRUE(isReported("direct"));
     }
+    EXPECT_TRUE(says(convert(Arguments("--save-quilt q.png --save-views v") + photo), "direct, "));
     EXPECT_FALSE(fs::exists(studio_.home() / ".cache"));
     const Outcome outcome = convert(Arguments{"-g"} + photo);
     EXPECT_TRUE(says(outcome, "path: over the quilt, as method real"));
     EXPECT_TRUE(holds(outcome.out, "look-up table: built and kept"));
     EXPECT_TRUE(fs::exists(studio_.home() / ".cache/altiro3D"));
-}
-
-TEST_F(Photo2Native, ContinuousPositionsChangeTheNativeAlone) {
-    const auto make = [&](const Arguments& options) {
-        EXPECT_TRUE(isDone(convert(options + Arguments{"--report", "r.json", "-d", "photo.png",
-                                                       "depth.png", options.back()})));
-        return readBack(studio_ / options.back());
-    };
-    make("--quick --save-quilt a.png");
-    const cv::Mat continuous = make("-y --continuous --save-quilt b.png");
-    EXPECT_EQ(slurp(studio_ / "a_qs3x2a0.75.png"), slurp(studio_ / "b_qs3x2a0.75.png"));
-    const Json report = studio_.json("r.json");
-    EXPECT_TRUE(report.at("settings").at("continuous").get<bool>());
-    EXPECT_EQ(report.at("settings").at("path"), "direct");
-    EXPECT_TRUE(report.at("pictures").at(0).at("milliseconds").contains("views")); // the quilt's
-    EXPECT_TRUE(
-        samePicture(make("-y --continuous --view-filter nearest --save-quilt c.png"), continuous));
+    for (const char* options : {"--sampling linear", "--view-filter linear"}) {
+        EXPECT_TRUE(isDone(convert(Arguments(options) + photo)));
+        EXPECT_TRUE(isReported("quilt")) << options;
+    }
 }
 
 TEST_F(Photo2Native, ContinuousPositionsNeedTheDirectPath) { // options that exclude them: Jobs
@@ -321,57 +252,43 @@ TEST_F(Photo2Native, WithoutANetworkOnlyPhotosWithoutDepthFail) {
     EXPECT_TRUE(isDone(run("photo.png")));
 }
 
-TEST_F(Photo2Native, AKeyOfAProfileThatHasNoEffectIsNamed) {
-    const auto with = [&](const char* share) {
-        spill(studio_ / "p.json", R"({"name": "p", "inputWidth": 32, "inputHeight": 32,
-                                     "cuesShare": )" +
-                                      std::string(share) + "}");
-        return convert({"-y", "-n", (studio_.models() / "tiny.onnx").string(), "--net-profile",
-                        "p.json", "photo.png", "a.png"});
-    };
-    EXPECT_TRUE(isDone(with("0")));
-    EXPECT_TRUE(warns(with("0.35"), "p.json: cuesShare: has no effect, expected 0 or no such key"));
-}
-
 TEST_F(Photo2Native, ANetworkOfTheCatalogueThatIsNotThereIsNotUsed) {
     fs::create_directory(studio_ / "net");
     fs::copy(sourcePath("models/catalog.json"), studio_ / "net/catalog.json");
     studio_.set("ALTIRO3D_MODELS", (studio_ / "net").string());
-    const Arguments photo = studio_.display() + Arguments("photo.png a.png");
     if (fs::exists(sourcePath("models/model-small.onnx")) ||
-        fs::exists(sourcePath("models/model-f6b98070.onnx"))) {
+        fs::exists(sourcePath("models/model-f6b98070.onnx")))
         GTEST_SKIP() << "networks lie in the source tree";
-    }
-    EXPECT_TRUE(fails(run(Arguments{"-l"} + photo), 1, "model-f6b98070.onnx"));
-    EXPECT_TRUE(fails(run(Arguments("-n midas-small") + photo), 1, "midas-small"));
-    EXPECT_TRUE(fails(run(Arguments("-n no.onnx") + photo), 1, "no.onnx"));
-    fs::create_directory(studio_ / "midas-small"); // a folder of that name is not a network
-    EXPECT_TRUE(
-        fails(run(Arguments("-n midas-small") + photo), 1, "its file model-small.onnx is missing"));
-    EXPECT_TRUE(fails(run(Arguments("-n midas") + photo), 1, "midas-small, midas-large"));
+    const auto with = [&](const Arguments& network) {
+        return convert(network + Arguments("photo.png a.png"));
+    };
+    const auto expectFailures = [&](int status,
+                                    const std::vector<std::pair<const char*, const char*>>& cases) {
+        for (const auto& [network, part] : cases)
+            EXPECT_TRUE(fails(with(network), status, part));
+    };
+    fs::create_directory(studio_ / "midas-large"); // a folder of that name is not a network
+    expectFailures(1, {{"-l", "model-f6b98070.onnx"},
+                       {"-n midas-small", "its file model-small.onnx is missing"},
+                       {"-n midas-large", "its file model-f6b98070.onnx is missing"},
+                       {"-n no.onnx", "no.onnx"},
+                       {"-n midas", "midas-small, midas-large"}});
     // the one of the source tree, and none that is not the first
     spill(studio_ / "net/fastdepth_224_op10.onnx", "no network");
-    EXPECT_TRUE(says(run(Arguments{"--quick"} + fixedWay() + photo), "depth: network altiro3d ("));
-}
-
-TEST_F(Photo2Native, LargeMustAgreeWithTheCatalogue) {
-    fs::create_directory(studio_ / "net");
-    fs::copy(sourcePath("models/catalog.json"), studio_ / "net/catalog.json");
-    studio_.set("ALTIRO3D_MODELS", (studio_ / "net").string());
-    spill(studio_ / "net/model-small.onnx", "no network");
-    spill(studio_ / "net/model-f6b98070.onnx", "no network either");
-    spill(studio_ / "other.onnx", "nor this");
-    const Arguments photo = studio_.display() + Arguments("photo.png a.png");
-    const auto with = [&](const Arguments& arguments) { return run(arguments + photo); };
-    EXPECT_TRUE(fails(with("-l -n midas-small"), 2, "the catalogue knows it as midas-small"));
-    EXPECT_TRUE(fails(with("-l -n net/model-small.onnx"), 2, "midas-small"));
+    EXPECT_TRUE(says(with(Arguments{"--quick"} + fixedWay()), "depth: network altiro3d ("));
+    // -l must agree with the catalogue
+    for (const char* file : {"net/model-small.onnx", "net/model-f6b98070.onnx", "other.onnx"})
+        spill(studio_ / file, "no network either");
+    fs::remove(studio_ / "a.png");
+    expectFailures(2, {{"-l -n midas-small", "the catalogue knows it as midas-small"},
+                       {"-l -n net/model-small.onnx", "midas-small"}});
     // correct usage; the error that the files are not networks follows when they are loaded
-    EXPECT_TRUE(fails(with("-l"), 1, "net/model-f6b98070.onnx"));
-    EXPECT_TRUE(fails(with({}), 1, "net/model-small.onnx"));
-    EXPECT_TRUE(fails(with("-l -n midas-large"), 1, "model-f6b98070.onnx"));
-    EXPECT_TRUE(fails(with("-n net/model-f6b98070.onnx"), 1, "model-f6b98070.onnx"));
-    EXPECT_TRUE(fails(with("-l -n other.onnx"), 1, "other.onnx"));
-    EXPECT_TRUE(fails(with("-n other.onnx"), 1, "--net-profile"));
+    expectFailures(1, {{"-l", "net/model-f6b98070.onnx"},
+                       {"", "net/model-small.onnx"},
+                       {"-l -n midas-large", "model-f6b98070.onnx"},
+                       {"-n net/model-f6b98070.onnx", "model-f6b98070.onnx"},
+                       {"-l -n other.onnx", "other.onnx"},
+                       {"-n other.onnx", "--net-profile"}});
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
 
@@ -391,13 +308,6 @@ TEST_F(Photo2Native, AnRgbdPictureGivesTheNativeOfTwoFiles) {
         EXPECT_TRUE(isDone(convert({"-y", "--rgbd", side, "rgbd.png", "one.png"})));
         EXPECT_EQ(slurp(studio_ / "one.png"), slurp(studio_ / "two.png")) << side;
     }
-}
-
-TEST_F(Photo2Native, TellsHowMuchIsCutOffForThePanelsShape) { // of other shapes: Words
-    writeImage(studio_ / "photo.png", madePhoto(160, 90));
-    const Outcome outcome = run(studio_.goodCall(kTool, "a.png"));
-    EXPECT_EQ(outcome.status, 0); // and it warns of the depth's other shape
-    EXPECT_TRUE(holds(outcome.out, "fit: 58 % of the width is cut off"));
 }
 
 TEST_F(Photo2Native, WhatItSavesLeadsToTheSameNativeAgain) {
@@ -610,16 +520,13 @@ TEST_F(Photo2Native, VerboseTellsWhatTheRunNeeded) {
 }
 
 TEST_F(Photo2Native, OfABrokenPhotoAndABrokenDepthThePhotoIsNamed) {
-    spill(studio_ / "photo.png", "broken");
-    spill(studio_ / "depth.png", "broken too");
-    for (const char* threads : {"1", "2"}) {
-        EXPECT_TRUE(fails(convert({"-j", threads, "-d", "photo.png", "depth.png", "a.png"}), 1,
-                          "photo.png"));
-    }
-    writeImage(studio_ / "photo.png", madePhoto(90, 120));
-    for (const char* threads : {"1", "2"}) {
-        EXPECT_TRUE(fails(convert({"-j", threads, "-d", "photo.png", "depth.png", "a.png"}), 1,
-                          "depth.png"));
+    for (const char* file : {"photo.png", "depth.png"})
+        spill(studio_ / file, "broken");
+    for (const char* named : {"photo.png", "depth.png"}) {
+        for (const char* threads : {"1", "2"})
+            EXPECT_TRUE(
+                fails(convert({"-j", threads, "-d", "photo.png", "depth.png", "a.png"}), 1, named));
+        writeImage(studio_ / "photo.png", madePhoto(90, 120));
     }
     EXPECT_FALSE(fs::exists(studio_ / "a.png"));
 }
@@ -735,9 +642,7 @@ TEST_F(Photo2Native, ErrorsSuggestWhatWasMeant) { // wrong usage: Jobs
     studio_.makeMap();
     EXPECT_TRUE(fails(run("-c a.map photo.png o.png"), 1,
                       "a.map: is a look-up table, expected a display's visual.json"));
-    const Outcome unknown = run("--quite-another photo.png o.png");
-    EXPECT_TRUE(fails(unknown, 2, "quite-another"));
-    EXPECT_FALSE(holds(unknown.err, "did you mean"));
+    EXPECT_FALSE(holds(run("--quite-another photo.png o.png").err, "did you mean"));
     EXPECT_FALSE(fs::exists(studio_ / "o.png"));
     EXPECT_TRUE(warns(convert("--strength 0.1 photo.png o.png"), "--strength is in %"));
 }
@@ -895,24 +800,6 @@ TEST_F(Photo2Native, DepthImagesBesideThePhotosOfAFolderAreCheckedAndCanBeRefuse
     EXPECT_TRUE(says(convert("-d in depths apart"), "depth of a_depth.png"));
 }
 
-TEST_F(Photo2Native, DepthImagesMayHaveTheNamesOfPhotosInOtherLetters) {
-    const cv::Mat depth = readBack(studio_ / "depth.png");
-    fs::create_directory(studio_ / "in");
-    for (const char* name : {u8"in/Caf\u00e9.jpg", "in/IMG_1.JPG", "in/a.jpg", "in/A.JPG"})
-        writeImage(studio_ / name, scenery({60, 80}, 3));
-    for (const char* name : {u8"in/Cafe\u0301-depth.png", "in/img_1-DEPTH.PNG", "in/A-depth.png"})
-        writeImage(studio_ / name, depth);
-    const Outcome outcome = convert("in out");
-    EXPECT_TRUE(isDone(outcome));
-    for (const char* line :
-         {u8"; depth of Cafe\u0301-depth.png", "; depth of img_1-DEPTH.PNG",
-          "\nA.JPG: out/A_native.png: Native, 96 x 128 px; depth of A-depth.png"})
-        EXPECT_TRUE(holds(outcome.out, line));
-    EXPECT_FALSE(holds(outcome.out, "\na.jpg: out/a_native.png: Native, 96 x 128 px; depth of A-"));
-    EXPECT_TRUE(says(convert({u8"in/Caf\u00e9.jpg", "alone.png"}),
-                     u8"depth image beside the photo (in/Cafe\u0301-depth.png)"));
-}
-
 TEST_F(Photo2Native, PicturesOfTwoFoldersMayHaveTheSameNamesInOtherLetters) {
     const cv::Mat depth = readBack(studio_ / "depth.png");
     for (const char* folder : {"in/trip", "depths/TRIP"})
@@ -940,12 +827,24 @@ TEST_F(Photo2Native, PicturesOfTwoFoldersMayHaveTheSameNamesInOtherLetters) {
     writeImage(studio_ / "depths/a-DEPTH.png", depth);
     EXPECT_TRUE(holds(convert("-d in depths two").out, "depth of a-DEPTH.png"));
     fs::rename(studio_ / "depths/a-DEPTH.png", studio_ / "depths/a-DEPTH.jpg");
-    fs::rename(studio_ / "in/a.jpg", studio_ / "in/Img_1.jpg");
+    fs::copy(studio_ / "in/a.jpg", studio_ / "in/Img_1.jpg");
     const Outcome either = convert("-d in depths three");
     EXPECT_TRUE(holds(either.err, "depths/img_1.png: is not used, as IMG_1.JPG and Img_1.jpg"));
     fs::rename(studio_ / "depths/img_1.png", studio_ / "in/img_1-depth.png");
-    EXPECT_TRUE(holds(convert("in four").out, "in/img_1-depth.png: is a depth image by its name, "
-                                              "but IMG_1.JPG and Img_1.jpg could take it"));
+    for (const auto& [from, to] : {std::pair("depths/a-DEPTH.jpg", "in/A-depth.png"),
+                                   {u8"depths/Cafe\u0301.png", u8"in/Cafe\u0301-DEPTH.PNG"}})
+        fs::copy(studio_ / from, studio_ / to);
+    // depth images beside the photos
+    const Outcome beside = convert("in four");
+    EXPECT_TRUE(holds(beside.out, "in/img_1-depth.png: is a depth image by its name, but IMG_1.JPG "
+                                  "and Img_1.jpg could take it"));
+    for (const char* line :
+         {u8"; depth of Cafe\u0301-DEPTH.PNG",
+          "\nA.JPG: four/A_native.png: Native, 96 x 128 px; depth of A-depth.png"})
+        EXPECT_TRUE(holds(beside.out, line));
+    EXPECT_FALSE(holds(beside.out, "\na.jpg: four/a_native.png: Native, 96 x 128 px; depth of A-"));
+    EXPECT_TRUE(says(convert({u8"in/Caf\u00e9.jpg", "alone.png"}),
+                     u8"depth image beside the photo (in/Cafe\u0301-DEPTH.PNG)"));
 }
 
 TEST_F(Photo2Native, FoldersOfSystemsAreCountedAndNotSearched) {
@@ -976,13 +875,17 @@ TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
     Depth2Quilt({4, 5, {140, 100}, 20})
         .render({scenery({140, 100}, 3), randomDepth({140, 100})}, web);
     writeImage(studio_ / "in/web.png", web);
-    for (const char* name : {"in/b.MOV", "in/c.mp4", "in/d.xyz", "in/e.xyz", "in/.hidden"})
+    for (const char* name : {"in/b.MOV", "in/c.mp4", "in/d.xyz", "in/e.xyz", "in/.hidden",
+                             "in/r.CR3", "in/s.nef", "in/README"})
         spill(studio_ / name, "not a picture");
+    fs::copy(studio_ / "in/b.jpg", studio_ / "in/IMG_0001"); // pictures need no extension
     const Outcome outcome = convert("in out");
     EXPECT_TRUE(isDone(outcome));
-    EXPECT_EQ(names(studio_ / "out"), (std::vector<std::string>{"a_native.png", "b_native.png"}));
+    EXPECT_EQ(names(studio_ / "out"),
+              (std::vector<std::string>{"IMG_0001_native.png", "a_native.png", "b_native.png"}));
     for (const char* line :
-         {"\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
+         {"s.nef: is a raw picture of a camera, which is not read; export it",
+          "\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
           "\nin/a_disparity.png: is a depth image by its name, but a-depth.png is used\n",
           "\nin/b.MOV: is the clip of the Live Photo b.jpg\n",
           "\nin/c.mp4: is a video; video2native makes Natives of videos\n",
@@ -994,8 +897,8 @@ TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
           "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
         EXPECT_TRUE(holds(outcome.out, line));
     EXPECT_TRUE(holds(outcome.out,
-                      "\n2 photos made, 10 left out (1 Live Photo clip, 1 video, 2 .xyz "
-                      "files, 2 quilts, 3 depth images, 1 folder), in "));
+                      "\n3 photos made, 13 left out (2 raw pictures, 1 Live Photo clip, 1 video, 1 "
+                      "other file, 2 .xyz files, 2 quilts, 3 depth images, 1 folder), in "));
     EXPECT_FALSE(holds(outcome.out, "hidden"));
     // the depth is the one that -d gives
     ASSERT_TRUE(isDone(convert("-d in/a.png in/a-depth.png d.png")));
@@ -1009,7 +912,7 @@ TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
     EXPECT_EQ(names(studio_ / "in/trip/out/trip"), (std::vector<std::string>{"a_native.png"}));
     // what is written there is not read again
     EXPECT_TRUE(holds(convert("--recursive --skip-existing in in/trip/out").out,
-                      "\n0 photos made, 3 skipped as the outputs exist, "));
+                      "\n0 photos made, 4 skipped as the outputs exist, "));
 }
 
 TEST_F(Photo2Native, APhotoSavedWithDepthIsAPhotoUnlessItsOriginalIsThere) {
@@ -1083,7 +986,7 @@ TEST_F(Photo2Native, SkipExistingCompletesAnInterruptedRun) {
 }
 
 // If any output of a photo is missing or empty, all of them are made.
-TEST_F(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
+TEST_F(Photo2Native, SkipExistingMakesPartlyPresentSetsAnewAndCountsFailures) {
     const SkipExisting studio;
     ASSERT_TRUE(isDone(studio.make({})));
     const auto whole = studio.contents();
@@ -1092,11 +995,7 @@ TEST_F(Photo2Native, SkipExistingMakesPartlyPresentSetsAnew) {
     spill(studio / "out/b_native.png", "of another run");
     EXPECT_TRUE(says(studio.make("--skip-existing"), "\n2 photos made, 1 skipped"));
     EXPECT_EQ(studio.contents(), whole);
-}
 
-TEST_F(Photo2Native, SkipExistingCountsFailures) {
-    const SkipExisting studio;
-    ASSERT_TRUE(isDone(studio.make({})));
     fs::remove(studio / "out/a_native.png");
     fs::remove(studio / "out/b_native.png");
     spill(studio / "in/b.png", "broken");
@@ -1123,8 +1022,10 @@ TEST_F(Photo2Native, WarningsOfTheDisplaySurviveABadFirstPhoto) {
 }
 
 TEST_F(Photo2Native, DepthOfAnotherShapeIsStretchedWithAWarning) {
-    writeImage(studio_ / "wide.png", madeDepth(80, 40));
-    EXPECT_TRUE(warns(convert("-d photo.png wide.png a.png"), "wide.png: its shape differs"));
+    writeImage(studio_ / "photo.png", madePhoto(160, 90));
+    const Outcome outcome = run(studio_.goodCall(kTool, "a.png"));
+    EXPECT_TRUE(warns(outcome, "depth.png: its shape differs"));
+    EXPECT_TRUE(holds(outcome.out, "fit: 58 % of the width is cut off")); // other shapes: Words
 }
 
 TEST_F(Photo2Native, TheAspectOfTheQuiltsNameCounts) {
@@ -1228,29 +1129,6 @@ TEST_F(Photo2Native, APairInOnePictureBecomesDepthByMatching) {
     }
 }
 
-TEST_F(Photo2Native, AnMpoIsUsedAsAPairByItself) {
-    const Eyes eyes = wallAndThing(6, 26);
-    writeImage(studio_ / "l.jpg", eyes.left);
-    writeImage(studio_ / "r.jpg", eyes.right);
-    fs::create_directory(studio_ / "photos");
-    spill(studio_ / "photos/p.mpo", mpoFile(slurp(studio_ / "l.jpg"), slurp(studio_ / "r.jpg")));
-    const Outcome one = convert("--save-depth d.png photos/p.mpo a.png");
-    EXPECT_TRUE(says(one, "p.mpo: stereo pair (MPO), depth by matching; shift "));
-    EXPECT_FALSE(holds(one.err, "several pictures"));
-    const auto [near, far] = nearAndFar(studio_ / "d.png");
-    EXPECT_GT(near, far + 50000);
-
-    EXPECT_TRUE(isDone(convert("photos out")));
-    EXPECT_EQ(slurp(studio_ / "out/p_native.png"), slurp(studio_ / "a.png"));
-    for (const Arguments& other : {Arguments("--embedded-depth off"), Arguments("-n tiny")}) {
-        const Outcome flat = convert(other + Arguments("-y photos/p.mpo b.png"));
-        EXPECT_EQ(flat.status, 0);
-        EXPECT_FALSE(holds(flat.out, "stereo pair"));
-        EXPECT_TRUE(holds(flat.err, "several pictures: the first one is read"));
-        EXPECT_NE(slurp(studio_ / "b.png"), slurp(studio_ / "a.png"));
-    }
-}
-
 TEST_F(Photo2Native, FilesThatSayHowTheyHoldBothEyesArePairsByThemselves) {
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat both;
@@ -1259,7 +1137,10 @@ TEST_F(Photo2Native, FilesThatSayHowTheyHoldBothEyesArePairsByThemselves) {
     cv::hconcat(eyes.right, eyes.left, both);
     writeImage(studio_ / "crossed.jpg", both);
     writeImage(studio_ / "crossed.png", both);
+    writeImage(studio_ / "l.jpg", eyes.left);
+    writeImage(studio_ / "r.jpg", eyes.right);
     fs::create_directory(studio_ / "photos");
+    spill(studio_ / "photos/p.mpo", mpoFile(slurp(studio_ / "l.jpg"), slurp(studio_ / "r.jpg")));
     fs::copy(studio_ / "crossed.jpg", studio_ / "photos/a.jps"); // the usual order
     fs::copy(studio_ / "crossed.png", studio_ / "photos/b.png");
     fs::rename(studio_ / "photos/b.png", studio_ / "photos/b.pns");
@@ -1276,9 +1157,20 @@ TEST_F(Photo2Native, FilesThatSayHowTheyHoldBothEyesArePairsByThemselves) {
                   slurp(studio_ / "one.png"))
             << name;
     }
+    const Outcome mpo = convert("-y --save-depth d.png photos/p.mpo one.png");
+    EXPECT_TRUE(says(mpo, "p.mpo: stereo pair (MPO), depth by matching; shift "));
+    EXPECT_EQ(slurp(studio_ / "out/p_native.png"), slurp(studio_ / "one.png"));
+    const auto [near, far] = nearAndFar(studio_ / "d.png");
+    EXPECT_GT(near, far + 50000);
+    for (const Arguments& other : {Arguments("--embedded-depth off"), Arguments("-n tiny")}) {
+        const Outcome flat = convert(other + Arguments("-y photos/p.mpo b.png"));
+        EXPECT_TRUE(warns(flat, "several pictures: the first one is read"));
+        EXPECT_FALSE(holds(flat.out, "stereo pair"));
+        EXPECT_NE(slurp(studio_ / "b.png"), slurp(studio_ / "one.png"));
+    }
     const Outcome one = convert("photos/a.jps a.png");
     EXPECT_TRUE(says(one, "a.jps: stereo pair (JPS), depth by matching; shift "));
-    EXPECT_TRUE(warns(convert("-n tiny photos/a.jps b.png"),
+    EXPECT_TRUE(warns(convert("-n tiny photos/a.jps e.png"),
                       "a.jps: holds the pictures of both eyes, which are read as one picture"));
     EXPECT_TRUE(warns(convert("-n tiny photos/d.jpg c.png"),
                       "d.jpg: holds the pictures of both eyes, which are read as one picture; "
@@ -1332,55 +1224,16 @@ TEST_F(Photo2Native, NamesSayWhatAPictureHoldsAloneAndInFolders) {
                       "may hold photo and depth, as its name (rgbd) says"));
 }
 
-TEST_F(Photo2Native, HalvesOfRgbdMayBeSqueezed) {
-    const cv::Mat photo = randomPhoto({160, 90}, 4);
-    cv::Mat narrow;
-    cv::resize(photo, narrow, {80, 90}, 0, 0, cv::INTER_AREA);
-    cv::Mat ramp(narrow.size(), CV_32FC1, cv::Scalar(0.2));
-    ramp.colRange(30, 50).setTo(0.9);
+TEST_F(Photo2Native, HalvesOfRgbdMayBeSqueezed) { // what says it: HalvesOf
     cv::Mat both;
-    joinRgbd(narrow, ramp, DepthSide::Right, both); // of 16:9
-    for (const char* name : {"a.png", "a_RGBD.png", "a_HRGBD.png"})
-        writeImage(studio_ / name, both);
-    const auto size = [&](const std::string& layout, const char* name) {
-        const Outcome outcome =
-            convert({"-y", "--rgbd", layout, "--save-rgbd", "s.png", name, "o.png"});
-        EXPECT_TRUE(isDone(outcome));
-        return readImage(studio_ / "s.png").size();
-    };
-    EXPECT_EQ(size("right:squeezed", "a_RGBD.png"), cv::Size(320, 90));
-    EXPECT_EQ(size("right:full", "a_HRGBD.png"), cv::Size(160, 90));
-    EXPECT_EQ(size("right", "a.png"), cv::Size(320, 90));
-    EXPECT_EQ(size("right", "a_RGBD.png"), cv::Size(160, 90));
-    EXPECT_EQ(size("right", "a_HRGBD.png"), cv::Size(320, 90));
-    joinRgbd(narrow, ramp, DepthSide::Left, both);
-    writeImage(studio_ / "left.png", both);
-    EXPECT_EQ(size("left:squeezed", "left.png"), cv::Size(320, 90));
-}
-
-TEST_F(Photo2Native, ThatHalfOfAFileIsShownIsSaid) {
-    const Eyes eyes = wallAndThing(6, 26);
-    cv::Mat both;
-    cv::hconcat(eyes.left, randomPhoto(eyes.left.size(), 77), both);
-    writeImage(studio_ / "p.png", both);
-    EXPECT_TRUE(warns(convert("--stereo left-right p.png a.png"),
-                      "the left eye's picture alone is shown; if the file does not hold both eyes, "
-                      "all of it is shown without --stereo"));
-}
-
-TEST_F(Photo2Native, PicturesOfAFolderNeedNoExtension) {
-    fs::create_directory(studio_ / "in");
-    writeImage(studio_ / "p.jpg", scenery({200, 150}, 3));
-    fs::copy(studio_ / "p.jpg", studio_ / "in/IMG_0001");
-    spill(studio_ / "in/README", "text");
-    for (const char* raw : {"in/a.CR3", "in/b.nef"})
-        spill(studio_ / raw, "x");
-    const Outcome outcome = convert("in out");
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_TRUE(fs::exists(studio_ / "out/IMG_0001_native.png"));
-    EXPECT_TRUE(holds(outcome.out, "1 photo made, 3 left out (2 raw pictures, 1 other file), in "));
-    EXPECT_TRUE(
-        holds(outcome.out, "b.nef: is a raw picture of a camera, which is not read; export it"));
+    joinRgbd(randomPhoto({80, 90}, 4), randomDepth({80, 90}), DepthSide::Right, both);
+    writeImage(studio_ / "a_RGBD.png", both); // of 16:9
+    for (const auto& [layout, size] :
+         {std::pair("right:squeezed", cv::Size(320, 90)), std::pair("right", cv::Size(160, 90))}) {
+        EXPECT_TRUE(isDone(
+            convert({"-y", "--rgbd", layout, "--save-rgbd", "s.png", "a_RGBD.png", "o.png"})));
+        EXPECT_EQ(readImage(studio_ / "s.png").size(), size) << layout;
+    }
 }
 
 TEST_F(Photo2Native, TheSharpOriginalIsNamed) {
@@ -1403,8 +1256,12 @@ TEST_F(Photo2Native, TheSharpOriginalIsNamed) {
 
 TEST_F(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
     const Eyes eyes = wallAndThing(6, 26);
+    const cv::Mat other = randomPhoto(eyes.left.size(), 77);
+    cv::Mat both;
+    cv::hconcat(eyes.left, other, both);
     writeImage(studio_ / "l.png", eyes.left);
-    writeImage(studio_ / "other.png", randomPhoto(eyes.left.size(), 77));
+    writeImage(studio_ / "other.png", other);
+    writeImage(studio_ / "both.png", both);
     writeImage(studio_ / "tall.png", randomPhoto({300, 400}, 77));
     const Outcome run = convert("--stereo files l.png other.png a.png");
     EXPECT_EQ(run.status, 0);
@@ -1412,6 +1269,9 @@ TEST_F(Photo2Native, APairThatDoesNotMatchIsNamedAndItsDepthEstimated) {
         run.err, "the stereo pair (two files) is not used, because its pictures do not match"));
     EXPECT_TRUE(isDone(convert("l.png b.png")));
     EXPECT_EQ(slurp(studio_ / "a.png"), slurp(studio_ / "b.png"));
+    EXPECT_TRUE(warns(convert("--stereo left-right both.png d.png"),
+                      "the left eye's picture alone is shown; if the file does not hold both eyes, "
+                      "all of it is shown without --stereo"));
     EXPECT_TRUE(fails(convert("--stereo files l.png tall.png c.png"), 1,
                       "tall.png: right: has 300 x 400 px, expected the shape"));
     EXPECT_FALSE(fs::exists(studio_ / "c.png"));

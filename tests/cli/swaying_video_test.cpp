@@ -164,25 +164,6 @@ TEST(SwayingVideo, OfSeveralPhotosGoIntoADirectory) {
     EXPECT_EQ(framesOf(studio / "videos/two.mp4").size(), 24U);
 }
 
-TEST(SwayingVideo, OfAPhotoThatCannotBeWrittenFailsBeforeAnyWork) {
-    const VideoStudio studio;
-    spill(studio / "precious.mp4", "precious");
-    fs::create_symlink("photo.png", studio / "link.mp4");
-    const std::pair<Arguments, std::pair<int, std::string>> cases[] = {
-        // wrong usage: Jobs
-        {{"--lg", ""}, {2, "--lg is empty"}},
-        {"--lg precious.mp4", {1, "precious.mp4: exists"}},
-        {"--lg missing/a.mp4", {1, "there is no directory"}},
-        {"-y --lg link.mp4", {2, "is also an input"}}};
-    for (const auto& [arguments, expected] : cases) {
-        const Arguments call =
-            studio.display() + arguments + Arguments("-d photo.png depth.png native.png");
-        EXPECT_TRUE(fails(studio.run("photo2native", call), expected.first, expected.second));
-        EXPECT_FALSE(fs::exists(studio / "native.png"));
-    }
-    EXPECT_EQ(slurp(studio / "precious.mp4"), "precious");
-}
-
 TEST(SwayingVideo, ThatCannotGrowLeavesNothing) {
     VideoStudio studio;
     fs::create_directory(studio / "out");

@@ -212,31 +212,21 @@ TEST_F(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
     }
 }
 
-// Frames of two scenes. In each a sharp near thing moves: first on the left, then on the right.
-struct TwoScenes {
-    static constexpr std::size_t kCut = 8; // first frame of the second scene
-    std::vector<cv::Mat> pictures;
-    std::vector<cv::Mat> depths; // 8 bits, as colours
-    TwoScenes() {
-        for (int i = 0; i < 2 * static_cast<int>(kCut); ++i) {
-            const bool second = i >= static_cast<int>(kCut);
-            cv::Mat picture = scenery({160, 120}, second ? 11 : 3);
-            const cv::Rect thing((second ? 100 : 10) + 2 * (i % static_cast<int>(kCut)), 40, 30,
-                                 70);
-            randomPhoto(thing.size(), 9, 0.8).copyTo(picture(thing));
-            cv::Mat depth(picture.size(), CV_8UC3, cv::Scalar::all(second ? 60 : 20));
-            depth(thing).setTo(cv::Scalar::all(second ? 180 : 230));
-            pictures.push_back(picture);
-            depths.push_back(depth);
-        }
-    }
-};
-
-TEST_F(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
+TEST_F(Video2NativeTool, AutoChoosesOnceForEachScene) { // what the library chooses
     SmallStudio studio;
-    const TwoScenes scenes;
-    writeLossless(studio / "clip.mkv", scenes.pictures);
-    writeLossless(studio / "depth.mkv", scenes.depths);
+    constexpr int kCut = 8; // first frame of the second scene
+    std::vector<cv::Mat> pictures;
+    std::vector<cv::Mat> depths;         // 8 bits, as colours
+    for (int i = 0; i < 2 * kCut; ++i) { // a sharp near thing moves on the left, then on the right
+        const bool second = i >= kCut;
+        const cv::Rect thing((second ? 100 : 10) + 2 * (i % kCut), 40, 30, 70);
+        pictures.push_back(scenery({160, 120}, second ? 11 : 3));
+        randomPhoto(thing.size(), 9, 0.8).copyTo(pictures.back()(thing));
+        depths.emplace_back(120, 160, CV_8UC3, cv::Scalar::all(second ? 60 : 20));
+        depths.back()(thing).setTo(cv::Scalar::all(second ? 180 : 230));
+    }
+    writeLossless(studio / "clip.mkv", pictures);
+    writeLossless(studio / "depth.mkv", depths);
     const Outcome outcome = studio.convert(
         kTool, kLossless + Arguments("--exact-depth --depth depth.mkv --fit auto --focus auto "
                                      "--strength auto --report r.json clip.mkv native.mkv"));
@@ -245,8 +235,7 @@ TEST_F(Video2NativeTool, AutoChoosesOnceForEachSceneWhatTheLibraryChooses) {
     const Json choices = studio.json("r.json").at("choices");
     ASSERT_EQ(choices.size(), 2U);
     EXPECT_DOUBLE_EQ(choices[0].at("start"), 0);
-    EXPECT_NEAR(choices[1].at("start").get<double>(), TwoScenes::kCut / 25.0, 1e-6);
-
+    EXPECT_NEAR(choices[1].at("start").get<double>(), kCut / 25.0, 1e-6);
     EXPECT_LT(choices[0].at("center").at(0), 0.5); // where the thing is
     EXPECT_GT(choices[1].at("center").at(0), 0.5);
     for (const Json& choice : choices) {
@@ -333,26 +322,6 @@ TEST_F(Video2NativeTool, NetworksAreRunAsOftenAndAsLargeAsAsked) {
                           every),
                       path, outcome.call);
     }
-}
-
-// Method fast gains nothing by refined edges, so the time is saved.
-TEST_F(Video2NativeTool, EstimatedDepthIsNotRefinedForFast) {
-    SmallStudio studio;
-    ffmpeg("-f lavfi -i testsrc2=size=480x640:rate=2:duration=1 -c:v libx264 " +
-           arg(studio / "clip.mp4"));
-    spill(studio / "small.onnx", onnx::mixModel({0.2F, 0.3F, 0.5F}, {64, 32}));
-    spill(studio / "mine.json", R"({"name": "small", "file": "small.onnx", "inputWidth": 64,)"
-                                R"( "inputHeight": 32})");
-    const auto made = [&](const Arguments& more) {
-        const Outcome outcome = studio.convert(
-            "video2native", Arguments("-y -j 1 -n small.onnx --net-profile mine.json") + more +
-                                Arguments("clip.mp4 out.mp4"));
-        EXPECT_TRUE(isDone(outcome));
-        return slurp(studio / "out.mp4");
-    };
-    const Arguments exact{"--exact-depth"};
-    for (const Arguments& fast : {Arguments("--method fast"), Arguments("--profile live")})
-        EXPECT_EQ(made(fast), made(fast + exact));
 }
 
 TEST_F(Video2NativeTool, EqualFramesAreMadeOnce) {
@@ -531,7 +500,7 @@ TEST_F(Video2NativeTool, DepthOf16BitsHasOneRange) {
         isDone(studio.run(kTool, piped + Arguments("--depth-range 0:4095 --codec ffv1 q.mkv"))));
 }
 
-TEST_F(Video2NativeTool, NamesOfFilmsOfBothEyesAreWarnedOf) {
+TEST_F(Video2NativeTool, InputsThatMayNotBeMeantAreWarnedOf) {
     SmallStudio studio;
     for (const char* name : {"film_LR.mp4", "film.3D.HSBS.mp4", "plain.mp4", "color.mp4"}) {
         ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.4 -c:v libx264 " +
@@ -540,6 +509,10 @@ TEST_F(Video2NativeTool, NamesOfFilmsOfBothEyesAreWarnedOf) {
         EXPECT_EQ(outcome.status, 0) << outcome.text();
         EXPECT_EQ(outcome.err.find("both eyes") != std::string::npos, name[0] == 'f') << name;
     }
+    EXPECT_TRUE(warns(studio.convert(kTool, "-y -d plain.mp4 color.mp4 out.mp4"),
+                      "color.mp4: has colours, and depth has none"));
+    ASSERT_TRUE(isDone(studio.convert(kTool, "plain.mp4 native.mp4")));
+    EXPECT_TRUE(warns(studio.convert(kTool, "native.mp4 again.mp4"), "like a Native video"));
 }
 
 // --- inputs ----------------------------------------------------------------------------------
@@ -584,6 +557,42 @@ TEST_F(Video2NativeTool, AllWaysToGiveDepthMakeTheSameVideo) {
     EXPECT_TRUE(warns(studio.convert(kTool, "-y --depth depths clip.mp4 short.mp4"),
                       "17 pictures, fewer than the video has frames"));
 }
+
+// A run of a long clip that was killed after its first segment, and its message when it is resumed
+// after a change.
+class KilledRun {
+  public:
+    KilledRun(const SmallStudio& studio, Arguments call) : studio_(studio), call_(std::move(call)) {
+        const Outcome killed = studio.run(kTool, call_ + Arguments("-y out.mp4"), SIGKILL, [&] {
+            return fs::exists(studio / "out.mp4.parts" / "000002.mp4");
+        });
+        EXPECT_EQ(killed.status, 128 + SIGKILL) << killed.text();
+    }
+    Outcome resumed(const Arguments& more = {}) const {
+        return studio_.run(kTool, call_ + more + Arguments("--resume out.mp4"));
+    }
+    // @param part of the error
+    void refuses(const std::string& part, const Arguments& more = {}) const {
+        EXPECT_TRUE(fails(resumed(more), 1, "was begun with other settings (" + part)) << part;
+    }
+    // Other contents with the same time of change, unless the time itself is tested.
+    void refusesOther(const std::string& name, const std::string& bytes, const std::string& part,
+                      bool isLater = false) const {
+        const fs::path file = studio_ / name;
+        const auto time = fs::last_write_time(file);
+        const std::string before = slurp(file);
+        ASSERT_NE(before, bytes) << name;
+        spill(file, bytes);
+        fs::last_write_time(file, time + std::chrono::seconds(isLater ? 3 : 0));
+        refuses(part);
+        spill(file, before);
+        fs::last_write_time(file, time);
+    }
+
+  private:
+    const SmallStudio& studio_;
+    Arguments call_;
+};
 
 constexpr int kGreys = 85; // 3 levels apart, which 4:2:0 of less than the full range keeps apart
 
@@ -638,7 +647,7 @@ TEST_F(Video2NativeTool, PicturesOfDepthBelongToTheFramesByCount) {
         for (std::size_t k = 0; k < all.size(); ++k)
             EXPECT_EQ(all[k], static_cast<int>(k)) << clip;
         for (const auto& [from, first] :
-             std::vector<std::pair<const char*, std::size_t>>{{"0.15", 2}, {"2", 20}, {"3", 50}}) {
+             std::vector<std::pair<const char*, std::size_t>>{{"0.15", 2}, {"3", 50}}) {
             const std::vector<int> part = used(clip, {"--from", from});
             EXPECT_EQ(part,
                       std::vector<int>(all.begin() + static_cast<std::ptrdiff_t>(first), all.end()))
@@ -693,11 +702,7 @@ TEST_F(Video2NativeTool, PicturesOfDepthBelongToTheSameFramesAfterAResume) {
     for (int k = 25; k < 120; ++k)
         expected.push_back(k % kGreys);
     EXPECT_EQ(picturesUsed(studio / "whole.mp4"), expected);
-    const Outcome killed = studio.run(kTool, call + Arguments{"out.mp4"}, SIGKILL, [&] {
-        return fs::exists(studio / "out.mp4.parts" / "000002.mp4");
-    });
-    ASSERT_EQ(killed.status, 128 + SIGKILL);
-    EXPECT_TRUE(says(studio.run(kTool, call + Arguments("--resume out.mp4")), "continues at 0:"));
+    EXPECT_TRUE(says(KilledRun(studio, call).resumed(), "continues at 0:"));
     EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
 }
 
@@ -719,33 +724,17 @@ TEST_F(Video2NativeTool, QuiltVideosGoInAndOut) {
         ++count;
     }
     EXPECT_EQ(count, 30);
-}
-
-TEST_F(Video2NativeTool, QuiltVideosOfEveryModelHaveEvenSides) {
-    VideoStudio studio(0.1);
+    // of every model, with even sides
     writeCalibration(studio / "wide.json", {3840, 2160}, 40, "LKG-J00001"); // -q 7x7: 5999 px
-    ASSERT_TRUE(
-        warns(studio.run(kTool, "-c wide.json --method fast --preset ultrafast --depth "
-                                "depth.mp4 -q 7x7 --quilt-out clip.mp4 q_qs7x7a1.77778.mp4"),
-              "sub-pixel cells"));
+    ASSERT_TRUE(warns(studio.run(kTool, "-c wide.json --method fast --preset ultrafast --preview "
+                                        "0.1 --depth depth.mp4 -q 7x7 --quilt-out clip.mp4 "
+                                        "q_qs7x7a1.77778.mp4"),
+                      "sub-pixel cells"));
     EXPECT_EQ(ffprobe(studio / "q_qs7x7a1.77778.mp4", "stream=width,height", "-select_streams v:0"),
               "5992|5992\n");
 }
 
-TEST_F(Video2NativeTool, RgbdVideosAreFrameAndDepth) {
-    VideoStudio studio(0.5);
-    ASSERT_TRUE(isDone(studio.make("rgbd.mp4", "--rgbd-out --crf 1")));
-    EXPECT_EQ(ffprobe(studio / "rgbd.mp4", "stream=width,height,pix_fmt", "-select_streams v"),
-              "240|160|yuv420p\n");
-    const cv::Mat picture = VideoReader(studio / "rgbd.mp4").next()->picture;
-    const cv::Mat frame = VideoReader(studio / "clip.mp4").next()->picture;
-    EXPECT_GT(cv::PSNR(picture.colRange(0, 120), frame), 20); // 4:2:0
-    std::vector<cv::Mat> planes;
-    cv::split(picture.colRange(128, 240), planes);              // beyond the border's colours
-    EXPECT_LT(cv::norm(planes[0], planes[2], cv::NORM_INF), 6); // grey
-}
-
-TEST_F(Video2NativeTool, StandardInputAndDevicesAreRead) {
+TEST_F(Video2NativeTool, StandardInputPipesAndDevicesAreRead) {
     VideoStudio studio(1);
     ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -map 0:a -c copy " +
            arg(studio / "clip.mkv"));
@@ -756,11 +745,21 @@ TEST_F(Video2NativeTool, StandardInputAndDevicesAreRead) {
                       "as it is read only once; expected -q ROWSxCOLUMNS"));
     EXPECT_EQ(streamHash(studio / "piped.mp4", "a:1"), streamHash(studio / "clip.mp4", "a:1"));
     studio.readInputFrom("/dev/null");
+    // only devices lose frames
     ASSERT_TRUE(isDone(studio.convert(
         kTool,
         "--profile live --input-format lavfi --preview 0.4 testsrc2=size=64x48:rate=25 live.mkv")));
     EXPECT_GE(frameCount(studio / "live.mkv"), 1u);
     EXPECT_LE(frameCount(studio / "live.mkv"), 10u);
+    ASSERT_TRUE(isDone(studio.make("stated.mp4", "--input-format mov")));
+    EXPECT_EQ(frameCount(studio / "stated.mp4"), 30u);
+    ASSERT_EQ(mkfifo((studio / "pipe").c_str(), 0600), 0);
+    std::thread feeder(
+        [&] { std::ofstream(studio / "pipe", std::ios::binary) << slurp(studio / "clip.mkv"); });
+    const Outcome piped = studio.convert(kTool, "-y --depth depth.mp4 pipe piped.mp4");
+    feeder.join();
+    ASSERT_TRUE(isDone(piped));
+    EXPECT_EQ(frameCount(studio / "piped.mp4"), 30u);
 }
 
 TEST_F(Video2NativeTool, StandardOutputIsWrittenAsMatroska) {
@@ -778,22 +777,6 @@ TEST_F(Video2NativeTool, StandardOutputIsWrittenAsMatroska) {
     EXPECT_FALSE(fs::exists(studio / "-"));
     studio.sendOutputTo("/dev/full");
     EXPECT_EQ(studio.convert(kTool, lossless + Arguments("-")).status, 1);
-}
-
-TEST_F(Video2NativeTool, OnlyDevicesLoseFrames) {
-    VideoStudio studio;
-    const std::size_t count = frameCount(studio / "clip.mp4");
-    const Outcome stated = studio.make("stated.mp4", "--input-format mov");
-    ASSERT_TRUE(isDone(stated));
-    EXPECT_EQ(frameCount(studio / "stated.mp4"), count);
-    ffmpeg("-i " + arg(studio / "clip.mp4") + " -map 0:v -c copy " + arg(studio / "clip.mkv"));
-    ASSERT_EQ(mkfifo((studio / "pipe").c_str(), 0600), 0);
-    std::thread feeder(
-        [&] { std::ofstream(studio / "pipe", std::ios::binary) << slurp(studio / "clip.mkv"); });
-    const Outcome piped = studio.convert(kTool, "--depth depth.mp4 pipe piped.mp4");
-    feeder.join();
-    ASSERT_TRUE(isDone(piped));
-    EXPECT_EQ(frameCount(studio / "piped.mp4"), count);
 }
 
 TEST_F(Video2NativeTool, ConvertsTheReadablePartOfACutOffVideo) {
@@ -856,13 +839,9 @@ TEST_F(Video2NativeTool, WhatMovesInGivenDepthAloneIsSeenAfterAResume) {
            arg(studio / "moving.mkv"));
     const Arguments call =
         studio.display() + Arguments("-j 1 --depth-kind metric --depth moving.mkv still.mkv");
-    ASSERT_TRUE(isDone(studio.run(kTool, call + Arguments{"whole.mkv"})));
-    const Outcome killed = studio.run(kTool, call + Arguments{"out.mkv"}, SIGKILL, [&] {
-        return fs::exists(studio / "out.mkv.parts" / "000002.mp4");
-    });
-    EXPECT_EQ(killed.status, 128 + SIGKILL);
-    EXPECT_TRUE(says(studio.run(kTool, call + Arguments("--resume out.mkv")), "continues at 0:"));
-    EXPECT_TRUE(slurp(studio / "out.mkv") == slurp(studio / "whole.mkv"));
+    ASSERT_TRUE(isDone(studio.run(kTool, call + Arguments{"whole.mp4"})));
+    EXPECT_TRUE(says(KilledRun(studio, call).resumed(), "continues at 0:"));
+    EXPECT_TRUE(slurp(studio / "out.mp4") == slurp(studio / "whole.mp4"));
 }
 
 TEST_F(Video2NativeTool, APartThatWasMadeButNotJoinedGetsNoFurtherFrames) {
@@ -890,86 +869,27 @@ TEST_F(Video2NativeTool, APartThatWasMadeButNotJoinedGetsNoFurtherFrames) {
     }
 }
 
-TEST_F(Video2NativeTool, ARunThatFailsEarlyDoesNotOfferToContinue) {
-    VideoStudio studio(2);
-    studio.limitFiles(12000); // no segment will be whole
-    const Outcome outcome = studio.make("out.mkv", "--codec ffv1");
-    EXPECT_EQ(outcome.status, 1) << outcome.text();
-    EXPECT_FALSE(holds(outcome.out, "is kept"));
-    EXPECT_FALSE(fs::exists(studio / "out.mkv.parts"));
-}
-
-TEST_F(Video2NativeTool, ResumeReplacesNothingIfThereIsNothingToContinue) {
-    VideoStudio studio(1);
-    spill(studio / "mine.mp4", "not to be lost");
-    EXPECT_TRUE(fails(studio.make("mine.mp4", "--resume"), 1,
-                      "mine.mp4: exists, and no unfinished run of it is kept, so it may be "
-                      "complete, expected a new name"));
-    EXPECT_EQ(slurp(studio / "mine.mp4"), "not to be lost");
-}
-
 TEST_F(Video2NativeTool, ARunContinuesOnlyWithTheSameInputs) {
     VideoStudio studio(14);
     fs::create_directory(studio / "other"); // a depth video of the clip's name
     fs::rename(studio / "depth.mp4", studio / "other" / "clip.mp4");
-    const Arguments call =
-        studio.display() + Arguments("-j 1 --resume --depth other/clip.mp4 clip.mp4 out.mp4");
-    const auto begun = [&] { return fs::exists(studio / "out.mp4.parts" / "000001.mp4"); };
-    ASSERT_EQ(studio.run(kTool, call, SIGKILL, begun).status, 128 + SIGKILL);
+    const Arguments inputs("-j 1 --depth other/clip.mp4 clip.mp4");
+    const KilledRun run(studio, studio.display() + inputs);
     for (const fs::path& input : {studio / "clip.mp4", studio / "other" / "clip.mp4"}) {
         const auto time = fs::last_write_time(input);
         fs::last_write_time(input, time + std::chrono::seconds(3));
-        EXPECT_TRUE(fails(studio.run(kTool, call), 1, "video has changed")) << input;
+        EXPECT_TRUE(fails(run.resumed(), 1, "video has changed")) << input;
         fs::last_write_time(input, time);
     }
     // lenses of the same kind, but another model, which has another quilt of its own
     std::string other = slurp(studio / "small.json");
     other.replace(other.find("TEST-1"), 6, "LKG-A1");
     spill(studio / "other.json", other);
-    const Arguments elsewhere(
-        "-c other.json -j 1 --resume --depth other/clip.mp4 clip.mp4 out.mp4");
-    EXPECT_TRUE(fails(studio.run(kTool, elsewhere), 1, "other settings"));
+    const Arguments rest = inputs + Arguments("--resume out.mp4");
+    EXPECT_TRUE(fails(studio.run(kTool, Arguments("-c other.json") + rest), 1, "other settings"));
     fs::rename(studio / "small.json", studio / "mine.json"); // the same display
-    Arguments renamed = call;
-    renamed[1] = "mine.json";
-    EXPECT_TRUE(isDone(studio.run(kTool, renamed)));
+    EXPECT_TRUE(isDone(studio.run(kTool, Arguments("-c mine.json -q 2x3 -r 40x30") + rest)));
 }
-
-// A run of a long clip that was killed after its first segment, and its message when it is resumed
-// after a change.
-class KilledRun {
-  public:
-    KilledRun(const SmallStudio& studio, Arguments call) : studio_(studio), call_(std::move(call)) {
-        const Outcome killed = studio.run(kTool, call_ + Arguments("-y out.mp4"), SIGKILL, [&] {
-            return fs::exists(studio / "out.mp4.parts" / "000002.mp4");
-        });
-        EXPECT_EQ(killed.status, 128 + SIGKILL) << killed.text();
-    }
-    Outcome resumed(const Arguments& more = {}) const {
-        return studio_.run(kTool, call_ + more + Arguments("--resume out.mp4"));
-    }
-    // @param part of the error
-    void refuses(const std::string& part, const Arguments& more = {}) const {
-        EXPECT_TRUE(fails(resumed(more), 1, "was begun with other settings (" + part)) << part;
-    }
-    // Other contents with the same time of change, unless the time itself is tested.
-    void refusesOther(const std::string& name, const std::string& bytes, const std::string& part,
-                      bool isLater = false) const {
-        const fs::path file = studio_ / name;
-        const auto time = fs::last_write_time(file);
-        const std::string before = slurp(file);
-        ASSERT_NE(before, bytes) << name;
-        spill(file, bytes);
-        fs::last_write_time(file, time + std::chrono::seconds(isLater ? 3 : 0));
-        refuses(part);
-        spill(file, before);
-        fs::last_write_time(file, time);
-    }
-
-  private:
-    const SmallStudio& studio_;
-    Arguments call_;
-};
 
 TEST_F(Video2NativeTool, ARunContinuesOnlyWithTheSameDisplayDepthAndThreads) {
     const SmallStudio studio;
@@ -1118,14 +1038,21 @@ TEST_F(Video2NativeTool, MemoryDoesNotGrowWithTheLength) {
 }
 
 TEST_F(Video2NativeTool, AFullDiskLosesNothingElse) {
-    VideoStudio studio(4);
+    VideoStudio studio(2);
     spill(studio / "out.mkv", "old");
-    studio.limitFiles(60000); // as a disk that is full for each file
-    const Outcome outcome = studio.make("out.mkv", "-y --codec ffv1");
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_EQ(outcome.errLines().size(), 1u) << outcome.text();
-    EXPECT_TRUE(holds(outcome.err, "File too large"));
-    EXPECT_EQ(slurp(studio / "out.mkv"), "old");
+    EXPECT_TRUE(fails(studio.make("out.mkv", "--resume"), 1,
+                      "out.mkv: exists, and no unfinished run of it is kept, so it may be "
+                      "complete, expected a new name"));
+    for (const std::size_t bytes : {12000, 60000}) { // as a disk that is full for each file
+        studio.limitFiles(bytes);
+        const Outcome outcome = studio.make("out.mkv", "-y --codec ffv1");
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_EQ(outcome.errLines().size(), 1u) << outcome.text();
+        EXPECT_TRUE(holds(outcome.err, "File too large"));
+        EXPECT_EQ(slurp(studio / "out.mkv"), "old");
+        EXPECT_FALSE(holds(outcome.out, "is kept")); // no segment was whole
+        EXPECT_FALSE(fs::exists(studio / "out.mkv.parts"));
+    }
     studio.limitFiles(0);
     ASSERT_TRUE(isDone(studio.make("out.mkv", "-y --codec ffv1 --no-subtitles")));
 }
@@ -1173,18 +1100,12 @@ TEST_F(Video2NativeTool, PicturesOneAfterTheOtherAreAVideo) {
         isDone(studio.run(kTool, call + Arguments("--input-format png_pipe photo.png o.mp4"))));
     EXPECT_TRUE(fails(studio.run(kTool, call + Arguments("--from-quilt quilt.png o.mp4")), 2,
                       "quilt.png: is a picture, expected a video; quilt2native"));
-}
-
-TEST_F(Video2NativeTool, ANativeVideoIsNotMeantToBeConvertedAgain) {
-    VideoStudio studio(0.2);
-    ASSERT_TRUE(isDone(studio.make("native.mp4")));
-    EXPECT_TRUE(warns(studio.convert(kTool, "-j 1 native.mp4 again.mp4"), "like a Native video"));
-}
-
-TEST_F(Video2NativeTool, ColoursOfGivenDepthAreWarnedOf) {
-    VideoStudio studio(0.2);
-    EXPECT_TRUE(warns(studio.convert(kTool, "-d depth.mp4 clip.mp4 o.mp4"),
-                      "clip.mp4: has colours, and depth has none"));
+    for (const auto& [name, picture] :
+         {std::pair("a.avif", av1Colours(1)), {"a.heic", hevcColours(1)}}) {
+        spill(studio / name, heifFile(std::string(name).substr(2), {picture}));
+        EXPECT_TRUE(fails(studio.run(kTool, call + Arguments{name, "out.mp4"}), 2,
+                          "is a picture, expected a video; photo2native"));
+    }
 }
 
 // --- folders ---------------------------------------------------------------------------------
@@ -1229,31 +1150,6 @@ TEST_F(Video2NativeFolder, LongVideosBesidePhotosAreNoClipsOfThem) {
     EXPECT_TRUE(holds(outcome.out, "in/live.mov: is the clip of the Live Photo LIVE.JPG\n"));
 }
 
-TEST_F(Video2NativeTool, HeifPicturesAreNoVideos) {
-    const SmallStudio studio;
-    for (const char* const name : {"a.avif", "a.heic"}) {
-        spill(studio / name, heifFile(fs::path(name).extension().string().substr(1),
-                                      {name[2] == 'a' ? av1Colours(1) : hevcColours(1)}));
-        EXPECT_TRUE(fails(studio.convert(kTool, {name, "out.mp4"}), 2,
-                          "is a picture, expected a video; photo2native"));
-    }
-}
-
-TEST_F(Video2NativeFolder, VideosOfQuiltsWithoutANameAreLeftOut) {
-    const SmallStudio studio;
-    fs::create_directory(studio / "in");
-    const QuiltLayout layout{4, 5, {140, 100}, 20};
-    cv::Mat quilt;
-    Depth2Quilt(layout).render({scenery({140, 100}, 3), randomDepth({140, 100})}, quilt);
-    writeLossless(studio / "in/film.mkv", {quilt, quilt, quilt});
-    writeLossless(studio / "in/flat.mkv", {scenery(layout.size(), 7)});
-    const Outcome outcome = studio.convert(kTool, "--codec ffv1 in out");
-    EXPECT_TRUE(
-        says(outcome, "film.mkv: is a video of quilts of 4 columns x 5 rows; quilt2native"));
-    EXPECT_TRUE(holds(outcome.out, "1 video made, 1 left out (1 quilt video), in "));
-    EXPECT_TRUE(fs::exists(studio / "out/flat_native.mkv"));
-}
-
 // A video of one picture.
 void writeStill(const fs::path& file, const cv::Mat& picture) {
     writeLossless(file, {picture, picture, picture});
@@ -1272,6 +1168,10 @@ TEST_F(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
     writeStill(studio / "in/clip_RGBD.mkv", rgbd);
     writeStill(studio / "in/flat_LR.mkv", scenery({400, 300}, 7));
     writeStill(studio / "in/far_180x180_LR.mkv", both);
+    cv::Mat quilt; // whose name does not say it
+    Depth2Quilt({4, 5, {140, 100}, 20})
+        .render({scenery({140, 100}, 3), randomDepth({140, 100})}, quilt);
+    writeStill(studio / "in/film.mkv", quilt);
     const auto make = [&](const Arguments& arguments) {
         return studio.convert(kTool, Arguments("--codec ffv1") + arguments);
     };
@@ -1282,7 +1182,8 @@ TEST_F(Video2NativeFolder, VideosThatAreNotFlatAreLeftOutByName) {
          {"both eyes: beside each other, as its name says it (LR), and its halves match",
           "clip_RGBD.mkv: holds photo and depth by its name (RGBD); video2native --rgbd right",
           "far_180x180_LR.mkv: is made for headsets (VR) by its name",
-          "2 videos made, 2 left out (1 VR file, 1 3D video)"})
+          "film.mkv: is a video of quilts of 4 columns x 5 rows; quilt2native",
+          "2 videos made, 3 left out (1 VR file, 1 3D video, 1 quilt video)"})
         EXPECT_TRUE(holds(outcome.out, line));
     EXPECT_EQ(filesBelow(studio / "out"),
               (std::vector<std::string>{"film_LR_native.mkv", "flat_LR_native.mkv"}));
@@ -1340,39 +1241,36 @@ TEST_F(Video2NativeTool, EyesAreTheViewsOfAQuiltOfTwo) {
 
 TEST_F(Video2NativeTool, StatedHalvesAreNotStretchedTwice) {
     const SmallStudio studio;
-    // @param shape of the frame by the size that the file states, or null: it is an eye's
-    const auto eyeOf = [&](const char* size, const std::string& mode, const char* shape,
-                           const char* stereo) {
-        ffmpeg("-y -f lavfi -i testsrc2=rate=5:duration=0.4:size=" + std::string(size) +
-               " -c:v libx264 " + mode + arg(studio / "film.mkv"));
-        fs::path film = "film.mkv";
-        if (shape != nullptr) {
-            film = "stated.mkv";
-            ffmpeg("-y -i " + arg(studio / "film.mkv") + " -c copy -aspect " + shape + " " +
-                   arg(studio / film));
-        }
-        const Outcome outcome =
-            studio.run(kTool, Arguments("-y --codec ffv1 --stereo-out e_RLF.mkv --stereo-layout "
-                                        "cross --stereo") +
-                                  Arguments(stereo) + Arguments(film.c_str()));
-        EXPECT_TRUE(isDone(outcome));
-        const VideoFacts facts = VideoReader(studio / "e_RLF.mkv").facts();
-        return facts.sampleAspect.value() * facts.size.width / 2 / facts.size.height;
-    };
     const std::string beside = "-metadata:s:v stereo_mode=left_right ";
     const std::string above = "-metadata:s:v stereo_mode=top_bottom ";
-    constexpr double kWide = 16.0 / 9;
-    EXPECT_NEAR(eyeOf("256x144", beside, "32:9", "left-right:squeezed"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("256x144", above, "8:9", "top-bottom:squeezed"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("180x120", beside, "32:9", "left-right:squeezed"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("512x144", beside, "64:9", "left-right:full"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("256x288", above, "4:9", "top-bottom:full"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("256x144", beside, nullptr, "left-right:squeezed"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("256x144", above, nullptr, "top-bottom:squeezed"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("512x144", beside, nullptr, "left-right:full"), kWide, 0.02);
-    EXPECT_NEAR(eyeOf("256x288", above, nullptr, "top-bottom:full"), kWide, 0.02);
-    // half of the px of a 16:9 frame, whose halves are squeezed once more
-    EXPECT_NEAR(eyeOf("128x144", "", "16:9", "left-right:squeezed"), kWide, 0.02);
+    struct Case {
+        const char* size;
+        std::string mode;
+        const char* shape; // of the frame by the size that the file states, or null: it is an eye's
+        const char* stereo; // the option
+    };
+    for (const auto& [size, mode, shape, stereo] :
+         {Case{"256x144", beside, "32:9", "left-right:squeezed"},
+          Case{"256x144", above, "8:9", "top-bottom:squeezed"},
+          Case{"180x120", beside, "32:9", "left-right:squeezed"},
+          Case{"512x144", beside, "64:9", "left-right:full"},
+          Case{"256x144", beside, nullptr, "left-right:squeezed"},
+          Case{"256x288", above, nullptr, "top-bottom:full"},
+          // half of the px of a 16:9 frame, whose halves are squeezed once more
+          Case{"128x144", "", "16:9", "left-right:squeezed"}}) {
+        ffmpeg("-y -f lavfi -i testsrc2=rate=5:duration=0.4:size=" + std::string(size) +
+               " -c:v libx264 " + mode + arg(studio / "film.mkv"));
+        const std::string aspect = shape == nullptr ? "" : std::string(" -aspect ") + shape;
+        ffmpeg("-y -i " + arg(studio / "film.mkv") + " -c copy" + aspect + " " +
+               arg(studio / "stated.mkv"));
+        EXPECT_TRUE(isDone(
+            studio.run(kTool, {"-y", "--codec", "ffv1", "--stereo-out", "e_RLF.mkv",
+                               "--stereo-layout", "cross", "--stereo", stereo, "stated.mkv"})));
+        const VideoFacts facts = VideoReader(studio / "e_RLF.mkv").facts();
+        EXPECT_NEAR(facts.sampleAspect.value() * facts.size.width / 2 / facts.size.height, 16.0 / 9,
+                    0.02)
+            << size << ' ' << stereo;
+    }
 }
 
 TEST_F(Video2NativeTool, TheVideosOfBothEyesAreAPair) {
@@ -1415,25 +1313,19 @@ TEST_F(Video2NativeTool, EyesAreMadeInChunksAsInOneRun) {
               ffprobe(studio / "whole_TBF.mkv", "stream_side_data=type", "-select_streams v:0"));
 }
 
-TEST_F(Video2NativeTool, HalvesOfRgbdFramesMayBeSqueezed) {
+TEST_F(Video2NativeTool, HalvesOfRgbdFramesMayBeSqueezed) { // what says it: HalvesOf
     const SmallStudio studio;
     cv::Mat both; // of 16:9
     joinRgbd(randomPhoto({80, 90}, 4), randomDepth({80, 90}), DepthSide::Right, both);
-    for (const char* name : {"a.mkv", "a_HRGBD.mkv"})
-        writeStill(studio / name, both);
-    const auto size = [&](const std::string& layout, const char* name) {
-        EXPECT_TRUE(isDone(studio.convert(
-            kTool, {"-y", "--codec", "ffv1", "--rgbd-out", "--rgbd", layout, name, "o.mkv"})));
-        return VideoReader(studio / "o.mkv").facts().size;
+    writeStill(studio / "a_HRGBD.mkv", both);
+    const auto size = [&](const char* layout, const char* name) {
+        EXPECT_TRUE(isDone(studio.convert(kTool, {"-y", "--codec", "ffv1", "--rgbd-out", "--rgbd",
+                                                  layout, "a_HRGBD.mkv", name})));
+        return VideoReader(studio / name).facts().size;
     };
-    EXPECT_EQ(size("right:squeezed", "a.mkv"), cv::Size(320, 90));
-    EXPECT_EQ(size("right", "a.mkv"), cv::Size(320, 90));
-    EXPECT_EQ(size("right", "a_HRGBD.mkv"), cv::Size(320, 90));
-    EXPECT_EQ(size("right:full", "a_HRGBD.mkv"), cv::Size(160, 90));
-    // and are written so
-    EXPECT_TRUE(isDone(studio.convert(kTool, "-y --codec ffv1 --rgbd-out --rgbd right a_HRGBD.mkv "
-                                             "o_HRGBD.mkv")));
-    EXPECT_EQ(VideoReader(studio / "o_HRGBD.mkv").facts().size, cv::Size(160, 90));
+    EXPECT_EQ(size("right", "o.mkv"), cv::Size(320, 90));
+    EXPECT_EQ(size("right:full", "o.mkv"), cv::Size(160, 90));
+    EXPECT_EQ(size("right", "o_HRGBD.mkv"), cv::Size(160, 90)); // and are written so
 }
 
 TEST_F(Video2NativeFolder, NothingIsLostSilently) {
@@ -1590,11 +1482,17 @@ TEST_F(Video2NativeTool, WrongCallsSayWhatToDo) {
         {"--depth missing.mp4 clip.mp4 o.mp4", "missing.mp4: does not exist"}};
     for (const auto& [arguments, message] : failing)
         EXPECT_TRUE(fails(studio.convert(kTool, arguments), 1, message));
+    for (const char* call : {"--resume clip.mp4 clip.mp4", "--depth depth.mp4 clip.mp4 clip.mp4",
+                             "--depth depth.mp4 clip.mp4 depth.mp4"})
+        EXPECT_TRUE(fails(studio.convert(kTool, call), 2, "is also an input"));
     EXPECT_EQ(everything(), before);
     ffmpeg("-f lavfi -i testsrc2=size=2x2:rate=5:duration=0.4 -c:v ffv1 " +
            arg(studio / "tiny.mkv"));
     EXPECT_TRUE(fails(studio.run(kTool, "--stereo-out o_LRF.mkv tiny.mkv"), 1,
                       "tiny.mkv: makes a video of 4 x 2 px, expected at least 16 px a side"));
+    studio.readInputFrom(studio / "tiny.mkv");
+    EXPECT_TRUE(
+        fails(studio.convert(kTool, "--resume - o.mp4"), 2, "--resume reads the input again"));
     const Outcome compat = studio.make("o.mp4", "--compat");
     EXPECT_TRUE(warns(compat, "4:2:0"));
     EXPECT_EQ(ffprobe(studio / "o.mp4", "stream=pix_fmt", "-select_streams v"), "yuv420p\n");

@@ -51,9 +51,17 @@ class ViewerController : public ::testing::Test {
         controller_.setArea({300, 400});
         controller_.restoreKnobs(ofVideo(Knobs())); // nothing is chosen by the photo
     }
-    void openPhoto() {
-        controller_.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
-        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    // Opens files and waits for a frame of the first one.
+    void open(const std::vector<std::string>& names) {
+        std::vector<fs::path> files;
+        for (const std::string& name : names)
+            files.push_back(folder_ / name);
+        controller_.open(files);
+        ASSERT_TRUE(settled());
+    }
+    void openPhoto() { open({"photo.png", "photo-depth.png"}); }
+    bool settled() {
+        return waitFor([this] { return !controller_.isBusy() && shown(); });
     }
     // The last frame belongs to the current document and settings.
     bool shown() const {
@@ -66,16 +74,31 @@ class ViewerController : public ::testing::Test {
         return waitFor([this] { return shown(); });
     }
     const cv::Mat& picture() const { return controller_.frame().picture; }
-    void focus(double value) {
+    void turn(const std::function<void(Knobs&)>& change, const QString& name = "a knob",
+              int gesture = 0) {
         Knobs knobs = controller_.knobs();
-        knobs.views.focus = value;
-        controller_.turn(knobs, "focus");
+        change(knobs);
+        controller_.turn(knobs, name, gesture);
+    }
+    void focus(double value) {
+        turn([=](Knobs& knobs) { knobs.views.focus = value; });
     }
     QString exportTo(Product product, const fs::path& file) {
         QSignalSpy ended(&controller_, &Controller::exportEnded);
         EXPECT_TRUE(controller_.startExport(product, file));
         EXPECT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
-        return ended.isEmpty() ? "no end" : ended.at(0).at(1).toString();
+        if (ended.isEmpty()) return "no end";
+        said_ = ended.at(0).at(0).toString();
+        return ended.at(0).at(1).toString();
+    }
+    // Exports until the first sign of progress.
+    void cancelExportTo(Product product, const fs::path& file) {
+        const auto connection =
+            QObject::connect(&controller_, &Controller::exportProgress, &controller_,
+                             [this] { controller_.cancelExport(); });
+        EXPECT_EQ(exportTo(product, file), "");
+        EXPECT_EQ(said_, "");
+        QObject::disconnect(connection);
     }
 
     QString at(const char* name) const { return toName(folder_ / name); }
@@ -99,6 +122,7 @@ class ViewerController : public ::testing::Test {
 
     TemporaryDirectory folder_;
     Controller controller_{sampleDisplay({150, 200})};
+    QString said_; // by the last export
 };
 
 TEST(ViewerWorker, TheLatestOfEachKindWins) {
@@ -184,10 +208,10 @@ TEST_F(ViewerController, EveryModeShowsItsPicture) {
 TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
     openPhoto();
     focus(0);
-    Knobs knobs = controller_.knobs();
-    knobs.framing = {{0.5, 0.5}, 2}; // of no effect, as strength
-    knobs.views.strengthPercent = 20;
-    controller_.turn(knobs, "frame");
+    turn([](Knobs& knobs) { // of no effect
+        knobs.framing = {{0.5, 0.5}, 2};
+        knobs.views.strengthPercent = 20;
+    });
     tools::EyesOptions eyes;
     eyes.strengthPercent = 4;
     controller_.setEyes(eyes);
@@ -246,11 +270,8 @@ TEST_F(ViewerController, ThePictureForTwoEyesIsThatOfTheTool) {
     for (const auto& [layout, picture] : {std::pair("anaglyph", EyesPicture::Anaglyph),
                                           std::pair("tb-half", EyesPicture::TopBottomHalf)}) {
         controller_.setEyes({picture});
-        QSignalSpy ended(&controller_, &Controller::exportEnded);
-        ASSERT_TRUE(controller_.startExport(Product::Eyes, folder_ / "plain.png"));
-        ASSERT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
-        EXPECT_TRUE(ended[0][0].toString().contains("only by its name, as plain_"))
-            << ended[0][0].toString().toStdString();
+        EXPECT_EQ(exportTo(Product::Eyes, folder_ / "plain.png"), "");
+        EXPECT_TRUE(said_.contains("only by its name, as plain_")) << said_.toStdString();
         photo2native(
             {"--focus", "0.25", "--save-stereo", at("tool.png"), "--stereo-layout", layout},
             "n.png");
@@ -269,15 +290,12 @@ TEST_F(ViewerController, TheDepthCurveBendsTheDepthOnce) {
         return int(picture().at<cv::Vec3b>(y, x)[0]);
     };
     EXPECT_NEAR(shownAt(150, 370), 128, 1);
-    Knobs knobs = controller_.knobs();
-    knobs.depthCurve = 2;
-    controller_.turn(knobs, "depth curve");
+    turn([](Knobs& knobs) { knobs.depthCurve = 2; });
     EXPECT_NEAR(shownAt(150, 370), 128.0 * 128 / 255, 1);
     EXPECT_EQ(shownAt(150, 200), 255);
     EXPECT_EQ(shownAt(20, 20), 0);
     for (const double curve : {1.0, 2.0}) {
-        knobs.depthCurve = curve;
-        controller_.turn(knobs, "depth curve", 1);
+        turn([=](Knobs& knobs) { knobs.depthCurve = curve; }, "depth curve", 1);
         ASSERT_TRUE(waitForFrame());
         EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / (curve > 1 ? "bent.mkv" : "sway.mkv")),
                   "");
@@ -345,11 +363,8 @@ TEST_F(ViewerController, WhileAKnobMovesTheNativeIsADraft) {
     controller_.setArea({150, 200});
     controller_.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
-    for (const double strength : {11.0, 12.0}) {
-        Knobs knobs = controller_.knobs();
-        knobs.views.strengthPercent = strength;
-        controller_.turn(knobs, "strength", 7);
-    }
+    for (const double strength : {11.0, 12.0})
+        turn([=](Knobs& knobs) { knobs.views.strengthPercent = strength; }, "strength", 7);
     ASSERT_TRUE(waitForFrame());
     const cv::Mat draft = picture().clone();
     EXPECT_TRUE(controller_.frame().setup.isDraft);
@@ -383,11 +398,10 @@ TEST_F(ViewerController, AFolderOfPhotosIsReplacedByItsFiles) {
     for (int i = 0; i < 3; ++i)
         writeImage(folder_ / ("in/p" + std::to_string(i) + ".png"), scenery({90, 60}, 7 * i + 1));
     spill(folder_ / "in/notes.txt", "x");
-    controller_.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "in"});
-    ASSERT_TRUE(waitForFrame());
+    open({"photo.png", "in"});
     ASSERT_EQ(controller_.sources().size(), 2U);
     controller_.select(1);
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    ASSERT_TRUE(settled());
     ASSERT_EQ(controller_.sources().size(), 4U);
     EXPECT_EQ(controller_.current(), 1);
     EXPECT_EQ(controller_.document()->source.file, folder_ / "in/p0.png");
@@ -396,7 +410,7 @@ TEST_F(ViewerController, AFolderOfPhotosIsReplacedByItsFiles) {
     EXPECT_TRUE(holds(controller_.document()->notes[0].text, "not opened: 1 .txt file"));
     EXPECT_EQ(controller_.sources()[3].file, folder_ / "in/p2.png");
     controller_.select(2); // said once
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    ASSERT_TRUE(settled());
     EXPECT_TRUE(controller_.document()->notes.empty());
 
     fs::create_directory(folder_ / "empty");
@@ -410,14 +424,13 @@ TEST_F(ViewerController, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {
     for (int i = 0; i < 2; ++i)
         controller_.open(std::vector<fs::path>{folder_ / "photo.png"});
     controller_.select(1);
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    ASSERT_TRUE(settled());
     const auto document = controller_.document();
-    controller_.close(0);
-    EXPECT_EQ(controller_.current(), 0);
-    EXPECT_FALSE(controller_.isBusy());
-    controller_.close(1);
-    EXPECT_EQ(controller_.current(), 0);
-    EXPECT_FALSE(controller_.isBusy());
+    for (const int other : {0, 1}) {
+        controller_.close(other);
+        EXPECT_EQ(controller_.current(), 0);
+        EXPECT_FALSE(controller_.isBusy());
+    }
     EXPECT_EQ(controller_.document(), document);
 }
 
@@ -502,9 +515,7 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     const auto text = [](double value) { return QString::number(value, 'g', 17); };
     expectSame({"--strength", "7.5", "--focus", "0.25", "--zoom", text(framing.zoom), "--center",
                 text(framing.centre.x) + "," + text(framing.centre.y)});
-    Knobs bent = controller_.knobs();
-    bent.depthCurve = 1.7;
-    controller_.turn(bent, "depth curve");
+    turn([](Knobs& bent) { bent.depthCurve = 1.7; });
     expectSame({"--strength", "7.5", "--focus", "0.25", "--depth-curve", "1.7", "--zoom",
                 text(framing.zoom), "--center",
                 text(framing.centre.x) + "," + text(framing.centre.y)});
@@ -653,8 +664,7 @@ TEST_F(ViewerController, ASmallPhotoIsShownWithTheZoomOfALargeOne) {
     EXPECT_EQ(controller_.problem(), "");
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(15, 400), cv::Size(40, 30)}) {
         writeImage(folder_ / "small.png", detailedPhoto(size));
-        controller_.open(std::vector<fs::path>{folder_ / "small.png"});
-        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+        open({"small.png"});
         EXPECT_EQ(controller_.problem(), "") << size;
         controller_.moveFrame({0.1, 0.1}, 2);
         ASSERT_TRUE(waitForFrame());
@@ -667,9 +677,7 @@ TEST_F(ViewerController, TheNativeByMethodRealIsThatOfTheTool) {
     controller_.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
     const cv::Mat usual = picture().clone();
-    Knobs knobs = controller_.knobs();
-    knobs.views.method = ViewMethod::Real; // makes whole views only
-    controller_.turn(knobs, "method");
+    turn([](Knobs& knobs) { knobs.views.method = ViewMethod::Real; }); // makes whole views only
     EXPECT_EQ(exportTo(Product::Native, folder_ / "r.png"), "");
     photo2native({"-g"}, "tool-r.png");
     EXPECT_EQ(slurp(folder_ / "r.png"), slurp(folder_ / "tool-r.png"));
@@ -703,14 +711,7 @@ TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
         ++frames;
     EXPECT_EQ(frames, 240); // two turns of four seconds, as the tools
 
-    QSignalSpy ended(&controller_, &Controller::exportEnded);
-    QObject::connect(&controller_, &Controller::exportProgress, &controller_,
-                     [this] { controller_.cancelExport(); });
-    EXPECT_TRUE(controller_.startExport(Product::SwayVideo, folder_ / "cancelled.mp4"));
-    EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "second.png"));
-    ASSERT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
-    EXPECT_EQ(ended.at(0).at(0).toString(), "");
-    EXPECT_EQ(ended.at(0).at(1).toString(), "");
+    cancelExportTo(Product::SwayVideo, folder_ / "cancelled.mp4");
     for (const auto& entry : fs::directory_iterator(folder_.path()))
         EXPECT_FALSE(holds(entry.path().string(), "cancelled")) << entry.path();
 }
@@ -724,13 +725,7 @@ TEST_F(ViewerController, ViewsDoNotMixWithThoseOfAnotherPicture) {
     EXPECT_TRUE(problem.contains("views: holds view_03.png already")) << problem.toStdString();
     EXPECT_TRUE(samePicture(readPhoto(folder_ / "views/view_03.png"), mine));
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "views"), {}), 1);
-
-    QSignalSpy ended(&controller_, &Controller::exportEnded);
-    QObject::connect(&controller_, &Controller::exportProgress, &controller_,
-                     [this] { controller_.cancelExport(); });
-    EXPECT_TRUE(controller_.startExport(Product::Views, folder_ / "cancelled"));
-    ASSERT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
-    EXPECT_EQ(ended.at(0).at(1).toString(), "");
+    cancelExportTo(Product::Views, folder_ / "cancelled");
     EXPECT_FALSE(fs::exists(folder_ / "cancelled"));
 }
 
@@ -738,20 +733,16 @@ TEST_F(ViewerController, SaysWhyNothingCanBeExportedYet) {
     EXPECT_TRUE(controller_.exportObstacle().contains("Nothing is open"));
     openPhoto();
     EXPECT_EQ(controller_.exportObstacle(), "");
-    Knobs knobs = controller_.knobs();
-    knobs.depth = "tiny";
-    controller_.turn(knobs, "depth");
+    turn([](Knobs& knobs) { knobs.depth = "tiny"; });
     EXPECT_TRUE(controller_.exportObstacle().contains("still being estimated"));
     EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "n.png"));
     ASSERT_TRUE(waitForFrame());
     EXPECT_TRUE(controller_.startExport(Product::Native, folder_ / "n.png"));
     EXPECT_TRUE(controller_.exportObstacle().contains("Another export"));
+    EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "second.png"));
     ASSERT_TRUE(waitFor([this] { return !controller_.isExporting(); }));
     EXPECT_EQ(controller_.exportObstacle(), "");
-}
-
-TEST_F(ViewerController, WhatCannotBeWrittenIsNamed) {
-    openPhoto();
+    // and what cannot be written is named
     EXPECT_TRUE(exportTo(Product::Native, folder_ / "none/n.png").contains("none/n.png"));
     EXPECT_FALSE(controller_.isExporting());
 }
@@ -982,9 +973,7 @@ TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
     ASSERT_TRUE(waitFor([&frames] { return frames.count() >= 3; })); // of the last picture
     EXPECT_TRUE(controller_.problem().contains("flat.mkv"));
     fs::rename(folder_ / "away.mkv", folder_ / "flat.mkv");
-    Knobs knobs = controller_.knobs();
-    knobs.depth = "tiny";
-    controller_.turn(knobs, "depth");
+    turn([](Knobs& knobs) { knobs.depth = "tiny"; });
     EXPECT_TRUE(waitFor([this] { return controller_.videoCounts().shown >= 3; }));
     EXPECT_EQ(controller_.problem(), "");
 }
@@ -1004,7 +993,7 @@ TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
     ASSERT_TRUE(waitFor([&] { return controller.document() != nullptr; }));
     int pipe = -1;
     ASSERT_TRUE(waitFor([&] { // a thread reads it
-        pipe = open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+        pipe = ::open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
         return pipe >= 0;
     }));
     for (int i = 0; i < 3; ++i) // does not wait for that thread, which waits for this one
@@ -1014,7 +1003,7 @@ TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
     EXPECT_TRUE(controller.isBusy());
     EXPECT_TRUE(waitFor([&] {
         close(std::exchange(pipe, -1)); // nothing was in it; others may have begun to read it
-        pipe = open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+        pipe = ::open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
         return !controller.isBusy() && controller.document() && !controller.document()->video;
     }));
     close(pipe);
@@ -1071,16 +1060,13 @@ TEST_F(ViewerController, AKnobOnALargePhotoCostsOneSmallFrame) {
     writeImage(folder_ / "mega.png", detailedPhoto({1734, 2312}));
     writeImage(folder_ / "mega-depth.png", boxDepth({1734, 2312}));
     controller_.setArea({867, 1156});
-    controller_.open(std::vector<fs::path>{folder_ / "mega.png", folder_ / "mega-depth.png"});
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && shown(); }));
+    open({"mega.png", "mega-depth.png"});
     controller_.setPosition(0.7);
     ASSERT_TRUE(waitForFrame());
     const auto document = controller_.document();
     QSignalSpy frames(&controller_, &Controller::frameReady);
     for (int i = 1; i <= 4; ++i) {
-        Knobs knobs = controller_.knobs();
-        knobs.views.focus += 0.01;
-        controller_.turn(knobs, "focus");
+        focus(controller_.knobs().views.focus + 0.01);
         ASSERT_TRUE(waitForFrame());
         EXPECT_EQ(frames.count(), i);
         EXPECT_GT(picture().total(), 600000U);

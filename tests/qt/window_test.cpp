@@ -41,6 +41,26 @@ class ViewerWindow : public ::testing::Test {
         begin();
     }
     void begin() { window_ = shownWindow(warnings_); }
+    void beginAgain() {
+        window_->close();
+        window_.reset();
+        begin();
+    }
+    bool isSaid(const char* words) {
+        for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+            if (label->toolTip().contains(words)) return true;
+        return false;
+    }
+    template <class Widget>
+    Widget* setting(const char* name) {
+        return panel().findChild<Widget*>(name);
+    }
+    // The camera stands in the middle.
+    void standStill() {
+        window_->controller().setSwinging(false);
+        ASSERT_TRUE(
+            waitFor([this] { return window_->controller().frame().request.position == 0; }));
+    }
     void drop(const std::vector<std::string>& names) {
         std::vector<fs::path> paths;
         for (const std::string& name : names)
@@ -79,15 +99,13 @@ TEST_F(ViewerWindow, TellsWhatToDoWhileItIsEmpty) {
 }
 
 TEST_F(ViewerWindow, ShowsAllWarningsAboutTheDisplay) {
-    window_.reset();
     warnings_ = {"the first sentence", "a second one"};
-    begin();
-    const auto said = [this](const QString& part) {
-        for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
-            if (label->text().contains(part)) return label->toolTip();
-        return QString();
-    };
-    EXPECT_TRUE(said("the first sentence; a second one").contains("a second one"));
+    beginAgain();
+    EXPECT_TRUE(isSaid("the first sentence") && isSaid("a second one"));
+    bool isShown = false;
+    for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
+        isShown = isShown || label->text().contains("the first sentence; a second one");
+    EXPECT_TRUE(isShown);
 }
 
 TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
@@ -95,8 +113,7 @@ TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
     EXPECT_EQ(files().model()->rowCount(), 1);
     EXPECT_TRUE(window_->windowTitle().startsWith("photo.png"));
     EXPECT_TRUE(panel().strength().isEnabled());
-    window_->controller().setSwinging(false);
-    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().request.position == 0; }));
+    standStill();
     // what is seen in the window is the frame, px by px
     const cv::Mat painted = qt::toPicture(picture().grab().toImage());
     const cv::Mat& frame = window_->controller().frame().picture;
@@ -125,16 +142,15 @@ TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
     const auto& eyes = [this]() -> const tools::EyesOptions& {
         return window_->controller().eyes();
     };
-    auto* slider = panel().findChild<KnobSlider*>("eyesStrength");
+    auto* slider = setting<KnobSlider>("eyesStrength");
     EXPECT_FALSE(slider->isVisible());
     EXPECT_TRUE(panel().strength().isEnabled());
     QTest::keyClick(window_.get(), Qt::Key_6);
     EXPECT_TRUE(slider->isVisible());
     EXPECT_FALSE(panel().strength().isEnabled()); // has no effect
     EXPECT_EQ(slider->value(), kEyesStrength);
-    QTest::keyClick(window_.get(), Qt::Key_Up, Qt::ShiftModifier);
-    QTest::keyClick(window_.get(), Qt::Key_Up, Qt::ShiftModifier);
-    QTest::keyClick(window_.get(), Qt::Key_Down, Qt::ShiftModifier);
+    for (const auto key : {Qt::Key_Up, Qt::Key_Up, Qt::Key_Down})
+        QTest::keyClick(window_.get(), key, Qt::ShiftModifier);
     EXPECT_EQ(slider->value(), kEyesStrength + 0.25);
     slider->slider().setValue(400);
     EXPECT_EQ(eyes().strengthPercent, 4);
@@ -142,9 +158,7 @@ TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
     EXPECT_TRUE(eyes().swapped);
     entry("Top and bottom")->trigger();
     EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
-    window_->close();
-    window_.reset();
-    begin();
+    beginAgain();
     EXPECT_EQ(window_->controller().mode(), Mode::Sway); // every start begins with it
     EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
     EXPECT_TRUE(entry("Top and bottom")->isChecked());
@@ -181,7 +195,7 @@ TEST_F(ViewerWindow, EverySettingHasATip) {
          {"reading", "fit", "depth", "depthImage", "strength", "autoStrength", "focus", "autoFocus",
           "betterDepth", "depthCurve", "eyesStrength", "method", "fill", "refinement", "parallax",
           "calibration", "columns", "rows", "reset"})
-        expectTip(panel().findChild<QWidget*>(name));
+        expectTip(setting<QWidget>(name));
     for (const QWidget* widget : panel().findChildren<QWidget*>()) {
         const auto* const label = qobject_cast<const QLabel*>(widget);
         const bool isSetting = qobject_cast<const QAbstractButton*>(widget) != nullptr ||
@@ -234,7 +248,7 @@ TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
     };
     const auto expectReadable = [this] {
         for (const char* name : {"depthSource", "parallax", "display", "layout"}) {
-            const auto* const words = panel().findChild<QLabel*>(name);
+            const auto* const words = setting<QLabel>(name);
             const QRect place(words->mapTo(&panel(), QPoint()), words->size());
             const QImage label = panel().grab(place).toImage();
             int least = 255;
@@ -257,15 +271,13 @@ TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
     expectReadable();
     for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText})
         EXPECT_GT(panel().palette().color(QPalette::Disabled, role).lightness(), 130);
-    const QImage box = panel().findChild<QCheckBox*>("autoFocus")->grab().toImage();
+    const QImage box = setting<QCheckBox>("autoFocus")->grab().toImage();
     int lightest = 0; // of the box's left side
     for (int y = 0; y < box.height(); ++y)
         for (int x = 0; x < 4; ++x)
             lightest = std::max(lightest, qGray(box.pixel(x, y)));
     EXPECT_GT(lightest, 130);
-    window_->close();
-    window_.reset();
-    begin(); // it is kept
+    beginAgain(); // it is kept
     EXPECT_LT(lightness(QPalette::Window), 80);
     window_->findChild<QAction*>("dark")->trigger();
     EXPECT_EQ(QApplication::palette().window().color(), before.window().color());
@@ -286,8 +298,8 @@ TEST_F(ViewerWindow, TheWheelScrollsTheSettingsUnlessOneWasClicked) {
     int turned = 0;
     for (const char* name :
          {"fit", "depth", "method", "strength", "focus", "depthCurve", "columns"}) {
-        auto* const setting = panel().findChild<QWidget*>(name);
-        for (QWidget* part : QList<QWidget*>{setting} + setting->findChildren<QWidget*>()) {
+        auto* const whole = setting<QWidget>(name);
+        for (QWidget* part : QList<QWidget*>{whole} + whole->findChildren<QWidget*>()) {
             if (qobject_cast<QLineEdit*>(part) != nullptr) continue;
             EXPECT_FALSE(turn(*part)) << name;
             ++turned;
@@ -329,7 +341,7 @@ TEST_F(ViewerWindow, EnterAndEscapeLeaveANumber) {
     EXPECT_EQ(knobs().views.strengthPercent, 10);
     type("80", Qt::Key_Return); // more than the slider has
     EXPECT_EQ(knobs().views.strengthPercent, 80);
-    panel().findChild<QComboBox*>("fit")->setCurrentIndex(2); // other settings leave it
+    setting<QComboBox>("fit")->setCurrentIndex(2); // other settings leave it
     EXPECT_EQ(knobs().views.strengthPercent, 80);
     EXPECT_EQ(number->text(), "80.0 %");
 }
@@ -338,16 +350,11 @@ TEST_F(ViewerWindow, SaysWhatIsCutOffAndWhatWillSmear) {
     writeImage(folder_ / "photo.png", detailedPhoto({600, 400})); // on 3 : 4
     writeImage(folder_ / "photo-depth.png", boxDepth({600, 400}));
     openPhoto();
-    const auto isSaid = [this](const char* words) {
-        for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
-            if (label->toolTip().contains(words)) return true;
-        return false;
-    };
     EXPECT_TRUE(isSaid("50 % of the width is cut off")); // 1 - 0.75 / 1.5
-    auto* const fit = panel().findChild<QComboBox*>("fit");
+    auto* const fit = setting<QComboBox>("fit");
     fit->setCurrentIndex(2);
     EXPECT_TRUE(waitFor([&] { return !isSaid("cut off"); }));
-    const auto warning = [this] { return panel().findChild<QLabel*>("parallax")->text(); };
+    const auto warning = [this] { return setting<QLabel>("parallax")->text(); };
     EXPECT_FALSE(warning().contains("smeared"));
     panel().strength().slider().setValue(400);
     // half the rows fall by the whole depth: an outermost view hides 40 % / 2 of them, in all 1/2
@@ -394,7 +401,7 @@ TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
 
 TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     openPhoto();
-    auto* const box = panel().findChild<QCheckBox*>("autoFocus");
+    auto* const box = setting<QCheckBox>("autoFocus");
     EXPECT_TRUE(box->isChecked());
     box->click();
     EXPECT_FALSE(knobs().choices.focus);
@@ -404,7 +411,7 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.isChosen; }));
     EXPECT_NE(chosen(), 0.5);
     EXPECT_NEAR(panel().focus().value(), chosen(), 0.005);
-    auto* const fit = panel().findChild<QComboBox*>("fit");
+    auto* const fit = setting<QComboBox>("fit");
     fit->setCurrentIndex(1);
     EXPECT_TRUE(knobs().choices.framing);
     EXPECT_EQ(knobs().fit, FitMode::Cover);
@@ -415,10 +422,8 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     fit->setCurrentIndex(2);
     EXPECT_FALSE(knobs().choices.framing);
     EXPECT_EQ(knobs().fit, FitMode::Contain);
-    panel().findChild<QCheckBox*>("autoStrength")->click();
-    window_->close();
-    window_.reset();
-    begin();
+    setting<QCheckBox>("autoStrength")->click();
+    beginAgain();
     openPhoto();
     EXPECT_TRUE(knobs().choices.strength);
     EXPECT_FALSE(knobs().choices.focus);
@@ -426,8 +431,7 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
 
 TEST_F(ViewerWindow, AClickOnThePictureFocuses) {
     openPhoto();
-    window_->controller().setSwinging(false);
-    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().request.position == 0; }));
+    standStill();
     QTest::mouseClick(&picture(), Qt::LeftButton, Qt::NoModifier, picture().rect().center());
     EXPECT_EQ(knobs().views.focus, 1);
     EXPECT_EQ(panel().focus().value(), 1);
@@ -523,27 +527,22 @@ TEST_F(ViewerWindow, TextsFromFilesAreNotMarkup) {
 
 TEST_F(ViewerWindow, PanelsShowOnlyWhatTheMethodHas) {
     openPhoto();
-    auto* method = panel().findChild<QComboBox*>("method");
-    auto* refinement = panel().findChild<QWidget*>("refinement");
-    auto* fill = panel().findChild<QWidget*>("fill");
-    EXPECT_TRUE(fill->isVisible());
-    EXPECT_FALSE(refinement->isVisible());
+    const auto isShown = [this](const char* name) { return setting<QWidget>(name)->isVisible(); };
+    EXPECT_TRUE(isShown("fill") && !isShown("refinement"));
+    auto* method = setting<QComboBox>("method");
     method->setCurrentIndex(method->findText("Fast"));
     EXPECT_EQ(knobs().views.method, ViewMethod::Fast);
-    EXPECT_FALSE(fill->isVisible());
-    EXPECT_TRUE(refinement->isVisible());
+    EXPECT_TRUE(!isShown("fill") && isShown("refinement"));
 }
 
 TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     openPhoto();
     panel().strength().slider().setValue(175);
-    panel().findChild<KnobSlider*>("depthCurve")->slider().setValue(150);
+    setting<KnobSlider>("depthCurve")->slider().setValue(150);
     EXPECT_EQ(knobs().depthCurve, 1.5);
-    EXPECT_EQ(entry("Undo depth curve") != nullptr, true);
+    EXPECT_NE(entry("Undo depth curve"), nullptr);
     QTest::keyClick(window_.get(), Qt::Key_2);
-    window_->close();
-    window_.reset();
-    begin();
+    beginAgain();
     EXPECT_EQ(window_->controller().mode(), Mode::Sway);
     QTest::keyClick(window_.get(), Qt::Key_2);
     QMenu* recent = nullptr;
@@ -576,7 +575,7 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     ASSERT_TRUE(waitFor([this] { return !busy(); }));
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5); // of this photo
     EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
-    EXPECT_EQ(panel().findChild<KnobSlider*>("depthCurve")->value(), 1.5);
+    EXPECT_EQ(setting<KnobSlider>("depthCurve")->value(), 1.5);
 }
 
 TEST_F(ViewerWindow, APictureForTwoEyesIsExportedInTheLayoutThatIsChosen) {
@@ -635,15 +634,12 @@ TEST_F(ViewerWindow, AsksBeforeANativeOrDepthLosesInItsFormat) {
 
 TEST_F(ViewerWindow, SaysWhyNothingIsExportedYet) {
     openPhoto();
-    auto* depth = panel().findChild<QComboBox*>("depth");
+    auto* depth = setting<QComboBox>("depth");
     depth->setCurrentIndex(depth->findText("tiny"));
     const QStringList asked =
         answering("n.png", QMessageBox::No, [this] { entry("Export Native")->trigger(); });
     EXPECT_TRUE(asked.isEmpty());
-    bool said = false;
-    for (const QLabel* label : window_->statusBar()->findChildren<QLabel*>())
-        said = said || label->toolTip().contains("still being estimated");
-    EXPECT_TRUE(said);
+    EXPECT_TRUE(isSaid("still being estimated"));
 }
 
 TEST_F(ViewerWindow, BrokenSettingsAreNotUsed) {
@@ -687,7 +683,7 @@ TEST_F(ViewerWindow, DepthImagesAreForPhotosOnly) {
     openPhoto();
     const auto expectOffered = [this](bool offered) {
         EXPECT_EQ(entry("Depth image for this photo")->isEnabled(), offered);
-        EXPECT_EQ(panel().findChild<QWidget*>("depthImage")->isEnabled(), offered);
+        EXPECT_EQ(setting<QWidget>("depthImage")->isEnabled(), offered);
     };
     expectOffered(true);
     drop({"clip.mkv", "photo-depth.png"});
@@ -699,8 +695,7 @@ TEST_F(ViewerWindow, DepthImagesAreForPhotosOnly) {
 }
 
 TEST_F(ViewerWindow, ALargePhotoDoesNotFreezeIt) {
-    cv::Mat large(6000, 8000, CV_8UC3, cv::Scalar(40, 90, 160));
-    writeImage(folder_ / "large.jpg", large);
+    writeImage(folder_ / "large.jpg", cv::Mat(3000, 4000, CV_8UC3, cv::Scalar(40, 90, 160)));
     drop({"large.jpg"});
     EXPECT_TRUE(busy()); // it is read elsewhere
     QTest::keyClick(window_.get(), Qt::Key_2);

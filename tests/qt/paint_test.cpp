@@ -71,6 +71,15 @@ class ViewerPaintController : public ViewerPaint {
         controller_.endStroke();
         ASSERT_TRUE(settle());
     }
+    void exportTo(Product product, const char* name) {
+        QSignalSpy ended(&controller_, &Controller::exportEnded);
+        ASSERT_TRUE(controller_.startExport(product, file(name)));
+        ASSERT_TRUE(waitFor([&] { return ended.count() == 1; }));
+    }
+    void undo() {
+        controller_.undoStack().undo();
+        ASSERT_TRUE(settle());
+    }
     Paint farther(double amount = 0.3) const {
         Paint paint;
         paint.tool = PaintTool::Farther;
@@ -108,11 +117,9 @@ TEST_F(ViewerPaintController, StrokesAreUndoneAndDoneAgain) {
     const cv::Mat two = depth().clone();
     EXPECT_GT(compare(one, two).count, 100u);
     EXPECT_EQ(controller_.undoStack().undoText(), "brush: farther");
-    controller_.undoStack().undo();
-    ASSERT_TRUE(settle());
+    undo();
     EXPECT_TRUE(samePicture(depth(), one));
-    controller_.undoStack().undo();
-    ASSERT_TRUE(settle());
+    undo();
     EXPECT_TRUE(samePicture(depth(), before));
     EXPECT_FALSE(controller_.isPainted());
     EXPECT_TRUE(controller_.unsavedDepths().empty());
@@ -123,11 +130,9 @@ TEST_F(ViewerPaintController, StrokesAreUndoneAndDoneAgain) {
     controller_.unpaint();
     ASSERT_TRUE(settle());
     EXPECT_TRUE(samePicture(depth(), before));
-    controller_.undoStack().undo();
-    ASSERT_TRUE(settle());
+    undo();
     EXPECT_TRUE(samePicture(depth(), two));
-    controller_.undoStack().undo();
-    ASSERT_TRUE(settle());
+    undo();
     EXPECT_TRUE(samePicture(depth(), one));
 }
 
@@ -182,8 +187,7 @@ TEST_F(ViewerPaintController, PaintedDepthStaysWithItsPhotoAndSource) {
     controller_.turn(knobs, "depth");
     ASSERT_TRUE(settle());
     EXPECT_FALSE(controller_.isPainted());
-    controller_.undoStack().undo();
-    ASSERT_TRUE(settle());
+    undo();
     EXPECT_TRUE(samePicture(depth(), painted));
     ASSERT_EQ(controller_.unsavedDepths().size(), 1u);
     EXPECT_EQ(controller_.unsavedDepths().front(), file("photo.png"));
@@ -195,17 +199,14 @@ TEST_F(ViewerPaintController, WhatIsExportedIsWhatIsSeen) {
     paint.amount = -0.7;
     stroke(paint, {{0.2, 0.2}, {0.8, 0.2}, {0.8, 0.5}, {0.2, 0.5}});
     const cv::Mat painted = depth().clone();
-    QSignalSpy ended(&controller_, &Controller::exportEnded);
-    ASSERT_TRUE(controller_.startExport(Product::Depth, file("painted.png")));
-    ASSERT_TRUE(waitFor([&] { return ended.count() == 1; }));
+    exportTo(Product::Depth, "painted.png");
     EXPECT_TRUE(controller_.unsavedDepths().empty());
     // another program reads the same depth, in 16 bits
     cv::Mat read;
     readDepthSamples(file("painted.png")).convertTo(read, CV_32F, 1 / 65535.0);
     EXPECT_TRUE(samePicture(read, painted, 1.0 / 65535));
 
-    ASSERT_TRUE(controller_.startExport(Product::Native, file("native.png")));
-    ASSERT_TRUE(waitFor([&] { return ended.count() == 2; }));
+    exportTo(Product::Native, "native.png");
     QSignalSpy all(&controller_, &Controller::exportAllEnded);
     fs::create_directory(file("all"));
     ASSERT_TRUE(controller_.startExportAll(file("all")));
@@ -214,8 +215,7 @@ TEST_F(ViewerPaintController, WhatIsExportedIsWhatIsSeen) {
     EXPECT_TRUE(slurp(file("all") / "photo_native.png") == native);
     controller_.unpaint();
     ASSERT_TRUE(settle());
-    ASSERT_TRUE(controller_.startExport(Product::Native, file("native.png")));
-    ASSERT_TRUE(waitFor([&] { return ended.count() == 3; }));
+    exportTo(Product::Native, "native.png");
     EXPECT_TRUE(slurp(file("native.png")) != native);
 }
 
@@ -240,9 +240,7 @@ TEST_F(ViewerPaintController, StrokesLeaveTheSwayVideoTheWholePhoto) {
     ASSERT_TRUE(settle());
     ASSERT_GT(controller_.frame().setup.knobs.framing.zoom, 1); // no view looks beyond the sides
     const auto videoSize = [&] {
-        QSignalSpy ended(&controller_, &Controller::exportEnded);
-        EXPECT_TRUE(controller_.startExport(Product::SwayVideo, file("sway.mkv")));
-        EXPECT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
+        exportTo(Product::SwayVideo, "sway.mkv");
         return VideoReader(file("sway.mkv")).facts().size;
     };
     const cv::Size whole = videoSize();

@@ -181,10 +181,15 @@ class Show {
     SlideShow show_;
 };
 
-TEST(SlideShow, ShowsEachForItsTimeAndEnds) {
+SlideShow::Settings every(double seconds, bool loops = false) {
     SlideShow::Settings settings;
-    settings.each = 3;
-    Show show(settings, 0.4);
+    settings.each = seconds;
+    settings.loops = loops;
+    return settings;
+}
+
+TEST(SlideShow, ShowsEachForItsTimeAndEnds) {
+    Show show(every(3), 0.4);
     show->setFiles(filesNamed({"a", "b", "c"}));
     show.runUntil(100);
     EXPECT_TRUE(show->isOver());
@@ -195,10 +200,7 @@ TEST(SlideShow, ShowsEachForItsTimeAndEnds) {
 }
 
 TEST(SlideShow, WaitsForASlideThatTakesLong) {
-    SlideShow::Settings settings;
-    settings.each = 1;
-    settings.loops = true;
-    Show show(settings, 5);
+    Show show(every(1, true), 5);
     show->setFiles(filesNamed({"a", "b"}));
     show.runUntil(16);
     EXPECT_EQ(show.names().substr(0, 2), "ab");
@@ -206,8 +208,7 @@ TEST(SlideShow, WaitsForASlideThatTakesLong) {
 }
 
 TEST(SlideShow, FadesByABlendOfBothNatives) {
-    SlideShow::Settings settings;
-    settings.each = 2;
+    SlideShow::Settings settings = every(2);
     settings.fade = 0.5;
     Show show(settings);
     show->setFiles(filesNamed({"a", "z"}));
@@ -230,10 +231,7 @@ TEST(SlideShow, FadesByABlendOfBothNatives) {
 }
 
 TEST(SlideShow, KeysAndPauses) {
-    SlideShow::Settings settings;
-    settings.each = 10;
-    settings.loops = true;
-    Show show(settings);
+    Show show(every(10, true));
     show->setFiles(filesNamed({"a", "b", "c", "d"}));
     show.runUntil(1);
     show->next();
@@ -258,9 +256,7 @@ TEST(SlideShow, KeysAndPauses) {
 }
 
 TEST(SlideShow, AVideoIsShownToItsEnd) {
-    SlideShow::Settings settings;
-    settings.each = 2;
-    Show show(settings);
+    Show show(every(2));
     show->setFiles(filesNamed({"a", "V", "b"}));
     show.runUntil(50);
     EXPECT_EQ(show.names(), "aV");
@@ -271,10 +267,7 @@ TEST(SlideShow, AVideoIsShownToItsEnd) {
 }
 
 TEST(SlideShow, WhatCannotBeShownIsReportedAndNoEnd) {
-    SlideShow::Settings settings;
-    settings.each = 2;
-    settings.loops = true;
-    Show show(settings);
+    Show show(every(2, true));
     show->setFiles(filesNamed({"!1", "a", "!2", "b"}));
     show.runUntil(13);
     EXPECT_EQ(show.names().substr(0, 5), "ababa");
@@ -282,7 +275,7 @@ TEST(SlideShow, WhatCannotBeShownIsReportedAndNoEnd) {
     show->setFiles(filesNamed({"!1", "a", "!2", "b"})); // the folder was read again
     show.runUntil(20);
     EXPECT_EQ(show.problems.size(), 2U);
-    Show none(settings);
+    Show none(every(2, true));
     none->setFiles(filesNamed({"!1", "!2"}));
     none.runUntil(10);
     EXPECT_TRUE(none->isOver());

@@ -80,6 +80,13 @@ class ViewerVideoExport : public ::testing::Test {
                                   QStringList{toName(folder_ / input), toName(folder_ / output)}),
             0);
     }
+    // The window writes the bytes of the tool.
+    void expectSame(const QStringList& options, const char* input, const char* output) {
+        startExport(output, QMessageBox::No);
+        waitForEnd();
+        video2native(options, input, "tool.mkv");
+        EXPECT_EQ(bytesOf(output), bytesOf("tool.mkv")) << output;
+    }
     bool isPartLeft(const char* name) const {
         return fs::exists(unfinishedVideoDirectory(folder_ / name));
     }
@@ -106,30 +113,21 @@ TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
     knobs.columns = 5;
     knobs.rows = 4;
     controller().turn(knobs, "all");
-    startExport("other.mkv", QMessageBox::No);
-    waitForEnd();
-    video2native({"--method", "fast", "--strength", "7", "--focus", "0.25", "--fit", "contain",
-                  "-q", "4x5", "--depth-curve", "1.5"},
-                 "clip.mkv", "tool.mkv");
-    EXPECT_EQ(bytesOf("other.mkv"), bytesOf("tool.mkv"));
+    expectSame({"--method", "fast", "--strength", "7", "--focus", "0.25", "--fit", "contain", "-q",
+                "4x5", "--depth-curve", "1.5"},
+               "clip.mkv", "other.mkv");
 
     knobs = Knobs();
     knobs.choices = {true, true, false, false};
     controller().turn(knobs, "all");
-    startExport("auto.mkv", QMessageBox::No);
-    waitForEnd();
-    video2native({"--fit", "auto", "--focus", "auto"}, "clip.mkv", "tool.mkv");
-    EXPECT_EQ(bytesOf("auto.mkv"), bytesOf("tool.mkv"));
+    expectSame({"--fit", "auto", "--focus", "auto"}, "clip.mkv", "auto.mkv");
 }
 
 TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
     writeClip(folder_ / "clip_rgbd.mkv", {192, 128}, 12);
     writeClip(folder_ / "clip_qs4x3a0.75.mkv", {240, 240}, 12);
     open("clip_rgbd.mkv");
-    startExport("rgbd.mkv", QMessageBox::No);
-    waitForEnd();
-    video2native({"--rgbd", "right"}, "clip_rgbd.mkv", "tool.mkv");
-    EXPECT_EQ(bytesOf("rgbd.mkv"), bytesOf("tool.mkv"));
+    expectSame({"--rgbd", "right"}, "clip_rgbd.mkv", "rgbd.mkv");
     // a network cannot see half of a picture
     Knobs knobs = controller().knobs();
     knobs.depth = "tiny";
@@ -139,10 +137,7 @@ TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
 
     controller().close(0);
     open("clip_qs4x3a0.75.mkv");
-    startExport("quilts.mkv", QMessageBox::No);
-    waitForEnd();
-    video2native({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "tool.mkv");
-    EXPECT_EQ(bytesOf("quilts.mkv"), bytesOf("tool.mkv"));
+    expectSame({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "quilts.mkv");
 }
 
 // A thing before a wall, side by side, then a title that both eyes see alike.
@@ -180,27 +175,21 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
     EXPECT_EQ(controller().problem(), "");
     controller().setPlaying(false);
 
-    const auto expectSame = [&](const QStringList& options, const char* name) {
-        startExport(name, QMessageBox::No);
-        waitForEnd();
-        video2native(options, "film_LRF.mkv", "tool.mkv");
-        EXPECT_EQ(bytesOf(name), bytesOf("tool.mkv")) << name;
-    };
-    expectSame({}, "eyes.mkv");
+    expectSame({}, "film_LRF.mkv", "eyes.mkv");
     const auto readAs = [this](Reading reading) {
         controller().reopen(reading, {});
         ASSERT_TRUE(waitFor([this] { return controller().document() && !controller().isBusy(); }));
     };
     readAs(Reading::Photo);
     EXPECT_EQ(controller().document()->facts(), "Video, 800 x 300 px");
-    expectSame({"--stereo", "off"}, "flat.mkv");
+    expectSame({"--stereo", "off"}, "film_LRF.mkv", "flat.mkv");
     readAs(Reading::EyesRightLeft);
     EXPECT_TRUE(controller().document()->facts().find("you have chosen it") != std::string::npos);
-    expectSame({"--stereo", "right-left"}, "swapped.mkv");
+    expectSame({"--stereo", "right-left"}, "film_LRF.mkv", "swapped.mkv");
 }
 
 TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {
-    writeClip(folder_ / "clip.mkv", {48, 64}, 400);
+    writeClip(folder_ / "clip.mkv", {48, 64}, 400); // of 16 s
     open("clip.mkv");
     spill(folder_ / "out.mkv", "mine");
     QString size;

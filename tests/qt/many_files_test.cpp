@@ -196,15 +196,15 @@ class ViewerManyFiles : public ::testing::Test {
     static BatchReport exportAll(Controller& controller, const fs::path& folder) {
         BatchReport report;
         bool ended = false;
-        const auto connection = QObject::connect(&controller, &Controller::exportAllEnded,
-                                                 &controller, [&](const BatchReport& now) {
-                                                     report = now;
-                                                     ended = true;
-                                                 });
+        QObject here;
+        QObject::connect(&controller, &Controller::exportAllEnded, &here,
+                         [&](const BatchReport& now) {
+                             report = now;
+                             ended = true;
+                         });
         EXPECT_TRUE(controller.startExportAll(folder));
         EXPECT_FALSE(controller.startExportAll(folder)); // one at a time
         EXPECT_TRUE(waitFor([&ended] { return ended; }));
-        QObject::disconnect(connection);
         return report;
     }
     // Runs the tool for the controller's display.
@@ -359,17 +359,10 @@ TEST_F(ViewerManyFiles, AnExportOfAllCanBeCancelled) {
         fs::copy(photo("b.jpg"), photo("c" + std::to_string(i) + ".jpg"));
         controller.open(Source{photo("c" + std::to_string(i) + ".jpg"), {}, Reading::Photo});
     }
-    BatchReport report;
-    bool ended = false;
-    QObject::connect(&controller, &Controller::exportAllEnded, [&](const BatchReport& now) {
-        report = now;
-        ended = true;
-    });
     QObject::connect(&controller, &Controller::exportProgress, [&](double done) {
         if (done > 0.02) controller.cancelExport();
     });
-    ASSERT_TRUE(controller.startExportAll(folder_ / "natives"));
-    ASSERT_TRUE(waitFor([&ended] { return ended; }));
+    const BatchReport report = exportAll(controller, folder_ / "natives");
     EXPECT_TRUE(report.cancelled);
     EXPECT_LT(report.written, 41u);
     const auto files = std::distance(fs::directory_iterator(folder_ / "natives"), {});

@@ -125,6 +125,15 @@ QPoint handleOf(const QSlider& slider) {
     return slider.mapToGlobal(handle.center());
 }
 
+// The number of the window of another program; empty while there is none.
+QString windowOf(const QProcess& program) {
+    QProcess search;
+    search.start("xdotool",
+                 {"search", "--onlyvisible", "--pid", QString::number(program.processId())});
+    search.waitForFinished();
+    return QString(search.readAllStandardOutput()).split('\n').front();
+}
+
 TEST(Session, OpensDragsFocusesLooksAndExports) {
     const TemporaryDirectory folder;
     fs::copy(sourcePath("docs/examples/sample.jpg"), folder / "terrace.jpg");
@@ -240,14 +249,7 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
         return compare(shown, native).count == 0;
     })) << compare(shown, native).report;
     QString number;
-    EXPECT_TRUE(waitFor([&] {
-        QProcess search;
-        search.start("xdotool",
-                     {"search", "--onlyvisible", "--pid", QString::number(viewer.processId())});
-        search.waitForFinished();
-        number = QString(search.readAllStandardOutput()).split('\n').front();
-        return !number.isEmpty();
-    }));
+    EXPECT_TRUE(waitFor([&] { return !(number = windowOf(viewer)).isEmpty(); }));
     // again, as the keyboard may come late; the window goes with the first that arrives
     EXPECT_TRUE(waitFor([&] {
         if (viewer.state() == QProcess::Running && send({"windowfocus", number})) key("Escape");
@@ -287,13 +289,8 @@ TEST(Session, ShowsAFolderByTimeAndByKeys) {
                                               "--show", toName(folder / "in")});
     const auto greyOf = [] { return qGray(screenPicture().pixel(640, 400)); };
     EXPECT_TRUE(waitFor([&] { return greyOf() == 60; }));
-    QString number;
     EXPECT_TRUE(waitFor([&] {
-        QProcess search;
-        search.start("xdotool",
-                     {"search", "--onlyvisible", "--pid", QString::number(viewer.processId())});
-        search.waitForFinished();
-        number = QString(search.readAllStandardOutput()).split('\n').front();
+        const QString number = windowOf(viewer);
         return !number.isEmpty() && send({"windowfocus", number});
     }));
     keepPicture("show-native");

@@ -7,6 +7,7 @@
 
 #include <QTest>
 #include <algorithm>
+#include <functional>
 #include <gtest/gtest.h>
 #include <mutex>
 
@@ -95,6 +96,40 @@ class VideoSound : public ::testing::Test {
         if (!viewer::soundProblem().empty()) GTEST_SKIP() << viewer::soundProblem();
     }
 
+    struct Heard {
+        std::vector<float> samples;
+        std::vector<double> clicks;
+        std::vector<double> apart; // of each white picture and its click, s
+        VideoPlayer::Counts counts;
+    };
+    // Plays and records a video to its end, or while somebody does something.
+    Heard play(const fs::path& file, const PlaySettings& settings = once(),
+               const std::function<void(Played&, Recording&)>& act = {}) const {
+        Heard heard;
+        Recording recording(folder_ / "played.raw");
+        std::vector<Clock::time_point> whites;
+        {
+            Played played(file, settings);
+            if (act) {
+                act(played, recording);
+            } else {
+                EXPECT_TRUE(waitFor([&] { return played.isDone(); }));
+                EXPECT_EQ(played.problem(), "");
+            }
+            whites = played.whites();
+            heard.counts = played.player.counts();
+            if (!played.isDone()) {
+                EXPECT_TRUE(recording.goesOnFor(0.1)); // with the last click
+            }
+        }
+        recording.stop();
+        heard.samples = recording.samples();
+        heard.clicks = clicksOf(heard.samples);
+        heard.apart = offsets(recording, heard.clicks, whites);
+        fs::remove(folder_ / "played.raw");
+        return heard;
+    }
+
     TemporaryDirectory folder_;
 };
 
@@ -102,23 +137,14 @@ class VideoSound : public ::testing::Test {
 TEST_F(VideoSound, PicturesStayInStepAndEverySampleIsPlayed) {
     const int seconds = std::max(5, qEnvironmentVariableIntValue("ALTIRO3D_CLICK_SECONDS"));
     const fs::path file = makeClicks(folder_ / "c.mkv", seconds);
-    Recording recording(folder_ / "played.raw");
-    std::vector<Clock::time_point> whites;
-    VideoPlayer::Counts counts;
-    {
-        Played played(file, once());
-        ASSERT_TRUE(QTest::qWaitFor([&] { return played.isDone(); }, 1000 * (2 * seconds + 120)));
+    const auto [samples, clicks, apart, counts] = play(file, once(), [&](Played& played, auto&) {
+        EXPECT_TRUE(QTest::qWaitFor([&] { return played.isDone(); }, 1000 * (2 * seconds + 120)));
         EXPECT_EQ(played.problem(), "");
-        whites = played.whites();
-        counts = played.player.counts();
-    }
-    recording.stop();
-    const std::vector<double> clicks = clicksOf(recording.samples());
+    });
     ASSERT_EQ(clicks.size(), static_cast<std::size_t>(seconds));
     for (std::size_t i = 1; i < clicks.size(); ++i)
         EXPECT_EQ(clicks[i] - clicks[i - 1], 48000) << i; // no sample was lost or repeated
-    EXPECT_GE(whites.size(), clicks.size() * 9 / 10);
-    const std::vector<double> apart = offsets(recording, clicks, whites);
+    EXPECT_GE(apart.size(), clicks.size() * 9 / 10);
     EXPECT_LT(largest(apart), inStep());
     const auto [least, most] = std::minmax_element(apart.begin(), apart.end());
     std::printf("%d s: pictures %.1f..%.1f ms after their clicks, %lld shown, %lld dropped\n",
@@ -127,49 +153,35 @@ TEST_F(VideoSound, PicturesStayInStepAndEverySampleIsPlayed) {
 }
 
 TEST_F(VideoSound, LoopsStayInStep) {
-    const fs::path file = makeClicks(folder_ / "c.mkv", 1);
-    Recording recording(folder_ / "played.raw");
-    std::vector<Clock::time_point> whites;
-    {
-        Played played(file);
-        ASSERT_TRUE(waitFor([&] { return played.whites().size() >= 4; }));
-        whites = played.whites();
-        EXPECT_TRUE(recording.goesOnFor(0.1)); // with the last click
-    }
-    recording.stop();
-    const std::vector<double> clicks = clicksOf(recording.samples());
-    EXPECT_GE(clicks.size(), 4U);
-    EXPECT_LT(largest(offsets(recording, clicks, whites)), inStep());
+    const Heard heard = play(makeClicks(folder_ / "c.mkv", 1), {}, [](Played& played, Recording&) {
+        EXPECT_TRUE(waitFor([&] { return played.whites().size() >= 4; }));
+    });
+    EXPECT_GE(heard.clicks.size(), 4U);
+    EXPECT_LT(largest(heard.apart), inStep());
 }
 
 TEST_F(VideoSound, SeeksPausesAndGoesOnInStep) {
     ALTIRO3D_TAKES(7);
-    const fs::path file = makeClicks(folder_ / "c.mkv", 20);
-    Recording recording(folder_ / "played.raw");
-    std::vector<Clock::time_point> whites;
-    {
-        Played played(file);
+    const auto act = [](Played& played, Recording& recording) {
+        const auto position = [&] { return played.player.state().position; };
         ASSERT_TRUE(waitFor([&] { return !played.whites().empty(); }));
         played.player.seek(10.5);
-        ASSERT_TRUE(waitFor([&] { return played.player.state().position > 11.2; }));
-        EXPECT_LT(played.player.state().position, 13);
+        ASSERT_TRUE(waitFor([&] { return position() > 11.2; }));
+        EXPECT_LT(position(), 13);
         EXPECT_NEAR(played.player.state().duration, 20, 0.1);
         played.player.setPaused(true);
-        const double at = played.player.state().position;
+        const double at = position();
         const std::size_t before = played.whites().size();
         EXPECT_TRUE(recording.goesOnFor(1.5)); // with silence
-        EXPECT_NEAR(played.player.state().position, at, 0.1);
+        EXPECT_NEAR(position(), at, 0.1);
         EXPECT_EQ(played.whites().size(), before);
         played.player.setPaused(false);
         ASSERT_TRUE(waitFor([&] { return played.whites().size() >= before + 2; }));
         played.player.seek(1.6); // backwards
-        ASSERT_TRUE(waitFor([&] { return played.player.state().position < 3; }));
+        ASSERT_TRUE(waitFor([&] { return position() < 3; }));
         ASSERT_TRUE(waitFor([&] { return played.whites().size() >= before + 4; }));
-        whites = played.whites();
-        EXPECT_TRUE(recording.goesOnFor(0.1));
-    }
-    recording.stop();
-    EXPECT_LT(largest(offsets(recording, clicksOf(recording.samples()), whites)), inStep());
+    };
+    EXPECT_LT(largest(play(makeClicks(folder_ / "c.mkv", 20), {}, act).apart), inStep());
 }
 
 TEST_F(VideoSound, APausedPlayerShowsWhereItWasSent) {
@@ -192,23 +204,14 @@ TEST_F(VideoSound, OtherSpeedsStayInStep) {
     ALTIRO3D_TAKES(16);
     const fs::path file = makeClicks(folder_ / "c.mkv", 6);
     for (const double speed : {0.5, 2.0}) {
-        Recording recording(folder_ / "played.raw");
-        std::vector<Clock::time_point> whites;
-        {
-            PlaySettings settings = once();
-            settings.speed = speed;
-            Played played(file, settings);
-            ASSERT_TRUE(waitFor([&] { return played.isDone(); }));
-            whites = played.whites();
-        }
-        recording.stop();
-        const std::vector<double> clicks = clicksOf(recording.samples());
+        PlaySettings settings = once();
+        settings.speed = speed;
+        const auto [samples, clicks, apart, counts] = play(file, settings);
         ASSERT_EQ(clicks.size(), 6U) << speed;
         for (std::size_t i = 1; i < clicks.size(); ++i)
             EXPECT_NEAR(clicks[i] - clicks[i - 1], 48000 / speed, 3);
-        EXPECT_GE(whites.size(), 5U);
-        EXPECT_LT(largest(offsets(recording, clicks, whites)), inStep()) << speed;
-        fs::remove(folder_ / "played.raw");
+        EXPECT_GE(apart.size(), 5U);
+        EXPECT_LT(largest(apart), inStep()) << speed;
     }
 }
 
@@ -216,19 +219,11 @@ TEST_F(VideoSound, VolumeAndMuteChangeTheAmplitude) {
     ALTIRO3D_TAKES(7);
     const fs::path file = makeClicks(folder_ / "c.mkv", 2);
     const auto loudest = [&](int volume, bool muted) {
-        Recording recording(folder_ / "played.raw");
-        {
-            PlaySettings settings = once();
-            settings.volume = volume;
-            settings.muted = muted;
-            Played played(file, settings);
-            EXPECT_TRUE(waitFor([&] { return played.isDone(); }));
-        }
-        recording.stop();
-        const std::vector<float> samples = recording.samples();
-        const float most = *std::max_element(samples.begin(), samples.end());
-        fs::remove(folder_ / "played.raw");
-        return most;
+        PlaySettings settings = once();
+        settings.volume = volume;
+        settings.muted = muted;
+        const std::vector<float> samples = play(file, settings).samples;
+        return *std::max_element(samples.begin(), samples.end());
     };
     const float full = loudest(100, false);
     EXPECT_NEAR(full, 0.8 * std::sqrt(0.5), 0.01); // mono in both channels
@@ -242,10 +237,8 @@ TEST_F(VideoSound, TheChosenTrackIsPlayed) {
            "sine=frequency=440:duration=2 -f lavfi -i anullsrc=r=48000:d=2 -map 0 -map 1 -map 2 "
            "-c:v libx264 -preset ultrafast -c:a pcm_s16le -metadata:s:a:1 language=fra " +
            arg(file));
-    Recording recording(folder_ / "played.raw");
-    {
+    const auto act = [](Played& played, Recording&) {
         PlaySettings settings = once();
-        Played played(file, settings);
         ASSERT_TRUE(waitFor([&] { return played.player.state().position > 0.5; }));
         const std::vector<VideoStreamFacts> tracks = played.player.state().tracks;
         ASSERT_EQ(tracks.size(), 2U);
@@ -254,9 +247,8 @@ TEST_F(VideoSound, TheChosenTrackIsPlayed) {
         settings.track = tracks[1].index;
         played.player.set(settings);
         ASSERT_TRUE(waitFor([&] { return played.isDone(); }));
-    }
-    recording.stop();
-    const std::vector<float> samples = recording.samples();
+    };
+    const std::vector<float> samples = play(file, once(), act).samples;
     ASSERT_GT(samples.size(), 2U * 40000);
     const auto loudest = [&](std::size_t from, std::size_t to) {
         return *std::max_element(samples.begin() + std::ptrdiff_t(from),
@@ -273,20 +265,12 @@ TEST_F(VideoSound, TheLongerOfPictureAndSoundIsPlayedToItsEnd) {
         ffmpeg(std::string("-f lavfi -i color=white:size=64x48:rate=25:duration=") + picture +
                " -f lavfi -i sine=frequency=440:duration=" + sound +
                " -c:v libx264 -preset ultrafast -c:a pcm_s16le " + arg(file));
-        Recording recording(folder_ / "played.raw");
-        std::size_t whites = 0;
-        {
-            Played played(file, once());
-            EXPECT_TRUE(waitFor([&] { return played.isDone(); }));
-            whites = played.whites().size();
-        }
-        recording.stop();
-        const std::vector<float> samples = recording.samples();
-        fs::remove(folder_ / "played.raw");
+        const Heard heard = play(file);
         fs::remove(file);
-        const auto loud =
-            std::count_if(samples.begin(), samples.end(), [](float sample) { return sample != 0; });
-        return std::pair<std::size_t, double>(whites, static_cast<double>(loud) / 48000);
+        const auto loud = std::count_if(heard.samples.begin(), heard.samples.end(),
+                                        [](float sample) { return sample != 0; });
+        return std::pair<std::size_t, double>(heard.apart.size(),
+                                              static_cast<double>(loud) / 48000);
     };
     const auto [pictures, shortSound] = lengths("2", "0.5");
     EXPECT_GE(pictures, 40U);

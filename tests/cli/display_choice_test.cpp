@@ -42,7 +42,27 @@ Outcome verboseViews(const Sandbox& sandbox) {
 class DisplayChoice : public StudioTest {
   protected:
     DisplayChoice() : StudioTest("quilt2native") {}
+    // altiro3Dnative in a mount namespace of its own, where others can be mounted.
+    Outcome runMounted(const std::string& mounts, const Arguments& arguments) const {
+        std::string call = mounts + "exec '" + toolPath("altiro3Dnative").string() + "'";
+        for (const std::string& argument : arguments)
+            call += " '" + argument + "'";
+        Outcome outcome = studio_.run("/usr/bin/unshare", {"-rm", "sh", "-c", call});
+        outcome.tool = "altiro3Dnative";
+        return outcome;
+    }
+    // A volume in media/; why it cannot be mounted, or nothing.
+    std::string makeVolume() const {
+        fs::create_directories(studio_ / "media/LKG-T1/LKG_calibration");
+        writeCalibration(studio_ / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50,
+                         "T1");
+        if (studio_.run("/usr/bin/unshare", "-rm true").status != 0)
+            return "needs unshare(1) and user namespaces";
+        return findMountedCalibrations().empty() ? "" : "a display is mounted here";
+    }
 };
+
+const char* const kMountMedia = "mount --bind media /media && ";
 
 TEST_F(DisplayChoice, TheFirstOneFoundIsUsed) {
     writeCalibration(studio_ / "visual.json", {100, 120});
@@ -120,21 +140,10 @@ TEST_F(DisplayChoice, TheSampleIsWarnedOfByWhatItIsUsedFor) {
     EXPECT_FALSE(holds(rgbd.out, "display"));
 }
 
-// In a mount namespace of its own, where /media is a directory of the test.
 TEST_F(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarnedOf) {
-    if (studio_.run("/usr/bin/unshare", "-rm true").status != 0)
-        GTEST_SKIP() << "needs unshare(1) and user namespaces";
-    if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
-    fs::create_directories(studio_ / "media/LKG-T1/LKG_calibration");
-    writeCalibration(studio_ / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50, "T1");
+    if (const std::string problem = makeVolume(); !problem.empty()) GTEST_SKIP() << problem;
     const auto run = [&](const Arguments& arguments) {
-        std::string call = "mount --bind media /media && exec '" +
-                           toolPath("altiro3Dnative").string() + "' --info -q 2x3 -r 40x30";
-        for (const std::string& argument : arguments)
-            call += " '" + argument + "'";
-        Outcome outcome = studio_.run("/usr/bin/unshare", {"-rm", "sh", "-c", call});
-        outcome.tool = "altiro3Dnative";
-        return outcome;
+        return runMounted(kMountMedia, Arguments("--info -q 2x3 -r 40x30") + arguments);
     };
     const Outcome mounted = run({});
     EXPECT_TRUE(isDone(mounted));
@@ -159,26 +168,15 @@ TEST_F(DisplayChoice, AFileFoundBesideAMountedDisplayOfAnotherCalibrationIsWarne
 
 // A display that the system lists, but whose device is missing.
 TEST_F(DisplayChoice, AUsbDisplayThatCannotBeReadIsAnErrorWithoutAVolume) {
-    if (studio_.run("/usr/bin/unshare", "-rm true").status != 0)
-        GTEST_SKIP() << "needs unshare(1) and user namespaces";
+    if (const std::string problem = makeVolume(); !problem.empty()) GTEST_SKIP() << problem;
     if (!fs::exists("/sys/class/hidraw")) GTEST_SKIP() << "the system lists no hidraw devices";
-    if (!findMountedCalibrations().empty()) GTEST_SKIP() << "a display is mounted here";
     fs::create_directories(studio_ / "list/hidraw77/device");
     spill(studio_ / "list/hidraw77/device/uevent",
           "HID_ID=0003:000004D8:0000EF7E\nHID_NAME=Looking Glass HoloPlay\n");
-    fs::create_directories(studio_ / "media/LKG-T1/LKG_calibration");
-    writeCalibration(studio_ / "media/LKG-T1/LKG_calibration/visual.json", {104, 120}, 50, "T1");
-    const auto run = [&](const std::string& mounts, const std::string& arguments) {
-        Outcome outcome = studio_.run(
-            "/usr/bin/unshare", {"-rm", "sh", "-c",
-                                 "mount --bind list /sys/class/hidraw && " + mounts + "exec '" +
-                                     toolPath("altiro3Dnative").string() + "' " + arguments});
-        outcome.tool = "altiro3Dnative";
-        return outcome;
-    };
-    EXPECT_TRUE(fails(run("", "--info"), 1, "/dev/hidraw77"));
-    EXPECT_TRUE(fails(run("", "--read-usb a.json"), 1, "/dev/hidraw77"));
-    const Outcome mounted = run("mount --bind media /media && ", "--info -q 2x3 -r 40x30");
+    const std::string list = "mount --bind list /sys/class/hidraw && ";
+    for (const char* call : {"--info", "--read-usb a.json"})
+        EXPECT_TRUE(fails(runMounted(list, call), 1, "/dev/hidraw77"));
+    const Outcome mounted = runMounted(list + kMountMedia, "--info -q 2x3 -r 40x30");
     EXPECT_TRUE(isDone(mounted));
     EXPECT_TRUE(holds(mounted.out, "serial T1"));
 }
@@ -214,35 +212,26 @@ TEST_F(DisplayChoice, MapAndCalibrationGiveTheSameNative) {
     EXPECT_EQ(slurp(studio_ / "mc.png"), expected);
 }
 
-TEST_F(DisplayChoice, AMapOfAnotherDisplayIsRefused) {
+TEST_F(DisplayChoice, AMapOfAnotherDisplayOrQuiltIsRefused) {
     studio_.makeClip();
     studio_.makeSlide();
     writeCalibration(studio_ / "other.json", {96, 128}, 50);
     ASSERT_TRUE(isDone(
         studio_.run("altiro3Dnative", Arguments("-m a.map") + kQuilt + Arguments{"other.json"})));
+    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", "-m q.map -q 2x3 -r 30x20 small.json")));
     for (const std::string& tool : allTools()) {
         if (tool == "altiro3Dnative" || tool == "quilt2video") continue; // make or need no map
-        const Outcome outcome = studio_.run(
-            tool, Arguments("-m a.map") + studio_.goodCall(tool, outputName(tool, "native")));
-        EXPECT_TRUE(fails(outcome, 1, "a.map"));
-        EXPECT_TRUE(holds(outcome.err, "small.json"));
-    }
-}
-
-TEST_F(DisplayChoice, AMapForAnotherQuiltIsRefusedWithBothSizes) {
-    studio_.makeClip();
-    studio_.makeSlide();
-    ASSERT_TRUE(isDone(studio_.run("altiro3Dnative", "-m a.map -q 2x3 -r 30x20 small.json")));
-    for (const std::string& tool : allTools()) {
-        if (tool == "altiro3Dnative" || tool == "quilt2video") continue; // make or need no map
-        if (tool == "native2view") continue; // to which a map alone does not tell enough
         Arguments call = studio_.goodCall(tool, outputName(tool, "native"));
+        const Outcome display = studio_.run(tool, Arguments("-m a.map") + call);
+        EXPECT_TRUE(fails(display, 1, "a.map"));
+        EXPECT_TRUE(holds(display.err, "small.json"));
+        if (tool == "native2view") continue;        // to which a map alone does not tell enough
         call.erase(call.begin(), call.begin() + 2); // no -c
-        const Outcome outcome = studio_.run(tool, Arguments("-m a.map") + call);
-        EXPECT_TRUE(fails(outcome, 1, "60 x 60 px"));
-        EXPECT_TRUE(holds(outcome.err, "90 x 80 px"));
+        const Outcome quilt = studio_.run(tool, Arguments("-m q.map") + call);
+        EXPECT_TRUE(fails(quilt, 1, "60 x 60 px"));
+        EXPECT_TRUE(holds(quilt.err, "90 x 80 px"));
     }
-    EXPECT_TRUE(fails(run("-m a.map quilt.png native.png"), 1, "90 x 80 px"));
+    EXPECT_TRUE(fails(run("-m q.map quilt.png native.png"), 1, "90 x 80 px"));
 }
 
 TEST_F(DisplayChoice, DamagedMapsAreRefused) { // each kind of damage: the library's tests

@@ -220,11 +220,6 @@ TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
     EXPECT_TRUE(
         fails(studio.convert("photo2native", {"-l", "-n", "fastdepth", photo.string(), "b.png"}), 2,
               "fastdepth"));
-    // a network outside the catalogue needs a profile
-    fs::copy(network, studio / "mine.onnx");
-    spill(studio / "mine.json", R"({"name": "mine", "inputWidth": 224, "inputHeight": 224,
-          "resizeKernel": "linear", "output": "metricDepth"})");
-    const Arguments mine = fixedWay(studio.display() + Arguments("--quick -y -n mine.onnx"));
 }
 
 TEST(Data, NetworksThatCannotBeUsedAreRefusedInOneLine) {

@@ -148,59 +148,38 @@ TEST_P(EveryTool, ManualAndCompletionsAreForProgramsOnly) { // tests/docs looks 
     EXPECT_EQ(zsh.out.rfind("#compdef " + tool() + "\n", 0), 0U) << zsh.out;
     EXPECT_TRUE(fails(studio_.run(tool(), "--help-completion fish"), 2,
                       "--help-completion is \"fish\", expected bash or zsh"));
+    const Outcome version = studio_.run(tool(), "--version");
+    EXPECT_TRUE(isDone(version));
+    EXPECT_EQ(version.out.rfind(tool() + " (altiro3D) ", 0), 0U) << version.out;
 }
 
-TEST_P(EveryTool, VersionNamesToolAndPackage) {
-    const Outcome outcome = studio_.run(tool(), "--version");
-    EXPECT_TRUE(isDone(outcome));
-    EXPECT_EQ(outcome.out.rfind(tool() + " (altiro3D) ", 0), 0U) << outcome.out;
-}
-
-TEST_P(EveryTool, WithoutArgumentsIsWrongUsage) {
+TEST_P(EveryTool, WrongCallsAreWrongUsage) {
+    const Arguments call = studio_.goodCall(tool(), output("a"));
+    const auto with = [&](const Arguments& more) { return studio_.run(tool(), call + more); };
     EXPECT_TRUE(fails(studio_.run(tool(), {}), 2, tool() + " --help"));
-}
-
-TEST_P(EveryTool, UnknownOptionsAreWrongUsage) {
-    for (const char* option : {"--wrong=3", "-Z", "-y=1", "--quil", "--\xff\xfe"}) {
+    for (const char* option : {"--wrong=3", "-Z", "-y=1", "--quil", "--\xff\xfe"})
         EXPECT_TRUE(fails(good(output("a"), {option}), 2, tool() + " --help"));
-    }
-    EXPECT_FALSE(fs::exists(studio_ / output("a")));
-}
-
-TEST_P(EveryTool, MissingValuesAreWrongUsage) {
     for (const char* option : {"-q", "-j", "--serial", "-m", "-c"}) {
         if (!takes(option)) continue;
-        const Arguments call = studio_.goodCall(tool(), output("a"));
-        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{option}), 2, option));
-        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{option, ""}), 2, option));
+        EXPECT_TRUE(fails(with({option}), 2, option));
+        EXPECT_TRUE(fails(with({option, ""}), 2, option));
     }
-    EXPECT_FALSE(fs::exists(studio_ / output("a")));
-}
-
-TEST_P(EveryTool, EmptyAndSurplusNamesAreWrongUsage) {
-    const Arguments call = studio_.goodCall(tool(), output("a"));
-    EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{""}), 2, "empty"));
+    EXPECT_TRUE(fails(with({""}), 2, "empty"));
     const int status = tool() == "slide2native" ? 1 : 2; // which takes any number of photos
-    EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments("b.png c.png")), status, ""));
-    EXPECT_FALSE(fs::exists(studio_ / output("a")));
-    EXPECT_FALSE(fs::exists(studio_ / "c.png"));
-}
-
-TEST_P(EveryTool, BadNumbersAreWrongUsage) {
+    EXPECT_TRUE(fails(with("b.png c.png"), status, ""));
     for (const char* threads : {"0", "1.5", "7x"})
         EXPECT_TRUE(fails(good(output("a"), {"-j", threads}), 2, "-j is "));
-    // after the valid call, because the last value counts
-    const Arguments call = studio_.goodCall(tool(), output("a"));
-    for (const char* pair : {"0x3", "99999999999x1"}) {
-        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"-q", pair}), 2, "-q"));
+    for (const char* pair : {"0x3", "99999999999x1"}) { // the last value counts
+        EXPECT_TRUE(fails(with({"-q", pair}), 2, "-q"));
         if (takes("-r")) {
-            EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments{"-r", pair}), 2, "-r"));
+            EXPECT_TRUE(fails(with({"-r", pair}), 2, "-r"));
         }
     }
     if (takes("--invert")) {
-        EXPECT_TRUE(fails(studio_.run(tool(), call + Arguments("--invert maybe")), 2, "--invert"));
+        EXPECT_TRUE(fails(with("--invert maybe"), 2, "--invert"));
     }
     EXPECT_FALSE(fs::exists(studio_ / output("a")));
+    EXPECT_FALSE(fs::exists(studio_ / "c.png"));
 }
 
 TEST(CommandLine, NothingButPlainNumbersCounts) { // one reader for all tools
@@ -218,22 +197,32 @@ TEST(CommandLine, NothingButPlainNumbersCounts) { // one reader for all tools
     EXPECT_FALSE(fs::exists(studio / "a.png"));
 }
 
-TEST_P(EveryTool, NumbersHaveAPointInEveryLocale) {
-    // few machines have this locale, so the test generates it
+TEST(CommandLine, NumbersHaveAPointInEveryLocale) {
+    SmallStudio studio;
+    // few machines have this locale, so the test generates it, which takes seconds
     const std::string compile =
-        "localedef -i de_DE -f UTF-8 '" + (studio_ / "de_DE.UTF-8").string() + "'";
-    if (std::system((compile + " 2>" + (studio_ / "log").string()).c_str()) != 0) {
-        GTEST_SKIP() << "needs Debian's package locales: " << slurp(studio_ / "log");
+        "localedef -i de_DE -f UTF-8 '" + (studio / "de_DE.UTF-8").string() + "'";
+    if (std::system((compile + " 2>" + (studio / "log").string()).c_str()) != 0) {
+        GTEST_SKIP() << "needs Debian's package locales: " << slurp(studio / "log");
     }
-    ASSERT_TRUE(isDone(good(output("a"))));
-    studio_.set("ASAN_OPTIONS", "detect_leaks=0"); // glibc keeps memory for LOCPATH
-    studio_.set("LOCPATH", (studio_ / "de_DE.UTF-8").parent_path().string());
-    studio_.set("LC_ALL", "de_DE.UTF-8");
-    ASSERT_TRUE(isDone(good(output("b"))));
-    EXPECT_EQ(slurp(studio_ / output("a")), slurp(studio_ / output("b")));
-    EXPECT_TRUE(fails(good(output("c"), "-j 1,5"), 2, "-j"));
-    const Outcome verbose = good(output("d"), "-v");
-    EXPECT_EQ(verbose.out.find(','), verbose.out.find(", ")) << verbose.out;
+    studio.makeClip();
+    studio.makeSlide();
+    const auto good = [&](const std::string& tool, const char* stem, const Arguments& more = {}) {
+        return studio.run(tool, more + studio.goodCall(tool, outputName(tool, tool + stem)));
+    };
+    for (const std::string& tool : allTools())
+        EXPECT_TRUE(isDone(good(tool, "a")));
+    studio.set("ASAN_OPTIONS", "detect_leaks=0"); // glibc keeps memory for LOCPATH
+    studio.set("LOCPATH", (studio / "de_DE.UTF-8").parent_path().string());
+    studio.set("LC_ALL", "de_DE.UTF-8");
+    for (const std::string& tool : allTools()) {
+        EXPECT_TRUE(isDone(good(tool, "b")));
+        EXPECT_EQ(slurp(studio / outputName(tool, tool + "a")),
+                  slurp(studio / outputName(tool, tool + "b")));
+        EXPECT_TRUE(fails(good(tool, "c", "-j 1,5"), 2, "-j"));
+        const Outcome verbose = good(tool, "d", "-v");
+        EXPECT_EQ(verbose.out.find(','), verbose.out.find(", ")) << verbose.out;
+    }
 }
 
 TEST_P(EveryTool, AnyNumberOfThreadsGivesTheSameBytesInSilence) {
@@ -247,13 +236,6 @@ TEST_P(EveryTool, AnyNumberOfThreadsGivesTheSameBytesInSilence) {
     }
 }
 
-TEST_P(EveryTool, SaysHowItUnderstoodTheQuilt) {
-    const Outcome outcome = good(output("a"));
-    EXPECT_TRUE(holds(outcome.out, tool() == "native2view"
-                                       ? "1 view, 30 x 40 px"
-                                       : "3 columns x 2 rows, each view 30 x 40 px"));
-}
-
 TEST_P(EveryTool, VerboseTellsTheTimeOfEachStage) {
     const Outcome outcome = good(output("a"), "-v");
     EXPECT_TRUE(isDone(outcome));
@@ -263,7 +245,11 @@ TEST_P(EveryTool, VerboseTellsTheTimeOfEachStage) {
                                                         : "write ";
     EXPECT_TRUE(holds(outcome.out, stage));
     EXPECT_TRUE(holds(outcome.out, " ms"));
-    EXPECT_FALSE(holds(good(output("b")).out, " ms"));
+    const Outcome plain = good(output("b"));
+    EXPECT_FALSE(holds(plain.out, " ms"));
+    EXPECT_TRUE(holds(plain.out, tool() == "native2view"
+                                     ? "1 view, 30 x 40 px"
+                                     : "3 columns x 2 rows, each view 30 x 40 px"));
     EXPECT_TRUE(holds(good(output("c"), "--verbose").out, stage));
 }
 

@@ -168,7 +168,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use, ViewMetho
 
 NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& display,
                             const QuiltLayout& layout, Messages& messages, bool preferContinuous) {
-    NativeOptions options = asked.recipe;
+    NativeOptions options = static_cast<const NativeOptions&>(asked.recipe);
     const std::string why =
         display.map ? "a map was given" : NativeMaker::obstacle(layout, options);
     if (isContinuous(options) && !why.empty()) {

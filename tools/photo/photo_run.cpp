@@ -46,9 +46,10 @@ AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv
 // Writes the video that swings through the views; returns its size. It shows the whole photo, or
 // the part that was asked for.
 // @param shown the part of the photo on the panel
-cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, PlacementOptions options,
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& placed,
                    const PhotoScene& scene, const cv::Rect& shown, Messages& messages) {
     const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
+    PlacementOptions options = static_cast<const PlacementOptions&>(placed);
     const PhotoFit fit =
         swayFitOf(scene.photo.size(), options, isFramed ? std::optional(shown) : std::nullopt,
                   run.job.swaySize);
@@ -98,6 +99,12 @@ void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
         item.eyes.write(eyes, messages);
         return;
     }
+    const cv::Size size = scene.photo.size();
+    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
+        throw Error(ErrorCode::Unsupported, item.photo.string(),
+                    "has " + sizeText(size) +
+                        ", expected for --save-stereo at most 100 px of one "
+                        "side to 1 px of the other");
     const EyesOptions& wanted = run.job.eyes.options();
     item.eyes.write(photoEyes(scene, options, wanted.strengthPercent, wanted.from), messages);
 }

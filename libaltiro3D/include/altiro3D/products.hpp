@@ -28,7 +28,7 @@ namespace altiro3D {
 /// @return the placed frame
 /// @throws Error as placeScene()
 [[nodiscard]] ALTIRO3D_EXPORT Placement placeFrame(const Scene& frame, double aspect, cv::Size size,
-                                                   PlacementOptions options,
+                                                   const PlacementOptions& options,
                                                    std::optional<DepthFlaws>& kept);
 
 /// Longer side of a depth map that is saved, px: depth has less detail than a photo.
@@ -49,9 +49,10 @@ constexpr int kSavedDepthSide = 4096;
 /// @param strengthPercent parallax between the eyes, % of the width (kEyesStrength)
 /// @param from which eyes are rendered
 /// @return both pictures, of the photo's size
-/// @throws Error as placeScene() and renderEyes(); Unsupported (one side of the photo is more than
-///         100 times the other)
-[[nodiscard]] ALTIRO3D_EXPORT StereoPair photoEyes(const Scene& scene, PlacementOptions options,
+/// @throws Error as placeScene() and renderEyes(); one side of the photo must not exceed 100 times
+///         the other
+[[nodiscard]] ALTIRO3D_EXPORT StereoPair photoEyes(const Scene& scene,
+                                                   const PlacementOptions& options,
                                                    double strengthPercent,
                                                    EyesFrom from = EyesFrom::Both);
 

@@ -1,9 +1,7 @@
 #include "altiro3D/products.hpp"
 
 #include "altiro3D/depth_map.hpp"
-#include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
-#include "base/text.hpp"
 
 #include <algorithm>
 #include <mutex>
@@ -29,10 +27,11 @@ cv::Mat smallerPhoto(const cv::Mat& photo, int longerSide) {
 
 } // namespace
 
-Placement placeFrame(const Scene& frame, double aspect, cv::Size size, PlacementOptions options,
-                     std::optional<DepthFlaws>& kept) {
-    if (!options.refine.flaws) options.refine.flaws = kept;
-    Placement placed = placeScene(frame, aspect, size, options);
+Placement placeFrame(const Scene& frame, double aspect, cv::Size size,
+                     const PlacementOptions& options, std::optional<DepthFlaws>& kept) {
+    PlacementOptions known = options;
+    if (!known.refine.flaws) known.refine.flaws = kept;
+    Placement placed = placeScene(frame, aspect, size, known);
     kept = placed.flaws;
     return placed;
 }
@@ -45,18 +44,15 @@ cv::Mat savedDepth(Scene scene, int longerSide) {
     return depth;
 }
 
-StereoPair photoEyes(const Scene& scene, PlacementOptions options, double strengthPercent,
+StereoPair photoEyes(const Scene& scene, const PlacementOptions& options, double strengthPercent,
                      EyesFrom from) {
+    PlacementOptions whole = options;
+    whole.fit = FitMode::Stretch; // to its own shape
+    whole.framing = {};
+    whole.views.strengthPercent = strengthPercent;
     const cv::Size size = scene.photo.size();
-    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
-        throw Error(ErrorCode::Unsupported, "pictures for two eyes",
-                    "the photo has " + sizeText(size) +
-                        ", expected at most 100 px of one side to 1 px of the other");
-    options.fit = FitMode::Stretch; // to its own shape
-    options.framing = {};
-    options.views.strengthPercent = strengthPercent;
     const double aspect = static_cast<double>(size.width) / size.height;
-    return renderEyes(placeScene(scene, aspect, size, options).scene, options.views, from);
+    return renderEyes(placeScene(scene, aspect, size, whole).scene, whole.views, from);
 }
 
 PhotoFit swayFitOf(cv::Size photo, const PlacementOptions& options,

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 PlacementOptions placementOptions(const Setup& setup) {
-    PlacementOptions options = setup.knobs;
+    PlacementOptions options = static_cast<const PlacementOptions&>(setup.knobs);
     options.framing = framingOf(setup);
     return options;
 }
@@ -28,7 +28,7 @@ Scene sceneOf(const Setup& setup) {
 
 // Options for the Native of a photo as in photo2native, of a video's frame as in video2native.
 NativeOptions nativeOptions(const Setup& setup) {
-    NativeOptions options = setup.knobs;
+    NativeOptions options = static_cast<const NativeOptions&>(setup.knobs);
     if (!setup.isDraft && !setup.document->video && options.views.method == ViewMethod::Layered)
         options.showAs(Detail::Lens);
     return options;

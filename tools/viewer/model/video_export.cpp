@@ -89,7 +89,7 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
         job.quilt.grid = QuiltGrid{document.layout.columns, document.layout.rows};
         return job;
     }
-    job.scene.recipe = knobs;
+    job.scene.recipe = static_cast<const Recipe&>(knobs);
     if (!knobs.choices.framing)
         job.scene.recipe.framing =
             allowed(knobs.framing, {document.picture.size(), display.aspect(), knobs.fit});

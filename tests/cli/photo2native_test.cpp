@@ -882,7 +882,7 @@ TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
     const Outcome outcome = convert("in out");
     EXPECT_TRUE(isDone(outcome));
     EXPECT_EQ(names(studio_ / "out"),
-              (std::vector<std::string>{"IMG_0001_native.png", "a_native.png", "b_native.png"}));
+              (std::vector<std::string>{"a_native.png", "b_native.png", "IMG_0001_native.png"}));
     for (const char* line :
          {"s.nef: is a raw picture of a camera, which is not read; export it",
           "\na.png: out/a_native.png: Native, 96 x 128 px; depth of a-depth.png",
@@ -897,8 +897,8 @@ TEST_F(Photo2Native, NothingInAFolderIsLostSilently) {
           "\nweb.png: is a quilt of 4 columns x 5 rows; quilt2native"})
         EXPECT_TRUE(holds(outcome.out, line));
     EXPECT_TRUE(holds(outcome.out,
-                      "\n3 photos made, 13 left out (2 raw pictures, 1 Live Photo clip, 1 video, 1 "
-                      "other file, 2 .xyz files, 2 quilts, 3 depth images, 1 folder), in "));
+                      "\n3 photos made, 13 left out (1 Live Photo clip, 1 video, 2 .xyz files, 2 "
+                      "quilts, 2 raw pictures, 1 other file, 3 depth images, 1 folder), in "));
     EXPECT_FALSE(holds(outcome.out, "hidden"));
     // the depth is the one that -d gives
     ASSERT_TRUE(isDone(convert("-d in/a.png in/a-depth.png d.png")));

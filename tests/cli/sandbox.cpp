@@ -219,12 +219,15 @@ Outcome Sandbox::run(const std::string& tool, const Arguments& arguments, int si
     const fs::path out = outputFile_.empty() ? root_ / "out.txt" : outputFile_;
     const fs::path err = root_ / "err.txt";
 
-    std::fflush(nullptr); // the child would write it again
+    std::fflush(nullptr);                           // the child would write it again
+    const bool isMainThread = gettid() == getpid(); // of the tests
     const pid_t child = fork();
     if (child < 0) throw std::runtime_error("cannot fork");
     if (child == 0) {
-        becomeTool(isStarted_ ? nullptr : mainOf(tool), argumentPointers, variablePointers.data(),
-                   work_.c_str(), inputFile_.c_str(), out.c_str(), err.c_str(), largestFile_);
+        // Qt wants to be called by the main thread
+        becomeTool(isStarted_ || !isMainThread ? nullptr : mainOf(tool), argumentPointers,
+                   variablePointers.data(), work_.c_str(), inputFile_.c_str(), out.c_str(),
+                   err.c_str(), largestFile_);
     }
     int status = 0;
     bool ended = false;

@@ -285,7 +285,9 @@ Recipe parseRecipe(const std::string& json, const std::string& source) {
         throw Error(ErrorCode::BadFormat, source,
                     "holds " + shownJson(members) + ", expected " + kExpected);
     Recipe recipe;
-    for (const auto& [name, value] : members.items()) {
+    for (const auto& member : members.items()) {
+        const std::string& name = member.key();
+        const Json& value = member.value();
         const auto& fields = recipeFields();
         const auto field = std::find_if(fields.begin(), fields.end(),
                                         [&](const RecipeField& it) { return it.name == name; });

@@ -63,7 +63,7 @@ class Jobs : public ::testing::Test {
         spill("camera.json", R"({"fx": 80, "fy": 80, "cx": 44.5, "cy": 59.5, "zNear": 1, "zFar": 9,
                                  "baseline": 0.2})");
     }
-    ~Jobs() override { fs::current_path(before_); }
+    void TearDown() override { fs::current_path(before_); }
 
     static void parse(CommandLine& commandLine, Arguments call) {
         call.insert(call.begin(), commandLine.name());
@@ -111,9 +111,10 @@ class Jobs : public ::testing::Test {
     }
     template <class Failure>
     void expectFailures(const char* table, const std::function<void(const Arguments&)>& act) {
-        for (const auto& [call, expected] : rowsOf(table)) {
-            EXPECT_TRUE(holds(sentence<Failure>([&] { act(Arguments(call.c_str())); }), expected))
-                << call;
+        for (const Row& row : rowsOf(table)) {
+            EXPECT_TRUE(
+                holds(sentence<Failure>([&] { act(Arguments(row.call.c_str())); }), row.expected))
+                << row.call;
         }
         EXPECT_EQ(slurp("photo.png"), photo_);
         EXPECT_FALSE(fs::exists("a.png"));

@@ -16,15 +16,15 @@
 
 namespace altiro3D {
 
-// What becomes of a scene besides its Native and its quilt, which NativeMaker makes. All of it
-// shows the whole photo, unless it is told otherwise.
+// Products of a scene other than Native and quilt, which NativeMaker makes. They show the whole
+// photo unless a function says otherwise.
 
 /// Places a frame of a video as placeScene() does. The flaws of the depth are measured in the first
 /// frame of a scene of the video and kept for the others, so that edges do not waver.
 ///
 /// @param frame, aspect, size as for placeScene()
 /// @param options as for placeScene(); flaws that they state are used as they are
-/// @param kept the flaws of the scene so far; nothing: measure them in this frame
+/// @param kept flaws of the current scene of the video; empty: they are measured in this frame
 /// @return the placed frame
 /// @throws Error as placeScene()
 [[nodiscard]] ALTIRO3D_EXPORT Placement placeFrame(const Scene& frame, double aspect, cv::Size size,

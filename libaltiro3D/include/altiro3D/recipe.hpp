@@ -16,7 +16,7 @@ namespace altiro3D {
 /// All settings of a picture: how its views and its Native are made, and what is chosen for each
 /// scene instead.
 struct Recipe : NativeOptions {
-    /// What chooseFromScene() chooses. The fields that it replaces are ignored.
+    /// What chooseFromScene() chooses. It replaces the values of these fields.
     AutoChoices choices;
 };
 
@@ -34,9 +34,9 @@ struct RecipeField {
     std::string help;       ///< A sentence for people; empty if only programs set it.
     RecipePart part{};      ///< What it applies to.
     bool isRare = false;    ///< Whether few people need it.
-    double least = 0;       ///< Of numbers: the smallest one.
-    double most = 0;        ///< Of numbers: the largest one.
-    std::string expected{}; ///< The values for messages: "a number 0..100".
+    double least = 0;       ///< Smallest number.
+    double most = 0;        ///< Largest number.
+    std::string expected{}; ///< Accepted values, for messages: "a number 0..100".
     /// The method that has this setting; nothing: all methods.
     std::optional<ViewMethod> method{};
     /// The value as text, which `read` accepts.
@@ -62,17 +62,19 @@ struct RecipeField {
 [[nodiscard]] ALTIRO3D_EXPORT std::string recipeText(const Recipe& recipe);
 
 /// Reads what recipeText() has written. Missing members keep their defaults.
-/// @param json a JSON object, at most 64 KiB
+/// @param json a JSON object
 /// @param source where it comes from, for errors
 /// @return the settings
-/// @throws Error BadFormat that names the source and the member: unknown, or not a value of it
+/// @throws Error BadFormat (invalid JSON, an unknown member, a wrong value); it names the source
+/// and
+///         the member
 [[nodiscard]] ALTIRO3D_EXPORT Recipe parseRecipe(const std::string& json,
                                                  const std::string& source);
 
 /// Whether two recipes make the same pictures.
 /// @param a one @param b the other @return true if all settings are equal
 [[nodiscard]] ALTIRO3D_EXPORT bool operator==(const Recipe& a, const Recipe& b);
-/// The contrary. @param a one @param b the other @return true if a setting differs
+/// Whether two recipes differ. @param a one @param b the other @return true if a setting differs
 [[nodiscard]] inline bool operator!=(const Recipe& a, const Recipe& b) {
     return !(a == b);
 }

@@ -203,6 +203,18 @@ class Values(Case):
         self.assertNotEqual(again, altiro3d.NativeOptions())
         self.assertNotEqual(altiro3d.QuiltGrid(), altiro3d.QuiltLayout())
 
+    def test_a_recipe_is_saved_with_the_words_of_the_command_line(self):
+        recipe = altiro3d.Recipe(depth_curve=1.5)
+        recipe.views.method = altiro3d.ViewMethod.Fast
+        recipe.choices.focus = True
+        text = altiro3d.recipe_text(recipe)
+        for part in ('"depth-curve":1.5', '"method":"fast"', '"focus":"auto"'):
+            self.assertIn(part, text)
+        self.assertEqual(altiro3d.parse_recipe(text), recipe)
+        self.assertIsInstance(recipe, altiro3d.NativeOptions)
+        with self.assertRaisesRegex(altiro3d.Error, "^mine: method: is \"slow\", expected layered"):
+            altiro3d.parse_recipe('{"method": "slow"}', source="mine")
+
     def test_copies_are_independent(self):
         import copy
         options = altiro3d.NativeOptions()

@@ -183,7 +183,7 @@ void runStoppable(const VideoProgressFunction& goOn,
                   const std::function<void(const VideoProgressFunction&)>& work);
 
 /// A structure of the library as a class: properties, keyword arguments, repr(), ==, copies.
-template <class T>
+template <class T, class... Base>
 class Value {
   public:
     /// @param m the module @param name of the class @param doc its docstring
@@ -234,7 +234,7 @@ class Value {
     }
 
     /// The class, after all its fields: with repr() and ==. @return to add more to it
-    py::class_<T> done() {
+    py::class_<T, Base...> done() {
         class_.def("__repr__", [fields = fields_, name = name_](const py::object& self) {
             std::string text = name + "(";
             for (const Field& field : *fields)
@@ -311,7 +311,7 @@ class Value {
         return *this;
     }
 
-    py::class_<T> class_;
+    py::class_<T, Base...> class_;
     std::string name_;
     std::shared_ptr<Fields> fields_ = std::make_shared<Fields>();
 };

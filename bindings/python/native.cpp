@@ -38,65 +38,13 @@ void bindLut(py::module_& m) {
             "x and y in px of the quilt, y from the top. Do not change it.");
 }
 
-void bindOptions(py::module_& m) {
-    py::enum_<ViewPositions>(m, "ViewPositions", "Camera position of a sub-pixel.")
-        .value("Discrete", ViewPositions::Discrete, "that of one of the views, as in a quilt")
-        .value("Continuous", ViewPositions::Continuous, "exactly in its own direction");
-    py::enum_<Detail>(m, "Detail", "The size to which a photo is fitted.")
-        .value("View", Detail::View, "px of a view of the quilt")
-        .value("Lens", Detail::Lens, "all that the lenses show in one direction")
-        .value("Panel", Detail::Panel, "px of the panel");
-    py::enum_<ViewFilter>(m, "ViewFilter", "How a sub-pixel samples the views.")
-        .value("Nearest", ViewFilter::Nearest, "one view")
-        .value("Linear", ViewFilter::Linear, "two views, blended");
-    py::enum_<TileSampling>(m, "TileSampling", "How a sub-pixel samples the px of a view.")
-        .value("Nearest", TileSampling::Nearest, "one px")
-        .value("Linear", TileSampling::Linear, "four px, blended");
-    Value<QuiltSampling>(m, "QuiltSampling", "How a quilt is sampled.")
-        .field("views", &QuiltSampling::views, "Between views.")
-        .field("in_tile", &QuiltSampling::inTile, "Inside a view.")
-        .constructible()
-        .done();
-    py::enum_<NativePath>(m, "NativePath", "The path from a photo to its Native.")
-        .value("Direct", NativePath::Direct, "reads each sub-pixel from the photo")
-        .value("OverQuilt", NativePath::OverQuilt, "makes all views first");
-    Value<NativeOptions>(m, "NativeOptions",
-                         "How a photo with depth becomes a Native. The defaults make the published "
-                         "picture; show_as(Detail.Lens) is recommended for photos, show_live() for "
-                         "cameras.")
-        .part("views", &NativeOptions::views, "Method, strength, focus.")
-        .field("fit", &NativeOptions::fit, "Fit to the panel if the shapes differ.")
-        .part("framing", &NativeOptions::framing, "The part of a photo that is shown.")
-        .part("refine", &NativeOptions::refine, "How the depth is refined.")
-        .field("depth_curve", &NativeOptions::depthCurve, "Exponent of depth, 0.5..2.")
-        .field("detail", &NativeOptions::detail, "Size to which photos are fitted.")
-        .field("lens_filter", &NativeOptions::lensFilter, "Remove what lenses cannot show.")
-        .field("positions", &NativeOptions::positions, "Camera position of a sub-pixel.")
-        .part("sampling", &NativeOptions::sampling, "How a quilt is sampled.")
-        .constructible()
-        .done()
-        .def("show_as", &NativeOptions::showAs, py::arg("most"),
-             "Sets detail, filter and positions for the most accurate picture through the lenses.\n"
-             "Detail.Panel takes 3 times the time of Detail.Lens and is no more accurate.")
-        .def(
-            "show_live", &NativeOptions::showLive,
-            "Sets what is quick enough for every frame of a camera: method Fast at the size of\n"
-            "the views. Off are the hidden background (columns at edges are doubled), the lens\n"
-            "filter (fine detail becomes coloured noise), continuous positions and the refinement\n"
-            "of depth. An eye sees photos with 2 dB less PSNR than with show_as(Detail.Lens).")
-        .def(
-            "placement",
-            [](const NativeOptions& options) {
-                return static_cast<PlacementOptions>(options); // NOLINT(cppcoreguidelines-slicing)
-            },
-            "The part that place_scene() and choose_from_scene() take.");
-}
-
 } // namespace
 
 void bindNative(py::module_& m) {
     bindLut(m);
-    bindOptions(m);
+    py::enum_<NativePath>(m, "NativePath", "The path from a photo to its Native.")
+        .value("Direct", NativePath::Direct, "reads each sub-pixel from the photo")
+        .value("OverQuilt", NativePath::OverQuilt, "makes all views first");
     py::class_<NativeMaker>(
         m, "NativeMaker",
         "Makes Natives of photos with depth for one display. Immutable; threads "

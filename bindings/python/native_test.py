@@ -20,7 +20,7 @@ class Natives(Case):
         display = altiro3d.read_display(CALIBRATION)
         maker = altiro3d.NativeMaker(display)
         placed = altiro3d.place_scene(sample_scene(), display.aspect(), maker.quilt_size(),
-                                      maker.options.placement())
+                                      maker.options)
         quilt = maker.make_quilt(placed.scene)
         native = altiro3d.Quilt2Native(display.calibration, display.quilt).render(quilt)
         self.equal(native, maker.make_native(placed))
@@ -36,7 +36,7 @@ class Natives(Case):
         maker = altiro3d.NativeMaker(display)
         over = altiro3d.NativeMaker(altiro3d.NativeLut(display.calibration, display.quilt))
         placed = altiro3d.place_scene(scene, display.aspect(), maker.quilt_size(),
-                                      maker.options.placement())
+                                      maker.options)
         for make, argument in ((maker.make_native, scene), (maker.make_native, placed),
                                (over.make_native, placed), (maker.make_quilt, placed.scene)):
             red_first = make(argument)

@@ -3,6 +3,7 @@
 #include <altiro3D/depth_map.hpp>
 #include <altiro3D/photo_fit.hpp>
 #include <altiro3D/placement.hpp>
+#include <altiro3D/recipe.hpp>
 #include <altiro3D/scene.hpp>
 
 namespace altiro3D::python {
@@ -85,19 +86,88 @@ void bindFit(py::module_& m) {
         .done();
 }
 
+template <class Options>
+Options& addPlacement(Options& options) {
+    return options.part("views", &PlacementOptions::views, "Method, strength, focus.")
+        .field("fit", &PlacementOptions::fit, "Fit to the panel if the shapes differ.")
+        .part("framing", &PlacementOptions::framing, "The part of a photo that is shown.")
+        .part("refine", &PlacementOptions::refine, "How the depth is refined.")
+        .field("depth_curve", &PlacementOptions::depthCurve, "Exponent of depth, 0.5..2.");
+}
+
+template <class Options>
+Options& addNative(Options& options) {
+    return addPlacement(options)
+        .field("detail", &NativeOptions::detail, "Size to which photos are fitted.")
+        .field("lens_filter", &NativeOptions::lensFilter, "Remove what lenses cannot show.")
+        .field("positions", &NativeOptions::positions, "Camera position of a sub-pixel.")
+        .part("sampling", &NativeOptions::sampling, "How a quilt is sampled.");
+}
+
+void bindOptions(py::module_& m) {
+    Value<PlacementOptions> placement(m, "PlacementOptions", "How a scene is placed on a display.");
+    addPlacement(placement).constructible().done();
+    Value<AutoChoices>(m, "AutoChoices", "The settings that choose_from_scene() chooses.")
+        .field("framing", &AutoChoices::framing, "Centre and size of the part that is shown.")
+        .field("focus", &AutoChoices::focus, "The depth of the subject.")
+        .field("strength", &AutoChoices::strength, "As much parallax as stays sharp.")
+        .field("limit", &AutoChoices::limit, "The given strength, but at most what depth bears.")
+        .field("is_video", &AutoChoices::isVideo, "The scene is the first frame of a video.")
+        .constructible()
+        .done();
+    py::enum_<ViewPositions>(m, "ViewPositions", "Camera position of a sub-pixel.")
+        .value("Discrete", ViewPositions::Discrete, "that of one of the views, as in a quilt")
+        .value("Continuous", ViewPositions::Continuous, "exactly in its own direction");
+    py::enum_<Detail>(m, "Detail", "The size to which a photo is fitted.")
+        .value("View", Detail::View, "px of a view of the quilt")
+        .value("Lens", Detail::Lens, "all that the lenses show in one direction")
+        .value("Panel", Detail::Panel, "px of the panel");
+    py::enum_<ViewFilter>(m, "ViewFilter", "How a sub-pixel samples the views.")
+        .value("Nearest", ViewFilter::Nearest, "one view")
+        .value("Linear", ViewFilter::Linear, "two views, blended");
+    py::enum_<TileSampling>(m, "TileSampling", "How a sub-pixel samples the px of a view.")
+        .value("Nearest", TileSampling::Nearest, "one px")
+        .value("Linear", TileSampling::Linear, "four px, blended");
+    Value<QuiltSampling>(m, "QuiltSampling", "How a quilt is sampled.")
+        .field("views", &QuiltSampling::views, "Between views.")
+        .field("in_tile", &QuiltSampling::inTile, "Inside a view.")
+        .constructible()
+        .done();
+    Value<NativeOptions, PlacementOptions> native(
+        m, "NativeOptions",
+        "How a photo with depth becomes a Native. The defaults make the published picture; "
+        "show_as(Detail.Lens) is recommended for photos, show_live() for cameras.");
+    addNative(native)
+        .constructible()
+        .done()
+        .def("show_as", &NativeOptions::showAs, py::arg("most"),
+             "Sets detail, filter and positions for the most accurate picture through the lenses.\n"
+             "Detail.Panel takes 3 times the time of Detail.Lens and is no more accurate.")
+        .def(
+            "show_live", &NativeOptions::showLive,
+            "Sets what is quick enough for every frame of a camera: method Fast at the size of\n"
+            "the views. Off are the hidden background (columns at edges are doubled), the lens\n"
+            "filter (fine detail becomes coloured noise), continuous positions and the refinement\n"
+            "of depth. An eye sees photos with 2 dB less PSNR than with show_as(Detail.Lens).");
+    Value<Recipe, NativeOptions> recipe(m, "Recipe",
+                                        "All settings of a picture: NativeOptions, and what is "
+                                        "chosen for each scene instead.");
+    addNative(recipe)
+        .part("choices", &Recipe::choices, "What is chosen; it replaces the values of its fields.")
+        .constructible()
+        .done();
+    m.def("recipe_text", &recipeText, py::arg("recipe"),
+          "The settings as JSON, with the names and words of the command line.");
+    m.def("parse_recipe", &parseRecipe, py::arg("json"), py::arg("source") = "recipe",
+          "Reads what recipe_text() has written. Missing members keep their defaults.");
+}
+
 } // namespace
 
 void bindPlacement(py::module_& m) {
     bindScene(m);
     bindFit(m);
-    Value<PlacementOptions>(m, "PlacementOptions", "How a scene is placed on a display.")
-        .part("views", &PlacementOptions::views, "Method, strength, focus.")
-        .field("fit", &PlacementOptions::fit, "Fit to the panel if the shapes differ.")
-        .part("framing", &PlacementOptions::framing, "The part of a photo that is shown.")
-        .part("refine", &PlacementOptions::refine, "How the depth is refined.")
-        .field("depth_curve", &PlacementOptions::depthCurve, "Exponent of depth, 0.5..2.")
-        .constructible()
-        .done();
+    bindOptions(m);
     py::class_<Placement>(m, "Placement", "A scene on a display.")
         .def_readonly("scene", &Placement::scene, "Photo and refined depth, fitted.")
         .def_readonly("fit", &Placement::fit, "How it was fitted.")
@@ -111,14 +181,6 @@ void bindPlacement(py::module_& m) {
         "Fits a scene to a panel and refines its depth.\n\n"
         "aspect: Display.aspect(); size: NativeMaker.work_size() or quilt_size(); options: those\n"
         "of the maker, or of choose_from_scene().");
-    Value<AutoChoices>(m, "AutoChoices", "The settings that choose_from_scene() chooses.")
-        .field("framing", &AutoChoices::framing, "Centre and size of the part that is shown.")
-        .field("focus", &AutoChoices::focus, "The depth of the subject.")
-        .field("strength", &AutoChoices::strength, "As much parallax as stays sharp.")
-        .field("limit", &AutoChoices::limit, "The given strength, but at most what depth bears.")
-        .field("is_video", &AutoChoices::isVideo, "The scene is the first frame of a video.")
-        .constructible()
-        .done();
     m.def(
         "choose_from_scene",
         [](const Scene& scene, double aspect, const QuiltLayout& quilt,

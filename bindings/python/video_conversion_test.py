@@ -20,14 +20,14 @@ class Conversions(Clip):
         conversion = self.conversion()
         conversion.encoding.codec = altiro3d.VideoCodec.Ffv1
         conversion.depth_options.every = 1
-        conversion.native.refine.flaws = altiro3d.DepthFlaws()
+        conversion.recipe.refine.flaws = altiro3d.DepthFlaws()
         progress = []
         converter = altiro3d.VideoConverter(conversion)
         result = converter.run(go_on=lambda step: progress.append((step.frames, step.finishing)))
         self.assertEqual((result.frames, result.inferences, result.cancelled), (10, 10, False))
         self.assertEqual(progress[-1], (10, True))
         self.assertEqual(conversion.depth.calls, 10)
-        maker = altiro3d.NativeMaker(small_display(), options=conversion.native)
+        maker = altiro3d.NativeMaker(small_display(), options=conversion.recipe)
         depth = altiro3d.VideoDepth(Brightness().read, options=conversion.depth_options)
         natives = altiro3d.VideoReader(self.folder / "native.mkv")
         for frame, native in zip(altiro3d.VideoReader(self.clip), natives):

@@ -305,7 +305,7 @@ QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
 VideoConversion openVideo(VideoRun& run, Messages& messages) {
     VideoJob& job = run.job;
     VideoPlan& plan = job.plan;
-    NativeOptions& native = job.scene.recipe;
+    Recipe& recipe = job.scene.recipe;
     VideoConversion conversion;
     plan.part.threads = std::min(cv::getNumThreads(), 16);
     plan.part.bothEyes = !plan.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
@@ -345,7 +345,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
         messages.say("quilt: " + quiltText(run.layout, shape.shownAspect()) +
                      (found ? foundText(*found) : ""));
         tellShape(shape, messages);
-        native.fit = shape.fit();
+        recipe.fit = shape.fit();
         conversion.viewAspect = shape.aspect();
     } else {
         if (plan.product == VideoProduct::Native)
@@ -355,8 +355,9 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
                            isStereo && conversion.stereo && job.keepsEyes};
         if (isStereo) {
             tellEyesTag(plan.output, job.eyes, messages);
-            native.views.strengthPercent = job.eyes.strengthPercent;
-            native.positions = ViewPositions::Discrete;
+            recipe.views.strengthPercent = job.eyes.strengthPercent;
+            recipe.choices.strength = false;
+            recipe.positions = ViewPositions::Discrete;
         }
         if (conversion.eyes.filmed) {
             messages.say("both pictures stay as they were filmed");
@@ -397,9 +398,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     conversion.display = run.display;
     conversion.map = run.display.map;
     conversion.layout = run.layout;
-    conversion.native = native;
-    conversion.choices = job.scene.recipe.choices;
-    if (plan.product == VideoProduct::Stereo) conversion.choices.strength = false;
+    conversion.recipe = recipe;
     conversion.fromQuilt = plan.fromQuilt;
     takeDepth(run, rgbd, conversion);
     conversion.depthOptions = job.depthOptions;

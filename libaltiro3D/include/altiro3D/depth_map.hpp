@@ -185,6 +185,11 @@ struct DepthFlaws {
     }
 };
 
+/// Whether flaws are equal. @param a one @param b the other @return true if all fields are
+[[nodiscard]] inline bool operator==(const DepthFlaws& a, const DepthFlaws& b) {
+    return DepthFlaws::fields(a) == DepthFlaws::fields(b);
+}
+
 /// Options of refineDepth().
 struct DepthRefineOptions {
     /// Flaws to correct, for example those of an earlier frame of the scene; not set: they are

@@ -111,8 +111,9 @@ struct NativeOptions : PlacementOptions {
     /// All fields, to save them. @param o the options @return references to its fields
     template <typename Options>
     static auto fields(Options& o) {
-        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.depthCurve, o.detail,
-                        o.lensFilter, o.positions, o.sampling.views, o.sampling.inTile);
+        return std::tuple_cat(
+            PlacementOptions::fields(o),
+            std::tie(o.detail, o.lensFilter, o.positions, o.sampling.views, o.sampling.inTile));
     }
 
     /// Sets detail, filter and positions so that the picture through the lenses is the most
@@ -125,10 +126,10 @@ struct NativeOptions : PlacementOptions {
     }
 
     /// Sets what is quick enough for every frame of a camera or a program: method Fast at the size
-    /// of the views. Off are the hidden background behind near things (columns at their edges are
-    /// doubled), the lens filter (fine detail becomes coloured noise), continuous positions, and
-    /// the refinement of depth (its edges stay where they are). Against showAs(Detail::Lens), an
-    /// eye sees photos with 2 dB less PSNR, and deep scenes with 6 dB less (docs/tradeoff.md).
+    /// of the views, discrete positions, no lens filter and no refinement of depth. Edges of near
+    /// objects repeat columns instead of showing a painted background, and fine detail becomes
+    /// coloured noise. Compared with showAs(Detail::Lens), the picture through the lenses has 2 dB
+    /// less PSNR for photos and 6 dB less for deep scenes (docs/tradeoff.md).
     void showLive() {
         views.method = ViewMethod::Fast;
         detail = Detail::View;

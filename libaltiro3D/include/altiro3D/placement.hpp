@@ -25,6 +25,12 @@ struct PlacementOptions {
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
     /// Exponent for bendDepth(), 0.5..2. `views.focus` is a depth after this.
     double depthCurve = 1;
+
+    /// All fields, to compare or save them. @param o the options @return references to its fields
+    template <typename Options>
+    static auto fields(Options& o) {
+        return std::tie(o.views, o.fit, o.framing, o.refine.flaws, o.depthCurve);
+    }
 };
 
 /// A scene on a display.
@@ -34,9 +40,9 @@ struct Placement {
     DepthFlaws flaws; ///< Flaws of the depth that were corrected.
 };
 
-/// A scene with another curve of depth, as placeScene() makes it of PlacementOptions::depthCurve.
+/// Applies PlacementOptions::depthCurve to a scene, as placeScene() does.
 /// @param scene as for placeScene() @param exponent as for bendDepth()
-/// @return the scene with bendDepth() of its depth and of what is known to be hidden
+/// @return the scene; bendDepth() has changed its depth and the depth of its hidden layer
 /// @throws Error as bendDepth()
 [[nodiscard]] ALTIRO3D_EXPORT Scene withDepthCurve(const Scene& scene, double exponent);
 
@@ -76,8 +82,8 @@ struct Placement {
 
 /// The settings that chooseFromScene() chooses; the others stay (docs/mathematics.md, 7).
 struct AutoChoices {
-    /// Centre of the part that is shown; needs FitMode::Cover. For photos also its size, so that
-    /// views do not look beyond the photo or at the border of a scan.
+    /// Choose the centre of the part that is shown. For photos, also enlarge it until no view shows
+    /// what lies outside the photo or the border of a scan. Requires FitMode::Cover.
     bool framing = false;
     bool focus = false;    ///< The depth of the subject.
     bool strength = false; ///< The largest parallax that the display shows without double edges.
@@ -101,8 +107,8 @@ constexpr double kMaxAutoStrength = 12;
 /// With a chosen strength, content moves by at most this part of the width between the outermost
 /// views, %: as with strength 10 and focus 0.5.
 constexpr double kMaxAutoParallax = 5;
-/// With a chosen or limited strength, at most this part of an outermost view shows what the photo
-/// does not, or stretched px, %. Much depth on few px, and depth in doubt, thus get less strength.
+/// A chosen or limited strength is reduced until at most this part of an outermost view is
+/// disoccluded or stretched, %. Steep depth and uncertain depth therefore get less strength.
 constexpr double kMaxAutoHidden = 5;
 
 /// What chooseFromScene() has chosen.

@@ -5,7 +5,7 @@
 #include "altiro3D/export.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/native_lut.hpp"
-#include "altiro3D/native_maker.hpp"
+#include "altiro3D/recipe.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
@@ -143,26 +143,25 @@ struct VideoConversion {
     StereoHalves rgbdHalves = StereoHalves::Full; ///< For Rgbd: Full or Squeezed.
     /// The display of Natives and quilts. Not needed for Rgbd and Stereo, or if `map` is set.
     std::optional<Display> display;
-    /// Look-up table for the Natives. If set, Natives are made from quilts, and `native` must have
+    /// Look-up table for the Natives. If set, Natives are made from quilts, and `recipe` must have
     /// discrete positions and nearest sampling.
     std::optional<NativeLut> map;
     /// Layout of the quilts. Default: `map`'s, else `display`'s. It must not differ from `map`'s.
     std::optional<QuiltLayout> layout;
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
     /// only `views.focus` for Rgbd, and only `views` (strength: kEyesStrength) and `refine` for
-    /// Stereo, which shows whole frames at their own size. If `native.refine.flaws` is not set,
+    /// Stereo, which shows whole frames at their own size. If `recipe.refine.flaws` is not set,
     /// flaws are measured once per scene; with method Fast, estimated depth is not refined.
-    NativeOptions native;
-    /// Settings that are chosen at the first frame of each scene and replace those of `native`
-    /// during the scene. Given depth has no scenes; the first frame then decides for the whole
-    /// video. The strength is chosen for depth of 0..1, because depth changes during a scene. Not
-    /// for Rgbd and quilts.
-    AutoChoices choices;
+    ///
+    /// `recipe.choices` are made at the first frame of each scene and hold for the scene. Given
+    /// depth has no scenes; the first frame then decides for the whole video. The strength is
+    /// chosen for depth of 0..1, because depth changes during a scene. Not for Rgbd and quilts.
+    Recipe recipe;
 
     /// The input's frames are quilts. `product` must be Native, `depth` and `given` unset.
     bool fromQuilt = false;
     /// If `fromQuilt` is set: width : height of the scene that a view shows, 0.01..100; 0: the
-    /// views are stretched to the panel, and `native.fit` is ignored.
+    /// views are stretched to the panel, and `recipe.fit` is ignored.
     double viewAspect = 0;
 
     /// Frames hold both eyes' pictures. The left one is the photo, and its depth is found by
@@ -203,7 +202,7 @@ struct VideoConversionResult {
     std::int64_t inferences = 0;      ///< Frames of this run for which depth was estimated.
     std::int64_t repeated = 0;        ///< Frames of this run that equal the frame before.
     std::vector<double> cuts;         ///< Scene cuts in this run, s from the start of the part.
-    std::vector<SceneChoice> choices; ///< The choices of this run, see VideoConversion::choices.
+    std::vector<SceneChoice> choices; ///< The choices of this run, see VideoConversion::recipe.
     bool cancelled = false;           ///< The progress function or `show` has cancelled the run.
     bool keepsWork = false;           ///< A later run can resume, see VideoConverter::keepsWork().
     /// Times of "decode", "depth" (not for quilts), "render", and "encode" or "show".

@@ -179,14 +179,14 @@ std::vector<RecipeField> makeFields() {
             {"depth-curve", "EXPONENT",
              "Exponent of depth, 0.5..2 (default 1): above 1, near things take more of the "
              "depth; below 1, far ones. --focus is a depth after it.",
-             kPlacement, true, 0.5, 2},
+             kViews, true, 0.5, 2},
             [](auto& r) -> auto& { return r.depthCurve; }),
         flag(
             {"exact-depth", "",
              "Use the depth as it is. By default its edges are moved to the edges of the photo, "
              "soft steps are sharpened; exact depth hardly changes. Videos with estimated depth "
              "and method fast always use it as it is.",
-             kPlacement, true},
+             kViews, true},
             [](const Recipe& r) { return r.refine.keepsDepth(); },
             [](Recipe& r, bool is) {
                 r.refine.flaws = is ? std::optional<DepthFlaws>(DepthFlaws()) : std::nullopt;
@@ -302,18 +302,7 @@ Recipe parseRecipe(const std::string& json, const std::string& source) {
 }
 
 bool operator==(const Recipe& a, const Recipe& b) {
-    const auto flaws = [](const Recipe& recipe) {
-        const auto& known = recipe.refine.flaws;
-        return std::pair(known.has_value(), known.value_or(DepthFlaws()));
-    };
-    const auto [aKnown, aFlaws] = flaws(a);
-    const auto [bKnown, bFlaws] = flaws(b);
-    const auto others = [](const Recipe& r) {
-        return std::tie(r.views, r.fit, r.framing, r.depthCurve, r.detail, r.lensFilter,
-                        r.positions, r.sampling.views, r.sampling.inTile);
-    };
-    return others(a) == others(b) && aKnown == bKnown &&
-           DepthFlaws::fields(aFlaws) == DepthFlaws::fields(bFlaws) &&
+    return NativeOptions::fields(a) == NativeOptions::fields(b) &&
            AutoChoices::fields(a.choices) == AutoChoices::fields(b.choices);
 }
 

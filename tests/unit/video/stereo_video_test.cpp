@@ -198,7 +198,7 @@ TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
     const auto converted = [&](const std::string& name, int most, UnfinishedRun unfinished) {
         VideoConversion stereo = conversion(input, name);
         stereo.product = VideoProduct::Stereo;
-        stereo.native.views.strengthPercent = 8;
+        stereo.recipe.views.strengthPercent = 8;
         stereo.depthOptions.every = 1;
         stereo.unfinished = unfinished;
         VideoConverter(std::move(stereo)).run([most](const VideoProgress& progress) {

@@ -170,7 +170,7 @@ TEST_F(VideoChunksTest, FramesMayHaveDifferentLengths) {
 TEST_F(VideoChunksTest, ChoicesHoldForTheirScene) {
     ALTIRO3D_TAKES(4);
     writeClip(directory / "clip.mkv", kFewScenes);
-    change = [](VideoConversion& all) { all.choices = {true, true, true}; };
+    change = [](VideoConversion& all) { all.recipe.choices = {true, true, true}; };
     expectSameBytes({1, 13});
 }
 
@@ -211,7 +211,7 @@ TEST_F(VideoChunksTest, GivenDepthIsDividedAlike) {
             change = [&, kind, choices](VideoConversion& all) {
                 all.given.emplace().source = directory / "depth.mkv";
                 all.given->kind = kind;
-                if (choices) all.choices = {true, true, false};
+                if (choices) all.recipe.choices = {true, true, false};
             };
             expectSameBytes({13});
         }

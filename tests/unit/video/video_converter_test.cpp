@@ -119,7 +119,7 @@ TEST_F(VideoConverterTest, FramesAreTheNativesOfThePhotosAndTheirDepth) {
     for (const NativeOptions& option : options) {
         const std::string name = "native" + std::to_string(number++) + ".mkv";
         VideoConversion made = conversion(name);
-        made.native = option;
+        made.recipe = {option, {}};
         VideoConverter converter(std::move(made));
         EXPECT_EQ(converter.size(), cv::Size(150, 98));
         EXPECT_EQ(converter.facts().size, cv::Size(64, 48));
@@ -160,7 +160,7 @@ TEST_F(VideoConverterTest, TheFramesOfAPartAreEstimatedFromItsLength) {
 TEST_F(VideoConverterTest, ChoicesAreThoseOfTheFirstFrameAndSurviveAnInterruption) {
     const auto of = [&](const char* name, UnfinishedRun unfinished) {
         VideoConversion made = conversion(name);
-        made.choices = {true, true, true};
+        made.recipe.choices = {true, true, true};
         made.unfinished = unfinished;
         return made;
     };
@@ -236,7 +236,7 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
         all.input = directory / "rgbd.mkv";
         all.given = GivenVideoDepth();
         all.given->rgbd = DepthSide::Right;
-        all.native = exact;
+        all.recipe = {exact, {}};
     });
     altiro3D::Scene scene;
     splitRgbd(both, DepthSide::Right, scene.photo, scene.depth);
@@ -264,7 +264,7 @@ TEST_F(VideoConverterTest, StereoHasBothEyesOfWholeFramesAndIsMarked) {
             stereo.product = VideoProduct::Stereo;
             stereo.eyes = eyes;
             stereo.display.reset();
-            stereo.native.views.strengthPercent = kEyesStrength;
+            stereo.recipe.views.strengthPercent = kEyesStrength;
         });
         EXPECT_EQ(result.frames, kFrames);
         return pictures(name).back();
@@ -405,9 +405,9 @@ TEST_F(VideoConverterTest, FramesKeepTheirOwnShape) {
         run("native.mkv", [&](VideoConversion& all) {
             all.input = directory / "clip.h264";
             all.display = displayOf(stripePanel(300, 400), "large.json");
-            all.native.views.strengthPercent = 0;
-            all.native.fit = FitMode::Contain;
-            all.native.detail = Detail::Panel;
+            all.recipe.views.strengthPercent = 0;
+            all.recipe.fit = FitMode::Contain;
+            all.recipe.detail = Detail::Panel;
         });
         for (const char* const name : {"rgbd.mkv", "native.mkv"}) {
             const std::vector<cv::Mat> made = pictures(name);
@@ -443,7 +443,7 @@ TEST_F(VideoConverterTest, DepthDrawnInColoursIsUndone) {
         const VideoConversionResult result = run("made.mkv", [&](VideoConversion& made) {
             made.product = VideoProduct::Rgbd;
             made.display.reset();
-            made.native.refine.flaws = DepthFlaws();
+            made.recipe.refine.flaws = DepthFlaws();
             if (!isRgbd) return;
             made.input = directory / "rgbd.mkv";
             made.given = GivenVideoDepth();
@@ -497,8 +497,8 @@ TEST_F(VideoConverterTest, KnownFlawsOfEstimatedDepthAreCorrected) {
     const auto first = [this](ViewMethod method, const DepthRefineOptions& refine) {
         run("native.mkv", [&](VideoConversion& made) {
             made.given.reset();
-            made.native.views.method = method;
-            made.native.refine = refine;
+            made.recipe.views.method = method;
+            made.recipe.refine = refine;
         });
         return pictures("native.mkv").front();
     };
@@ -534,7 +534,7 @@ TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes)
         EXPECT_EQ(codeOf([&] { VideoConverter again(of("out.mkv", UnfinishedRun::Refuse)); }),
                   ErrorCode::WriteFailed);
         VideoConversion other = of("out.mkv", UnfinishedRun::Resume);
-        other.native.views.focus = 0.4;
+        other.recipe.views.focus = 0.4;
         EXPECT_EQ(codeOf([&] { VideoConverter again(std::move(other)); }), ErrorCode::Mismatch);
 
         VideoConverter resumed(of("out.mkv", UnfinishedRun::Resume));
@@ -553,7 +553,7 @@ TEST_F(VideoConverterTest, ACancelledRunEndsTheFileAndCanContinueToTheSameBytes)
 TEST_F(VideoConverterTest, ADamagedStateIsRefused) {
     const auto of = [&](UnfinishedRun unfinished) {
         VideoConversion made = conversion("out.mkv");
-        made.choices = {true, true, true};
+        made.recipe.choices = {true, true, true};
         made.unfinished = unfinished;
         return made;
     };
@@ -720,7 +720,7 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
              c.fromQuilt = true;
              c.given.reset();
              c.map = NativeLut(c.display->calibration, c.display->quilt);
-             c.native.sampling.views = ViewFilter::Linear;
+             c.recipe.sampling.views = ViewFilter::Linear;
          },
          "sampling: is linear"},
         {[](VideoConversion& c) {

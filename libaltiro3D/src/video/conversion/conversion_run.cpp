@@ -49,16 +49,16 @@ void checkFields(const VideoConversion& conversion) {
     if (conversion.given)
         check(conversion.given->source.empty() == conversion.given->rgbd.has_value(), "given",
               "depth has a source and an RGB-D layout, or neither, expected one of them");
-    check(!conversion.map || (conversion.native.sampling.views == ViewFilter::Nearest &&
-                              conversion.native.sampling.inTile == TileSampling::Nearest),
+    check(!conversion.map || (conversion.recipe.sampling.views == ViewFilter::Nearest &&
+                              conversion.recipe.sampling.inTile == TileSampling::Nearest),
           "sampling", "is linear, but a look-up table holds single px, expected nearest");
-    check(!conversion.choices.framing || conversion.native.fit == FitMode::Cover, "framing",
+    check(!conversion.recipe.choices.framing || conversion.recipe.fit == FitMode::Cover, "framing",
           "cannot be chosen automatically with this fit, expected cover");
-    check((conversion.native.framing == Framing() && !conversion.choices.any()) ||
+    check((conversion.recipe.framing == Framing() && !conversion.recipe.choices.any()) ||
               (!conversion.fromQuilt && conversion.product != VideoProduct::Rgbd),
           "framing", "or an automatic choice is set, expected frames that are rendered as views");
     check(conversion.product != VideoProduct::Stereo ||
-              (conversion.native.framing == Framing() && !conversion.choices.framing),
+              (conversion.recipe.framing == Framing() && !conversion.recipe.choices.framing),
           "framing", "is set, but both eyes see whole frames, expected none");
     check(conversion.rgbdHalves != StereoHalves::Automatic, "rgbdHalves",
           "are automatic, expected full or squeezed ones");

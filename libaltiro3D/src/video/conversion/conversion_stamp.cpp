@@ -162,8 +162,8 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     add("part",
         {conversion.part.from, conversion.part.to, conversion.part.format,
          conversion.part.formatOptions, conversion.part.deinterlace, conversion.part.joinsVideos});
-    add("ways of rendering", numbersOf(conversion.native));
-    add("choices", numbersOf(conversion.choices));
+    stamp["picture"] = recipeText(conversion.recipe);
+    add("ways of rendering", numbersOf(static_cast<const NativeOptions&>(conversion.recipe)));
     add("steps of depth", numbersOf(conversion.depthOptions));
     add("encoder", encodingOf(conversion.encoding));
     const int threads = conversion.encoding.threads; // encoders divide frames among threads

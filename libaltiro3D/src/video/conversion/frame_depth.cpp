@@ -385,7 +385,7 @@ class EyesDepth {
 };
 
 FrameDepth::FrameDepth(VideoConversion& conversion, const VideoFacts& facts)
-    : flatDepth_(conversion.native.views.focus), options_(conversion.depthOptions),
+    : flatDepth_(conversion.recipe.views.focus), options_(conversion.depthOptions),
       unit_(facts.timeBase.value()) {
     if (conversion.given) {
         const GivenVideoDepth& given = *conversion.given;

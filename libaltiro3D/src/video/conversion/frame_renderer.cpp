@@ -56,8 +56,8 @@ PhotoFit wholeFit(cv::Size photo, double pixelAspect, cv::Size result) {
 class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
-        : options_(conversion.native), target_(target), edges_(edges),
-          isMeasuring_(!options_.refine.flaws), wanted_(conversion.choices) {
+        : options_(conversion.recipe), target_(target), edges_(edges),
+          isMeasuring_(!options_.refine.flaws), wanted_(conversion.recipe.choices) {
         wanted_.isVideo = true;
         if (conversion.product == VideoProduct::Stereo) {
             eyes_ = conversion.eyes;
@@ -269,7 +269,7 @@ class EyesRenderer : public FrameRenderer {
 class QuiltRenderer : public FrameRenderer {
   public:
     QuiltRenderer(const VideoConversion& conversion, const VideoTarget& target)
-        : fit_(conversion.viewAspect > 0 ? conversion.native.fit : FitMode::Stretch),
+        : fit_(conversion.viewAspect > 0 ? conversion.recipe.fit : FitMode::Stretch),
           viewAspect_(conversion.viewAspect), hasMap_(conversion.map.has_value()), target_(target),
           maker_(makerFor(conversion, target)) {}
 
@@ -297,7 +297,7 @@ class QuiltRenderer : public FrameRenderer {
     static Quilt2Native makerFor(const VideoConversion& conversion, const VideoTarget& target) {
         if (conversion.map) return Quilt2Native(*conversion.map);
         const Display& display = *conversion.display;
-        const QuiltSampling& sampling = conversion.native.sampling;
+        const QuiltSampling& sampling = conversion.recipe.sampling;
         if (sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest)
             return {display.calibration, target.layout, sampling, display.invert};
         return Quilt2Native(NativeLut(display.calibration, target.layout, display.invert));
@@ -329,7 +329,7 @@ std::unique_ptr<FrameRenderer> makePhotoRenderer(const VideoConversion& conversi
                                                  const VideoTarget& target, cv::Size photo,
                                                  double seenAspect, DepthEdges edges) {
     if (conversion.product == VideoProduct::Rgbd)
-        return std::make_unique<RgbdRenderer>(conversion.native.views.focus, conversion.rgbdHalves,
+        return std::make_unique<RgbdRenderer>(conversion.recipe.views.focus, conversion.rgbdHalves,
                                               photo, seenAspect);
     if (conversion.product == VideoProduct::Stereo) {
         const cv::Size eye = eyeSize(photo, seenAspect, conversion.eyes.picture);

@@ -526,8 +526,8 @@ int main(int argc, char** argv) {
     commandLine.add({"y"}, "Replace outputs that exist.");
     addDepthOptions(commandLine);
     commandLine.addSection("Views");
-    addSceneOptions(commandLine, AutoUse::None);
-    addRefineOption(commandLine);
+    for (const char* field : {"strength", "focus", "exact-depth"})
+        addField(commandLine, field);
     commandLine.addNote(
         "Without a true view the most accurate setting is the reference: the numbers "
         "are the differences from it. Times are those of a set of 48 "

@@ -171,12 +171,13 @@ void addPhotoOptions(CommandLine& commandLine) {
     commandLine.addUsage("--chunk K PLAN");
     commandLine.addUsage("--join PLAN");
     addDepthOptions(commandLine);
-    addViewOptions(commandLine, AutoUse::Photos);
+    commandLine.addSection("Views");
+    addFields(commandLine, RecipePart::Views, AutoUse::Photos);
     addNativeOptions(commandLine);
     addQuickOption(commandLine);
     CameraOptions::add(commandLine);
     Budget::add(commandLine);
-    addPhotoFitOptions(commandLine, AutoUse::Photos);
+    addFields(commandLine, RecipePart::Placement, AutoUse::Photos);
     commandLine.addSection("Output");
     commandLine.add({"save-quilt"}, "Also write the quilt (named ..._qs<columns>x<rows>a<aspect>).",
                     "FILE");

@@ -38,9 +38,10 @@ void addVideoOptions(CommandLine& commandLine) {
         "Numbers of 16-bit depth (--depth) that become the two ends; default: the percentiles 0.5 "
         "and 99.5 of all its pictures. Needed for depth from a pipe.",
         "LOW:HIGH");
-    addViewOptions(commandLine, AutoUse::Named);
+    commandLine.addSection("Views");
+    addFields(commandLine, RecipePart::Views, AutoUse::Named);
     addNativeOptions(commandLine);
-    addPhotoFitOptions(commandLine, AutoUse::Named);
+    addFields(commandLine, RecipePart::Placement, AutoUse::Named);
     commandLine.addSection("Input");
     commandLine.addAdvanced({"from-quilt"}, "The frames of IN are quilts.");
     commandLine.add({"from"}, "Begin at this time: seconds, or [h:]mm:ss.", "TIME");

@@ -12,15 +12,27 @@ namespace altiro3D::tools {
 
 namespace {
 
-// Adds the option of a field of the recipe.
-// @param more ends its help
-void addField(CommandLine& commandLine, const char* name, const std::string& more = {}) {
-    const RecipeField& field = recipeField(name);
-    if (field.isRare) {
-        commandLine.addAdvanced({name}, field.help + more, field.valueName);
-    } else {
-        commandLine.add({name}, field.help + more, field.valueName);
-    }
+// Ends the help of a field: its default, and what "auto" does.
+std::string defaultText(const std::string& field, AutoUse use) {
+    const bool isPhoto = use == AutoUse::Photos;
+    if (field == "fit")
+        return std::string(": cover") + (isPhoto ? "" : " (default)") +
+               ", contain, stretch, or auto" +
+               (isPhoto ? " (default): cover that keeps what is near and sharp, and enlarges by up "
+                          "to 5 % so that no view looks beyond the photo."
+                        : ": cover that keeps what is near and sharp.");
+    if (field == "focus")
+        return isPhoto                 ? " (default auto, the depth of the subject)."
+               : use == AutoUse::Named ? " (default 0.5); auto: the depth of the subject."
+                                       : " (default 0.5).";
+    if (field != "strength") return {};
+    return std::string(" (default 10") +
+           (isPhoto ? ", of estimated depth less where views would show much that the photo does "
+                      "not)"
+                    : ")") +
+           (use == AutoUse::None ? "."
+                                 : "; auto: as much as the display shows without double edges and "
+                                   "the scene bears, at most 12.");
 }
 
 // Refuses options of methods that are not used, unless they have their default values.
@@ -77,44 +89,28 @@ bool isContinuous(const NativeOptions& options) {
 
 } // namespace
 
-void addSceneOptions(CommandLine& commandLine, AutoUse use) {
-    std::string strength = "10)";
-    std::string focus = "0.5).";
-    if (use == AutoUse::Photos) {
-        strength = "10, of estimated depth less where views would show much that the photo does "
-                   "not)";
-        focus = "auto, the depth of the subject).";
-    } else if (use == AutoUse::Named) {
-        focus = "0.5); auto: the depth of the subject.";
+void addField(CommandLine& commandLine, const std::string& name, AutoUse use) {
+    const RecipeField& field = recipeField(name);
+    const std::string help = field.help + defaultText(name, use);
+    if (field.isRare) {
+        commandLine.addAdvanced({name}, help, field.valueName);
+    } else {
+        commandLine.add({name}, help, field.valueName);
     }
-    strength += use == AutoUse::None ? "."
-                                     : "; auto: as much as the display shows without double "
-                                       "edges and the scene bears, at most 12.";
-    addField(commandLine, "strength", " (default " + strength);
-    addField(commandLine, "focus", " (default " + focus);
 }
 
-void addDepthCurveOption(CommandLine& commandLine) {
-    addField(commandLine, "depth-curve");
-}
-
-void addRefineOption(CommandLine& commandLine) {
-    addField(commandLine, "exact-depth");
-}
-
-void addViewOptions(CommandLine& commandLine, AutoUse use) {
-    commandLine.addSection("Views");
-    addField(commandLine, "method");
-    commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
-    addSceneOptions(commandLine, use);
-    addDepthCurveOption(commandLine);
-    addRefineOption(commandLine);
-    commandLine.addAdvanced(
-        {"k", "keep"},
-        "Compute views at the panel's resolution: more detail, more time. Only a Native that is "
-        "made without a quilt keeps all of the detail.");
-    for (const char* field : {"fill", "borders", "refine", "inpaint-from"})
-        addField(commandLine, field);
+void addFields(CommandLine& commandLine, RecipePart part, AutoUse use) {
+    for (const RecipeField& field : recipeFields()) {
+        if (field.part != part || field.help.empty()) continue;
+        addField(commandLine, field.name, use);
+        if (field.name == "method")
+            commandLine.addAdvanced({"g", "geometric"}, "The same as --method real.");
+        if (field.name == "exact-depth")
+            commandLine.addAdvanced(
+                {"k", "keep"},
+                "Compute views at the panel's resolution: more detail, more time. Only a Native "
+                "that is made without a quilt keeps all of the detail.");
+    }
 }
 
 void addNativeOptions(CommandLine& commandLine) {
@@ -265,18 +261,6 @@ void addFitOption(CommandLine& commandLine, const std::string& standard) {
         "Pictures of another shape than the panel's: cover, contain or stretch (default " +
             standard + ").",
         "cover|contain|stretch");
-}
-
-void addPhotoFitOptions(CommandLine& commandLine, AutoUse use) {
-    const bool isDefault = use == AutoUse::Photos;
-    addField(commandLine, "fit",
-             std::string(": cover") + (isDefault ? "" : " (default)") +
-                 ", contain, stretch, or auto" +
-                 (isDefault ? " (default): cover that keeps what is near and sharp, and enlarges "
-                              "by up to 5 % so that no view looks beyond the photo."
-                            : ": cover that keeps what is near and sharp."));
-    addField(commandLine, "center");
-    addField(commandLine, "zoom");
 }
 
 std::optional<FitMode> fitOption(const CommandLine& commandLine) {

@@ -20,14 +20,11 @@ enum class AutoUse {
     Photos ///< Also without the options. More is made of photos, see sceneOptions().
 };
 
-/// --strength --focus
-void addSceneOptions(CommandLine& commandLine, AutoUse use);
-/// --depth-curve
-void addDepthCurveOption(CommandLine& commandLine);
-/// --exact-depth
-void addRefineOption(CommandLine& commandLine);
-/// --method -g --strength --focus --exact-depth -k, and the options of the methods
-void addViewOptions(CommandLine& commandLine, AutoUse use);
+/// Adds the option of a field of a recipe.
+/// @param use decides what the help says about "auto"
+void addField(CommandLine& commandLine, const std::string& name, AutoUse use = AutoUse::None);
+/// Adds the options of all fields of a part; those of views with -g and -k.
+void addFields(CommandLine& commandLine, RecipePart part, AutoUse use);
 /// --continuous
 void addNativeOptions(CommandLine& commandLine);
 /// --quick
@@ -92,8 +89,6 @@ class CameraOptions {
 void addFitOption(CommandLine& commandLine, const std::string& standard);
 /// @throws UsageError
 std::optional<FitMode> fitOption(const CommandLine& commandLine);
-/// --fit with auto, --center and --zoom
-void addPhotoFitOptions(CommandLine& commandLine, AutoUse use);
 std::string fitName(FitMode mode);
 
 /// A sentence such as "40 % of the width is cut off" if a picture fills a panel of a very different

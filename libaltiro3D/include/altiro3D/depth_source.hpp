@@ -173,13 +173,14 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// Depth from a network, with DepthEdges::Aligned.
 ///
-/// For a photo, a network with InputShape::Photo runs twice: at its profile's size, and, mirrored,
-/// at 1.625 times that size (or at DepthNetwork::inputSize(), if that is larger than the
-/// profile's). The result takes its edges from the second run. Other networks, those with a smaller
-/// input size, and frames of videos run once. Then straight lines of the photo get straight depth
-/// (not in frames), and steps for which there is evidence become hard; the others stay soft
-/// (docs/mathematics.md, 4a). The raw numbers are a depth map whose longer side is at most 512 px,
-/// 320 px for frames; kind() is NearWhite.
+/// For a photo, a network with InputShape::Photo runs twice: first at its profile's size; then with
+/// the mirrored photo at 1.625 times that size, or at DepthNetwork::inputSize() if that is larger
+/// than the profile's. The result takes its edges from the second run. A network with another
+/// InputShape, or with an input smaller than its profile's, runs once, and so does every network
+/// for a frame of a video. Then depth is made straight along straight lines of the photo (not in
+/// frames), and a step becomes hard where the photo has an edge (docs/mathematics.md, 4a). The raw
+/// numbers are a depth map whose longer side is at most 512 px, 320 px for frames; kind() is
+/// NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);

@@ -221,8 +221,9 @@ struct Display {
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
 
-/// The layout that a request without a view size refers to: the model's earlier default if the
-/// request has that one's grid, or no grid but that one's quilt size; else the display's default.
+/// The layout that a request without a view size refers to. This is the display's default layout,
+/// or the layout that this model had before, if the request has that layout's grid, or no grid and
+/// that layout's quilt size.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()

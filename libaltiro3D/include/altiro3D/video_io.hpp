@@ -232,11 +232,11 @@ struct VideoWriterOptions {
     double crf = 16; ///< Constant rate factor of H264, H264Rgb, Hevc, 0..51; lower is better.
     EncoderPreset preset = EncoderPreset::SuperFast; ///< Effort of H264, H264Rgb and Hevc.
     /// The frames are Natives, whose neighbouring px belong to different views. In 4:4:4, H264 and
-    /// Hevc then work without psychovisual optimization and at crf + 2, which is more accurate at
-    /// about the same size. H264 up to the preset Fast also disables arithmetic coding and
-    /// deblocking, which halves the time to decode, and codes chroma a little more coarsely than
-    /// luma. At UltraFast and SuperFast it uses that value as a fixed quantizer and omits searches
-    /// that gain little: for cuts, for motion between px, for the best number of B-frames.
+    /// Hevc are then encoded without psychovisual optimization and at crf + 2, which is more
+    /// accurate at about the same size. H264 with the presets up to Fast also omits arithmetic
+    /// coding and deblocking, which halves the time to decode, and quantizes chroma a little more
+    /// coarsely than luma. With UltraFast and SuperFast, crf + 2 is a fixed quantizer, and the
+    /// encoder does not search for cuts, for sub-pixel motion or for the best number of B-frames.
     bool native = false;
     /// Largest mean bit rate of H264 and H264Rgb over some seconds, Mbit/s, 1..100000; 0: no limit.
     /// The quantizer rises where the limit requires it. Not with a lossless `crf` (below 1).

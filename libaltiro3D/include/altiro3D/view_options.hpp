@@ -53,9 +53,8 @@ struct LayeredOptions {
     /// Background pixels at a tear that move with the foreground, because they are mixed with its
     /// colour, px, 0..8. Where the photo shows the border clearly, the photo decides instead.
     int edgeDilationPixels = 1;
-    /// Whether colours at the borders of near things, where px show what is behind them as well,
-    /// are split: each part moves with its own surface. false: all of a px moves with the near
-    /// thing.
+    /// Whether a px at the border of a near object is split into the colours of the object and of
+    /// the background, which then move separately. false: the whole px moves with the near object.
     bool softBorders = true;
     /// What disocclusions show.
     LayeredFill fill = LayeredFill::BackgroundLayer;
@@ -76,8 +75,9 @@ struct ViewOptions {
     /// Depth of zero parallax, 0 (farthest) .. 1 (nearest). Content there appears on the panel's
     /// surface.
     double focus = 0.5;
-    /// Fast: fixed-point iterations that read depth at the source pixel instead of the destination,
-    /// 0 (as published) .. 16. NativeOptions::refine is another thing: it corrects the depth.
+    /// Fast: number of fixed-point iterations that find the source pixel, 0 (as published: depth is
+    /// read at the destination pixel) .. 16. Not to be confused with PlacementOptions::refine,
+    /// which corrects the depth.
     int refinement = 0;
     /// Real: how holes are filled.
     RealOptions real;

@@ -171,7 +171,7 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
     keepPicture("photo");
 
     // drag the strength up
-    QSlider& slider = panel.strength().slider();
+    QSlider& slider = panel.findChild<KnobSlider*>("strength")->slider();
     const QPoint handle = handleOf(slider);
     moveTo(handle);
     input({"mousedown", "1"});

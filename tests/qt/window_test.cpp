@@ -94,7 +94,7 @@ class ViewerWindow : public ::testing::Test {
 TEST_F(ViewerWindow, TellsWhatToDoWhileItIsEmpty) {
     EXPECT_EQ(picture().headline(), "Drop a photo here");
     EXPECT_FALSE(entry("Export Native")->isEnabled());
-    EXPECT_FALSE(panel().strength().isEnabled());
+    EXPECT_FALSE(setting<KnobSlider>("strength")->isEnabled());
     EXPECT_EQ(files().model()->rowCount(), 0);
 }
 
@@ -112,7 +112,7 @@ TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
     openPhoto();
     EXPECT_EQ(files().model()->rowCount(), 1);
     EXPECT_TRUE(window_->windowTitle().startsWith("photo.png"));
-    EXPECT_TRUE(panel().strength().isEnabled());
+    EXPECT_TRUE(setting<KnobSlider>("strength")->isEnabled());
     standStill();
     // what is seen in the window is the frame, px by px
     const cv::Mat painted = qt::toPicture(picture().grab().toImage());
@@ -144,10 +144,10 @@ TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
     };
     auto* slider = setting<KnobSlider>("eyesStrength");
     EXPECT_FALSE(slider->isVisible());
-    EXPECT_TRUE(panel().strength().isEnabled());
+    EXPECT_TRUE(setting<KnobSlider>("strength")->isEnabled());
     QTest::keyClick(window_.get(), Qt::Key_6);
     EXPECT_TRUE(slider->isVisible());
-    EXPECT_FALSE(panel().strength().isEnabled()); // has no effect
+    EXPECT_FALSE(setting<KnobSlider>("strength")->isEnabled()); // has no effect
     EXPECT_EQ(slider->value(), kEyesStrength);
     for (const auto key : {Qt::Key_Up, Qt::Key_Up, Qt::Key_Down})
         QTest::keyClick(window_.get(), key, Qt::ShiftModifier);
@@ -192,9 +192,9 @@ TEST_F(ViewerWindow, EverySettingHasATip) {
             << tip.toPlainText().toStdString();
     };
     for (const char* name :
-         {"reading", "fit", "depth", "depthImage", "strength", "autoStrength", "focus", "autoFocus",
-          "betterDepth", "depthCurve", "eyesStrength", "method", "fill", "refinement", "parallax",
-          "calibration", "columns", "rows", "reset"})
+         {"reading", "fit", "depth", "depthImage", "strength", "auto-strength", "focus",
+          "auto-focus", "betterDepth", "depth-curve", "eyesStrength", "method", "fill", "refine",
+          "parallax", "calibration", "columns", "rows", "reset"})
         expectTip(setting<QWidget>(name));
     for (const QWidget* widget : panel().findChildren<QWidget*>()) {
         const auto* const label = qobject_cast<const QLabel*>(widget);
@@ -271,7 +271,7 @@ TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
     expectReadable();
     for (const auto role : {QPalette::WindowText, QPalette::Text, QPalette::ButtonText})
         EXPECT_GT(panel().palette().color(QPalette::Disabled, role).lightness(), 130);
-    const QImage box = setting<QCheckBox>("autoFocus")->grab().toImage();
+    const QImage box = setting<QCheckBox>("auto-focus")->grab().toImage();
     int lightest = 0; // of the box's left side
     for (int y = 0; y < box.height(); ++y)
         for (int x = 0; x < 4; ++x)
@@ -297,7 +297,7 @@ TEST_F(ViewerWindow, TheWheelScrollsTheSettingsUnlessOneWasClicked) {
     const Knobs before = knobs();
     int turned = 0;
     for (const char* name :
-         {"fit", "depth", "method", "strength", "focus", "depthCurve", "columns"}) {
+         {"fit", "depth", "method", "strength", "focus", "depth-curve", "columns"}) {
         auto* const whole = setting<QWidget>(name);
         for (QWidget* part : QList<QWidget*>{whole} + whole->findChildren<QWidget*>()) {
             if (qobject_cast<QLineEdit*>(part) != nullptr) continue;
@@ -307,7 +307,7 @@ TEST_F(ViewerWindow, TheWheelScrollsTheSettingsUnlessOneWasClicked) {
     }
     EXPECT_GE(turned, 12);
     EXPECT_EQ(knobs(), before);
-    QSlider& slider = panel().strength().slider();
+    QSlider& slider = setting<KnobSlider>("strength")->slider();
     slider.setFocus(Qt::MouseFocusReason);
     turn(slider);
     EXPECT_LT(knobs().views.strengthPercent, before.views.strengthPercent);
@@ -319,7 +319,7 @@ TEST_F(ViewerWindow, EnterAndEscapeLeaveANumber) {
     begin(); // its numbers have a point
     openPhoto();
     QApplication::setActiveWindow(window_.get());
-    auto* const number = panel().strength().findChild<QDoubleSpinBox*>();
+    auto* const number = setting<KnobSlider>("strength")->findChild<QDoubleSpinBox*>();
     EXPECT_EQ(number->text(), "10.0 %");
     const auto type = [&](const QString& text, Qt::Key end) {
         number->setFocus(Qt::MouseFocusReason);
@@ -356,7 +356,7 @@ TEST_F(ViewerWindow, SaysWhatIsCutOffAndWhatWillSmear) {
     EXPECT_TRUE(waitFor([&] { return !isSaid("cut off"); }));
     const auto warning = [this] { return setting<QLabel>("parallax")->text(); };
     EXPECT_FALSE(warning().contains("smeared"));
-    panel().strength().slider().setValue(400);
+    setting<KnobSlider>("strength")->slider().setValue(400);
     // half the rows fall by the whole depth: an outermost view hides 40 % / 2 of them, in all 1/2
     EXPECT_TRUE(waitFor([&] { return warning().contains("10 % of the outer views"); }))
         << warning().toStdString();
@@ -383,7 +383,7 @@ TEST_F(ViewerWindow, FitsASmallScreenAndShowsWhereFilesCanBeDropped) {
 
 TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
     openPhoto();
-    QSlider& slider = panel().strength().slider();
+    QSlider& slider = setting<KnobSlider>("strength")->slider();
     const double first = knobs().views.strengthPercent;
     slider.setSliderDown(true);
     for (int i = 1; i <= 4; ++i)
@@ -393,7 +393,7 @@ TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
     EXPECT_EQ(window_->controller().undoStack().count(), 1);
     entry("Undo strength")->trigger();
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, first);
-    EXPECT_DOUBLE_EQ(panel().strength().value(), first);
+    EXPECT_DOUBLE_EQ(setting<KnobSlider>("strength")->value(), first);
     slider.setValue(300);
     QTest::mouseDClick(&slider, Qt::LeftButton);
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 10);
@@ -401,7 +401,7 @@ TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
 
 TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     openPhoto();
-    auto* const box = setting<QCheckBox>("autoFocus");
+    auto* const box = setting<QCheckBox>("auto-focus");
     EXPECT_TRUE(box->isChecked());
     box->click();
     EXPECT_FALSE(knobs().choices.focus);
@@ -410,19 +410,19 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     const auto chosen = [this] { return window_->controller().frame().setup.knobs.views.focus; };
     ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.isChosen; }));
     EXPECT_NE(chosen(), 0.5);
-    EXPECT_NEAR(panel().focus().value(), chosen(), 0.005);
+    EXPECT_NEAR(setting<KnobSlider>("focus")->value(), chosen(), 0.005);
     auto* const fit = setting<QComboBox>("fit");
     fit->setCurrentIndex(1);
     EXPECT_TRUE(knobs().choices.framing);
     EXPECT_EQ(knobs().fit, FitMode::Cover);
-    panel().focus().slider().setValue(10);
+    setting<KnobSlider>("focus")->slider().setValue(10);
     EXPECT_FALSE(knobs().choices.focus);
     EXPECT_FALSE(box->isChecked());
     EXPECT_DOUBLE_EQ(knobs().views.focus, 0.1);
     fit->setCurrentIndex(2);
     EXPECT_FALSE(knobs().choices.framing);
     EXPECT_EQ(knobs().fit, FitMode::Contain);
-    setting<QCheckBox>("autoStrength")->click();
+    setting<QCheckBox>("auto-strength")->click();
     beginAgain();
     openPhoto();
     EXPECT_TRUE(knobs().choices.strength);
@@ -434,7 +434,7 @@ TEST_F(ViewerWindow, AClickOnThePictureFocuses) {
     standStill();
     QTest::mouseClick(&picture(), Qt::LeftButton, Qt::NoModifier, picture().rect().center());
     EXPECT_EQ(knobs().views.focus, 1);
-    EXPECT_EQ(panel().focus().value(), 1);
+    EXPECT_EQ(setting<KnobSlider>("focus")->value(), 1);
     // beside the picture: nothing
     QTest::mouseClick(&picture(), Qt::LeftButton, Qt::NoModifier, QPoint(2, 2));
     EXPECT_EQ(knobs().views.focus, 1);
@@ -528,17 +528,17 @@ TEST_F(ViewerWindow, TextsFromFilesAreNotMarkup) {
 TEST_F(ViewerWindow, PanelsShowOnlyWhatTheMethodHas) {
     openPhoto();
     const auto isShown = [this](const char* name) { return setting<QWidget>(name)->isVisible(); };
-    EXPECT_TRUE(isShown("fill") && !isShown("refinement"));
+    EXPECT_TRUE(isShown("fill") && !isShown("refine"));
     auto* method = setting<QComboBox>("method");
     method->setCurrentIndex(method->findText("Fast"));
     EXPECT_EQ(knobs().views.method, ViewMethod::Fast);
-    EXPECT_TRUE(!isShown("fill") && isShown("refinement"));
+    EXPECT_TRUE(!isShown("fill") && isShown("refine"));
 }
 
 TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     openPhoto();
-    panel().strength().slider().setValue(175);
-    setting<KnobSlider>("depthCurve")->slider().setValue(150);
+    setting<KnobSlider>("strength")->slider().setValue(175);
+    setting<KnobSlider>("depth-curve")->slider().setValue(150);
     EXPECT_EQ(knobs().depthCurve, 1.5);
     EXPECT_NE(entry("Undo depth curve"), nullptr);
     QTest::keyClick(window_.get(), Qt::Key_2);
@@ -574,8 +574,8 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     files().setCurrentIndex(files().model()->index(0, 0));
     ASSERT_TRUE(waitFor([this] { return !busy(); }));
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 17.5); // of this photo
-    EXPECT_DOUBLE_EQ(panel().strength().value(), 17.5);
-    EXPECT_EQ(setting<KnobSlider>("depthCurve")->value(), 1.5);
+    EXPECT_DOUBLE_EQ(setting<KnobSlider>("strength")->value(), 17.5);
+    EXPECT_EQ(setting<KnobSlider>("depth-curve")->value(), 1.5);
 }
 
 TEST_F(ViewerWindow, APictureForTwoEyesIsExportedInTheLayoutThatIsChosen) {

@@ -2,7 +2,6 @@
 
 #include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
-#include "altiro3D/placement.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "viewer/window/window_words.hpp"
 
@@ -26,12 +25,13 @@ namespace altiro3D::viewer {
 
 namespace {
 
-constexpr double kMaxStrength = 40; // of the slider
-constexpr int kAutoFit = -1;        // cover, with the part that is chosen
+constexpr double kMaxSlider = 40; // larger numbers are typed
+constexpr const char* kAuto = "auto";
 
-// A combo box that holds a number of an enumeration with each of its words.
-QComboBox* choices(const char* object, const QString& name,
-                   const std::vector<std::pair<QString, int>>& words) {
+using Choices = std::vector<std::pair<QString, QVariant>>;
+
+// A combo box that holds a value with each of its words.
+QComboBox* choiceOf(const char* object, const QString& name, const Choices& words) {
     auto* box = named(new QComboBox, object, name);
     for (const auto& [word, value] : words)
         box->addItem(word, value);
@@ -62,8 +62,16 @@ QLabel* faintLabel(const char* object) {
     return label;
 }
 
-bool choosesStrength(const Knobs& knobs) {
-    return knobs.choices.strength || knobs.choices.limit;
+QString textOf(const RecipeField& field, const Recipe& recipe) {
+    return QString::fromStdString(field.text(recipe));
+}
+
+// The words of a field, as they are.
+Choices choicesOf(const RecipeField& field) {
+    Choices choices;
+    for (const QString& word : QString::fromStdString(field.valueName).split('|'))
+        choices.emplace_back(word.left(1).toUpper() + word.mid(1), word);
+    return choices;
 }
 
 QFormLayout& addGroup(QBoxLayout& column, QGroupBox* group) {
@@ -161,7 +169,6 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     connect(reset, &QPushButton::clicked, this, &KnobPanel::resetWanted);
     column->addWidget(reset);
     showNetworks(false);
-    connectKnobs();
     for (auto* widget : findChildren<QWidget*>()) {
         auto* const number = qobject_cast<QAbstractSpinBox*>(widget);
         if (number != nullptr) number->setKeyboardTracking(false); // what is typed is one step
@@ -175,36 +182,96 @@ KnobPanel::KnobPanel(QWidget* parent) : QWidget(parent) {
     show(nullptr, {});
 }
 
+void KnobPanel::addKnob(QFormLayout& form, const char* name, const QString& words,
+                        const QString& tip, const QString& autoTip, const Choices& choices) {
+    const RecipeField& field = recipeField(name);
+    QWidget* setting = nullptr;
+    QCheckBox* automatic = nullptr;
+    std::function<void(const QString&)> show;
+    Recipe any;
+    if (field.valueName.find('|') != std::string::npos) {
+        auto* box = choiceOf(name, words, choices.empty() ? choicesOf(field) : choices);
+        setting = box;
+        show = [box](const QString& value) { choose(*box, value); };
+        connect(box, qOverload<int>(&QComboBox::currentIndexChanged), this,
+                [this, &field, box] { turn(field, box->currentData().toString()); });
+    } else if (field.most <= field.least) { // true or false
+        auto* box = named(new QCheckBox, name, words);
+        setting = box;
+        show = [box](const QString& value) { box->setChecked(value == "true"); };
+        connect(box, &QCheckBox::toggled, this,
+                [this, &field](bool on) { turn(field, on ? "true" : "false"); });
+    } else if (!field.read(any, std::to_string(field.least + 0.5))) { // whole numbers
+        auto* box = numbers(name, words, int(field.most), int(field.least));
+        setting = box;
+        show = [box](const QString& value) { box->setValue(value.toInt()); };
+        connect(box, qOverload<int>(&QSpinBox::valueChanged), this,
+                [this, &field](int value) { turn(field, QString::number(value)); });
+    } else {
+        const bool isPercent = field.valueName == "PERCENT";
+        auto* slider = new KnobSlider(name, words, field.least, std::min(field.most, kMaxSlider),
+                                      isPercent ? 1 : 2, textOf(field, Recipe()).toDouble(),
+                                      isPercent ? tr(" %") : QString(), field.most);
+        setting = slider;
+        connect(slider, &KnobSlider::turned, this, [this, &field](double value, int gesture) {
+            turn(field, QString::number(value), gesture);
+        });
+        if (field.read(any, kAuto)) {
+            automatic = named(new QCheckBox(tr("Auto")), (std::string("auto-") + name).c_str(),
+                              tr("%1, automatic").arg(words), tipOf(autoTip));
+            connect(automatic, &QCheckBox::toggled, this, [this, &field, slider](bool on) {
+                turn(field, on ? kAuto : QString::number(slider->value()));
+            });
+        }
+        show = [slider, automatic](const QString& value) {
+            if (automatic != nullptr) automatic->setChecked(value == kAuto);
+            if (value != kAuto) slider->setValue(value.toDouble()); // else showChosen() does
+        };
+    }
+    const QString help = tip.isEmpty() ? QString::fromStdString(field.help) : tip;
+    QWidget* const label = automatic != nullptr ? addRow(form, words, setting, help,
+                                                         boxOf<QHBoxLayout>(0, setting, automatic))
+                                                : addRow(form, words, setting, help);
+    knobs_.push_back({&field, {label, setting}, show});
+}
+
 void KnobPanel::buildPicture(QBoxLayout& column) {
-    reading_ = choices("reading", tr("Read as"),
-                       {{tr("Automatic"), int(Reading::Automatic)},
-                        {tr("Photo"), int(Reading::Photo)},
-                        {tr("Photo, depth right"), int(Reading::RgbdRight)},
-                        {tr("Photo, depth left"), int(Reading::RgbdLeft)},
-                        {tr("Photo, depth above"), int(Reading::RgbdTop)},
-                        {tr("Photo, depth below"), int(Reading::RgbdBottom)},
-                        {tr("Stereo pair, left beside right"), int(Reading::EyesLeftRight)},
-                        {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
-                        {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
-                        {tr("Quilt"), int(Reading::Quilt)},
-                        {tr("Native"), int(Reading::Native)},
-                        {tr("Real views from a moving camera"), int(Reading::Slide)}});
-    fit_ = choices("fit", tr("Shape"),
-                   {{tr("Fill, cut off the rest"), int(FitMode::Cover)},
-                    {tr("Fill, keep the subject"), kAutoFit},
-                    {tr("Show all, with bars"), int(FitMode::Contain)},
-                    {tr("Stretch"), int(FitMode::Stretch)}});
+    reading_ = choiceOf("reading", tr("Read as"),
+                        {{tr("Automatic"), int(Reading::Automatic)},
+                         {tr("Photo"), int(Reading::Photo)},
+                         {tr("Photo, depth right"), int(Reading::RgbdRight)},
+                         {tr("Photo, depth left"), int(Reading::RgbdLeft)},
+                         {tr("Photo, depth above"), int(Reading::RgbdTop)},
+                         {tr("Photo, depth below"), int(Reading::RgbdBottom)},
+                         {tr("Stereo pair, left beside right"), int(Reading::EyesLeftRight)},
+                         {tr("Stereo pair, right beside left"), int(Reading::EyesRightLeft)},
+                         {tr("Stereo pair, left above right"), int(Reading::EyesTopBottom)},
+                         {tr("Quilt"), int(Reading::Quilt)},
+                         {tr("Native"), int(Reading::Native)},
+                         {tr("Real views from a moving camera"), int(Reading::Slide)}});
+    connect(reading_, qOverload<int>(&QComboBox::activated), this,
+            [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
     QFormLayout& picture = addGroup(column, new QGroupBox(tr("Picture")));
     addRow(picture, tr("Read as"), reading_,
            tr("What the file is. Change it if it was taken for something else."));
-    addRow(picture, tr("Shape"), fit_,
-           tr("How the picture gets the shape of the display: by cutting, by bars, or by "
-              "stretching. \"Keep the subject\" chooses what is cut off."));
+    addKnob(picture, "fit", tr("Shape"),
+            tr("How the picture gets the shape of the display: by cutting, by bars, or by "
+               "stretching. \"Keep the subject\" chooses what is cut off."),
+            {},
+            {{tr("Fill, cut off the rest"), "cover"},
+             {tr("Fill, keep the subject"), kAuto},
+             {tr("Show all, with bars"), "contain"},
+             {tr("Stretch"), "stretch"}});
 
     depthKnobs_ = new QGroupBox(tr("Depth"));
     QFormLayout& form = addGroup(column, depthKnobs_);
     depth_ = named(new QComboBox, "depth", tr("Depth from"));
+    connect(depth_, qOverload<int>(&QComboBox::currentIndexChanged), this, [this] {
+        turn(tr("depth"),
+             [this](Knobs& to) { to.depth = depth_->currentData().toString().toStdString(); });
+    });
     depthImage_ = button("depthImage", tr("Choose a depth image"), tr("Image…"));
+    connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
     depthImage_->setToolTip(
         tipOf(tr("Choose a picture that holds the depth of this photo; near is white.")));
     addRow(form, tr("From"), depth_,
@@ -213,65 +280,37 @@ void KnobPanel::buildPicture(QBoxLayout& column) {
            boxOf<QHBoxLayout>(0, depth_, depthImage_));
     form.addRow(depthSource_ = faintLabel("depthSource"));
     form.addRow(betterDepth_ = button("betterDepth", tr("Better depth"), tr("Better depth…")));
+    connect(betterDepth_, &QToolButton::clicked, this, &KnobPanel::betterDepthWanted);
     betterDepth_->setToolTip(tipOf(
         tr("Download a network that estimates depth more accurately. You see first what it is.")));
-    const RecipeField& range = recipeField("depth-curve");
-    depthCurve_ = new KnobSlider("depthCurve", tr("Depth curve"), range.least, range.most, 2,
-                                 Knobs().depthCurve, {});
-    addRow(form, tr("Curve"), depthCurve_,
-           tr("Who gets the depth: above 1 near things become rounder and the background flatter, "
-              "below 1 the other way round. A double click on the slider resets it."));
+    addKnob(form, "depth-curve", tr("Curve"),
+            tr("Who gets the depth: above 1 near things become rounder and the background flatter, "
+               "below 1 the other way round. A double click on the slider resets it."));
 }
 
 void KnobPanel::buildViews(QBoxLayout& column) {
-    const ViewOptions standard = Knobs().views;
     viewKnobs_ = new QGroupBox(tr("Views"));
     QFormLayout& form = addGroup(column, viewKnobs_);
-    strength_ = new KnobSlider("strength", tr("Strength"), 0, kMaxStrength, 1,
-                               standard.strengthPercent, tr(" %"), recipeField("strength").most);
-    autoStrength_ = named(new QCheckBox(tr("Auto")), "autoStrength", tr("Strength, automatic"));
-    autoStrength_->setToolTip(
-        tipOf(tr("As much depth as the display shows without double edges.")));
-    addRow(form, tr("Strength"), strength_,
-           tr("How deep the scene is: how far things move between the outermost views, in % of the "
-              "width. Too much makes edges double. A double click on the slider resets it."),
-           boxOf<QHBoxLayout>(0, strength_, autoStrength_));
+    addKnob(form, "strength", tr("Strength"),
+            tr("How deep the scene is: how far things move between the outermost views, in % of "
+               "the width. Too much makes edges double. A double click on the slider resets it."),
+            tr("As much depth as the display shows without double edges."));
     eyesStrength_ = new KnobSlider("eyesStrength", tr("Depth between the eyes"), 0,
                                    kMaxEyesStrength, 2, kEyesStrength, tr(" %"));
+    connect(eyesStrength_, &KnobSlider::turned, this, &KnobPanel::eyesStrengthTurned);
     eyesStrengthLabel_ =
         addRow(form, tr("For two eyes"), eyesStrength_,
                tr("How far things move between the pictures of two eyes, in % of the width. Much "
                   "less than for a display of lenses is comfortable."));
-    focus_ = new KnobSlider("focus", tr("Focus"), 0, 1, 2, standard.focus, {});
-    autoFocus_ = named(new QCheckBox(tr("Auto")), "autoFocus", tr("Focus, automatic"));
-    autoFocus_->setToolTip(tipOf(tr("The subject of the picture lies on the display's surface.")));
-    addRow(form, tr("Focus"), focus_,
-           tr("Which depth lies on the display's surface, where it is sharpest: 0 is the farthest, "
-              "1 the nearest. A click on the picture chooses it too, a double click on the slider "
-              "resets it."),
-           boxOf<QHBoxLayout>(0, focus_, autoFocus_));
-    method_ = choices("method", tr("Method of views"),
-                      {{tr("Layered"), int(ViewMethod::Layered)},
-                       {tr("Fast"), int(ViewMethod::Fast)},
-                       {tr("Real"), int(ViewMethod::Real)}});
-    addRow(form, tr("Method"), method_,
-           tr("How the views are made. Layered has the cleanest edges; Fast is quick; Real works "
-              "like a camera that moves."));
-    fill_ = choices("fill", tr("Content behind edges"),
-                    {{tr("Painted background"), int(LayeredFill::BackgroundLayer)},
-                     {tr("Continued rows"), int(LayeredFill::Continue)}});
-    refinement_ =
-        numbers("refinement", tr("Refinement"), static_cast<int>(recipeField("refine").most), 0);
-    ofMethod_ = {
-        {ViewMethod::Layered, fill_},
-        {ViewMethod::Layered,
-         addRow(
-             form, tr("Behind edges"), fill_,
-             tr("What appears behind the edges of near things, where the photo shows nothing."))},
-        {ViewMethod::Fast, refinement_},
-        {ViewMethod::Fast,
-         addRow(form, tr("Refinement"), refinement_,
-                tr("Steps that make edges more accurate. More steps are slower."))}};
+    addKnob(form, "focus", tr("Focus"),
+            tr("Which depth lies on the display's surface, where it is sharpest: 0 is the "
+               "farthest, 1 the nearest. A click on the picture chooses it too, a double click on "
+               "the slider resets it."),
+            tr("The subject of the picture lies on the display's surface."));
+    addKnob(form, "method", tr("Method"));
+    addKnob(form, "fill", tr("Behind edges"), {}, {},
+            {{tr("Painted background"), "background"}, {tr("Continued rows"), "continue"}});
+    addKnob(form, "refine", tr("Refinement"));
     form.addRow(parallax_ = faintLabel("parallax"));
     parallax_->setToolTip(tipOf(tr("How far things move from one view to the next. Edges show "
                                    "double if it is much more than a pixel.")));
@@ -289,6 +328,14 @@ void KnobPanel::buildDisplay(QBoxLayout& column) {
     form.addRow(row);
     columns_ = numbers("columns", tr("Columns of the quilt"), 64);
     rows_ = numbers("rows", tr("Rows of the quilt"), 64);
+    for (QSpinBox* box : {columns_, rows_}) {
+        connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this] {
+            turn(tr("views"), [this](Knobs& to) {
+                to.columns = columns_->value();
+                to.rows = rows_->value();
+            });
+        });
+    }
     rows_->setToolTip(
         tipOf(tr("Rows of the quilt. More views move more smoothly and have fewer pixels each.")));
     auto* grid = boxOf<QHBoxLayout>(0, columns_, new QLabel(tr("×")), rows_);
@@ -325,113 +372,63 @@ bool KnobPanel::eventFilter(QObject* object, QEvent* event) {
     return true;
 }
 
-void KnobPanel::connectKnobs() {
-    const std::pair<QComboBox*, QString> choices[] = {
-        {fit_, tr("fit")}, {depth_, tr("depth")}, {method_, tr("method")}, {fill_, tr("fill")}};
-    for (const auto& [box, what] : choices) {
-        connect(box, qOverload<int>(&QComboBox::currentIndexChanged), this,
-                [this, what = what] { turn(what); });
-    }
-    connect(refinement_, qOverload<int>(&QSpinBox::valueChanged), this,
-            [this] { turn(tr("refinement")); });
-    for (QSpinBox* box : {columns_, rows_}) {
-        connect(box, qOverload<int>(&QSpinBox::valueChanged), this, [this] {
-            if (updating_) return;
-            Knobs knobs = read();
-            knobs.columns = columns_->value();
-            knobs.rows = rows_->value();
-            emit turned(knobs, tr("views"), 0);
-        });
-    }
-    const auto onSlider = [this](KnobSlider* slider, QCheckBox* automatic, const QString& what) {
-        connect(slider, &KnobSlider::turned, this,
-                [this, slider, automatic, what](double, int gesture) {
-                    const QSignalBlocker blocker(automatic);
-                    automatic->setChecked(false);
-                    if (slider == strength_) shown_.choices.limit = false;
-                    turn(what, gesture);
-                });
-        connect(automatic, &QCheckBox::toggled, this, [this, what] { turn(what); });
-    };
-    onSlider(strength_, autoStrength_, tr("strength"));
-    connect(depthCurve_, &KnobSlider::turned, this,
-            [this](double, int gesture) { turn(tr("depth curve"), gesture); });
-    connect(eyesStrength_, &KnobSlider::turned, this, &KnobPanel::eyesStrengthTurned);
-    onSlider(focus_, autoFocus_, tr("focus"));
-    connect(reading_, qOverload<int>(&QComboBox::activated), this,
-            [this] { emit readingChosen(static_cast<Reading>(reading_->currentData().toInt())); });
-    connect(depthImage_, &QToolButton::clicked, this, &KnobPanel::depthImageWanted);
-    connect(betterDepth_, &QToolButton::clicked, this, &KnobPanel::betterDepthWanted);
+void KnobPanel::turn(const RecipeField& field, const QString& value, int gesture) {
+    const QString what = QString::fromStdString(field.name).replace('-', ' ');
+    turn(
+        what,
+        [&](Knobs& to) {
+            field.read(to, value.toStdString());
+            // the slider's own strength is not limited
+            if (field.name == "strength" && gesture > 0) to.choices.limit = false;
+        },
+        gesture);
 }
 
-Knobs KnobPanel::read() const {
-    Knobs knobs = shown_;
-    ViewOptions& views = knobs.views;
-    views.method = static_cast<ViewMethod>(method_->currentData().toInt());
-    knobs.choices = {fit_->currentData().toInt() == kAutoFit, autoFocus_->isChecked(),
-                     autoStrength_->isChecked(), shown_.choices.limit};
-    // sliders show what was chosen
-    if (!choosesStrength(knobs)) views.strengthPercent = strength_->value();
-    if (!knobs.choices.focus) views.focus = focus_->value();
-    views.refinement = refinement_->value();
-    views.layered.fill = static_cast<LayeredFill>(fill_->currentData().toInt());
-    knobs.fit =
-        knobs.choices.framing ? FitMode::Cover : static_cast<FitMode>(fit_->currentData().toInt());
-    knobs.depthCurve = depthCurve_->value();
-    knobs.depth = depth_->currentData().toString().toStdString();
-    return knobs;
-}
-
-void KnobPanel::turn(const QString& what, int gesture) {
+void KnobPanel::turn(const QString& what, const std::function<void(Knobs&)>& change, int gesture) {
     if (updating_) return;
-    emit turned(read(), what, gesture);
+    Knobs knobs = shown_;
+    change(knobs);
+    emit turned(knobs, what, gesture);
 }
 
 void KnobPanel::show(const Knobs& knobs) {
     updating_ = true;
     shown_ = knobs;
-    const ViewOptions& views = knobs.views;
-    choose(*method_, int(views.method));
-    autoStrength_->setChecked(knobs.choices.strength);
-    autoFocus_->setChecked(knobs.choices.focus);
-    if (!knobs.choices.strength) strength_->setValue(views.strengthPercent);
-    if (!knobs.choices.focus) focus_->setValue(views.focus);
-    refinement_->setValue(views.refinement);
-    choose(*fill_, int(views.layered.fill));
-    choose(*fit_, knobs.choices.framing ? kAutoFit : int(knobs.fit));
-    depthCurve_->setValue(knobs.depthCurve);
+    for (const Knob& knob : knobs_) {
+        const RecipeField& field = *knob.field;
+        knob.show(textOf(field, knobs));
+        for (QWidget* widget : knob.widgets)
+            if (field.method) widget->setVisible(*field.method == knobs.views.method);
+    }
     choose(*depth_, QString::fromStdString(knobs.depth));
-    for (const auto& [method, widget] : ofMethod_)
-        widget->setVisible(method == views.method);
     updating_ = false;
-    enable();
 }
 
 void KnobPanel::showChosen(const Knobs& chosen) {
-    if (choosesStrength(shown_)) strength_->setValue(chosen.views.strengthPercent);
-    if (shown_.choices.focus) focus_->setValue(chosen.views.focus);
+    updating_ = true;
+    Recipe numbers = chosen;
+    numbers.choices = {};
+    for (const char* name : {"strength", "focus"})
+        findChild<KnobSlider*>(name)->setValue(textOf(recipeField(name), numbers).toDouble());
+    updating_ = false;
 }
 
 void KnobPanel::show(const Document* document, const QString& depthSource) {
-    scene_ = document != nullptr && document->kind == Kind::Scene;
-    depthImage_->setEnabled(scene_ && !document->video); // its own, not that of the whole group
+    const bool isScene = document != nullptr && document->kind == Kind::Scene;
+    depthImage_->setEnabled(isScene && !document->video); // its own, not that of the whole group
     choose(*reading_, int(document != nullptr ? document->source.reading : Reading::Automatic));
     depthSource_->setText(depthSource.isEmpty() ? tr("–") : tr("Used: %1").arg(depthSource));
-    enable();
+    for (QWidget* knob : std::initializer_list<QWidget*>{findChild<QWidget*>("fit"), depthKnobs_,
+                                                         viewKnobs_, columns_, rows_})
+        knob->setEnabled(isScene);
 }
 
 void KnobPanel::showEyes(bool areShown, double strength) {
     eyesStrength_->setValue(strength);
     eyesStrength_->setVisible(areShown);
     eyesStrengthLabel_->setVisible(areShown);
-    strength_->setEnabled(!areShown); // no effect
-    autoStrength_->setEnabled(!areShown);
-}
-
-void KnobPanel::enable() {
-    for (QWidget* knob :
-         std::initializer_list<QWidget*>{fit_, depthKnobs_, viewKnobs_, columns_, rows_})
-        knob->setEnabled(scene_);
+    for (const char* name : {"strength", "auto-strength"}) // no effect
+        findChild<QWidget*>(name)->setEnabled(!areShown);
 }
 
 void KnobPanel::show(const Display& display, const QuiltLayout& layout) {

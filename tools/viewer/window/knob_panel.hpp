@@ -3,12 +3,14 @@
 #include "viewer/model/document.hpp"
 #include "viewer/model/knobs.hpp"
 
+#include <QVariant>
 #include <QWidget>
+#include <functional>
 
 class QBoxLayout;
-class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
+class QFormLayout;
 class QGroupBox;
 class QLabel;
 class QSlider;
@@ -71,9 +73,6 @@ class KnobPanel : public QWidget {
     /// Shows the strength between two eyes. @param areShown whether the picture is for two eyes
     void showEyes(bool areShown, double strength);
 
-    KnobSlider& strength() { return *strength_; }
-    KnobSlider& focus() { return *focus_; }
-
   signals:
     void turned(const Knobs& knobs, const QString& what, int gesture);
     void readingChosen(Reading reading);
@@ -89,39 +88,40 @@ class KnobPanel : public QWidget {
     bool eventFilter(QObject* object, QEvent* event) override;
 
   private:
+    /// The row of a setting in the recipe.
+    struct Knob {
+        const RecipeField* field;
+        std::vector<QWidget*> widgets;            ///< What people see of it.
+        std::function<void(const QString&)> show; ///< Shows a value.
+    };
+
     void buildPicture(QBoxLayout& column); // and its depth
     void buildViews(QBoxLayout& column);
     void buildDisplay(QBoxLayout& column);
-    void connectKnobs();
-    void turn(const QString& what, int gesture = 0);
-    Knobs read() const;
-    void enable();
+    /// Adds the row of a field of the recipe, which tells how its value is chosen.
+    /// @param words beside it @param tip else the field's help @param autoTip of its box "Auto"
+    /// @param choices words of its values, in this order; else those of the field
+    void addKnob(QFormLayout& form, const char* field, const QString& words,
+                 const QString& tip = {}, const QString& autoTip = {},
+                 const std::vector<std::pair<QString, QVariant>>& choices = {});
+    void turn(const RecipeField& field, const QString& value, int gesture = 0);
+    void turn(const QString& what, const std::function<void(Knobs&)>& change, int gesture = 0);
 
     Knobs shown_;
     bool updating_ = false;
-    bool scene_ = false;
+    std::vector<Knob> knobs_;
     QComboBox* reading_;
-    QComboBox* fit_;
     QComboBox* depth_;
     QLabel* depthSource_;
     QToolButton* depthImage_;
     QToolButton* betterDepth_;
-    KnobSlider* depthCurve_;
-    QComboBox* method_;
-    KnobSlider* strength_;
-    QCheckBox* autoStrength_;
     KnobSlider* eyesStrength_;
     QWidget* eyesStrengthLabel_;
-    KnobSlider* focus_;
-    QCheckBox* autoFocus_;
-    QSpinBox* refinement_;
-    QComboBox* fill_;
     QLabel* parallax_;
     QLabel* display_;
     QSpinBox* columns_;
     QSpinBox* rows_;
     QLabel* layout_;
-    std::vector<std::pair<ViewMethod, QWidget*>> ofMethod_; // rows that belong to one method
     QGroupBox* viewKnobs_;
     QGroupBox* depthKnobs_;
 };

@@ -65,10 +65,10 @@ class ViewerController : public ::testing::Test {
     }
     // The last frame belongs to the current document and settings.
     bool shown() const {
-        const Request& request = controller_.frame().request;
-        return request.document && request.document == controller_.document() &&
-               request.knobs == controller_.knobs() && request.mode == controller_.mode() &&
-               request.position == controller_.position();
+        const Frame& frame = controller_.frame();
+        return frame.setup.document && frame.setup.document == controller_.document() &&
+               frame.knobs == controller_.knobs() && frame.setup.mode == controller_.mode() &&
+               frame.setup.position == controller_.position();
     }
     bool waitForFrame() {
         return waitFor([this] { return shown(); });
@@ -236,7 +236,7 @@ TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
 
     eyes.swapped = true;
     controller_.setEyes(eyes);
-    ASSERT_TRUE(waitFor([&] { return controller_.frame().request.eyes.swapped; }));
+    ASSERT_TRUE(waitFor([&] { return controller_.frame().setup.eyes.swapped; }));
     EXPECT_TRUE(samePicture(picture()(cv::Rect(300, 0, 300, 400)), left));
     eyes = {EyesPicture::Rows};
     eyes.strengthPercent = 4;
@@ -910,7 +910,7 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     controller.restoreKnobs(knobs);
     controller.open(std::vector<fs::path>{folder_ / "photo.png"});
     const auto isFrom = [&controller](const std::string& source) {
-        return waitFor([&] { return controller.frame().depthSource == source; });
+        return waitFor([&] { return controller.frame().setup.depthSource == source; });
     };
     EXPECT_TRUE(isFrom("fastdepth")) << controller.problem().toStdString();
     EXPECT_TRUE(samePicture(controller.frame().setup.depth, expected));

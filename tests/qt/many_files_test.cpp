@@ -313,9 +313,8 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
         controller.setMode(Mode::Native);
         ASSERT_TRUE(waitFor([&] {
             const Frame& frame = controller.frame();
-            return frame.request.mode == Mode::Native &&
-                   frame.request.knobs == controller.knobs() &&
-                   frame.request.document == controller.document() && !controller.isBusy();
+            return frame.setup.mode == Mode::Native && frame.knobs == controller.knobs() &&
+                   frame.setup.document == controller.document() && !controller.isBusy();
         }));
         const fs::path file = native(index == 0 ? "a_native.png" : "b_native.png");
         EXPECT_TRUE(samePicture(controller.frame().picture, readPhoto(file)));

@@ -165,7 +165,7 @@ TEST_F(ViewerNetworkDownload, TheWindowTellsWhatItIsDownloadsItAndUsesIt) {
     Controller& controller = window->controller();
     writeImage(home_ / "photo.png", detailedPhoto({120, 160}));
     dropOn(*window, {home_ / "photo.png"});
-    ASSERT_TRUE(waitFor([&] { return controller.frame().depthSource == "tiny"; }));
+    ASSERT_TRUE(waitFor([&] { return controller.frame().setup.depthSource == "tiny"; }));
     QAbstractButton* const offer = window->findChild<QAbstractButton*>("betterDepth");
     EXPECT_TRUE(offer->isVisible());
 
@@ -193,7 +193,7 @@ TEST_F(ViewerNetworkDownload, TheWindowTellsWhatItIsDownloadsItAndUsesIt) {
         dialog.reject();
         EXPECT_TRUE(isFolderEmpty());
     });
-    EXPECT_EQ(controller.frame().depthSource, "tiny");
+    EXPECT_EQ(controller.frame().setup.depthSource, "tiny");
 
     // a failure is told, and the next try succeeds
     inDialog([&](NetworkDialog& dialog) {
@@ -208,7 +208,7 @@ TEST_F(ViewerNetworkDownload, TheWindowTellsWhatItIsDownloadsItAndUsesIt) {
     EXPECT_TRUE(fs::exists(networkFolder() / "better.onnx"));
     EXPECT_FALSE(offer->isVisible());
     EXPECT_GE(window->findChild<QComboBox*>("depth")->findText("better"), 0);
-    EXPECT_TRUE(waitFor([&] { return controller.frame().depthSource == "better"; }));
+    EXPECT_TRUE(waitFor([&] { return controller.frame().setup.depthSource == "better"; }));
 }
 
 } // namespace

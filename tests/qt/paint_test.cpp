@@ -56,10 +56,10 @@ class ViewerPaintController : public ViewerPaint {
     // Waits for the frame of the last change.
     bool settle() {
         return waitFor([this] {
-            const Request& request = controller_.frame().request;
-            return !controller_.isBusy() && request.document == controller_.document() &&
-                   request.document && request.mode == controller_.mode() &&
-                   request.knobs == controller_.knobs() && !request.isDraft &&
+            const Frame& frame = controller_.frame();
+            return !controller_.isBusy() && frame.setup.document == controller_.document() &&
+                   frame.setup.document && frame.setup.mode == controller_.mode() &&
+                   frame.knobs == controller_.knobs() && !frame.setup.isDraft &&
                    controller_.exportObstacle().isEmpty();
         });
     }
@@ -222,10 +222,10 @@ TEST_F(ViewerPaintController, WhatIsExportedIsWhatIsSeen) {
 TEST_F(ViewerPaintController, OnlyPhotosFromTheMiddleArePainted) {
     controller_.setMode(Mode::Sway);
     controller_.setPosition(0.5);
-    ASSERT_TRUE(waitFor([this] { return controller_.frame().request.position == 0.5; }));
+    ASSERT_TRUE(waitFor([this] { return controller_.frame().setup.position == 0.5; }));
     EXPECT_FALSE(controller_.beginStroke(farther(), {0.5, 0.5}));
     controller_.setPosition(0);
-    ASSERT_TRUE(waitFor([this] { return controller_.frame().request.position == 0; }));
+    ASSERT_TRUE(waitFor([this] { return controller_.frame().setup.position == 0; }));
     EXPECT_TRUE(controller_.canPaint());
     controller_.setMode(Mode::Native);
     ASSERT_TRUE(settle());
@@ -340,8 +340,7 @@ TEST_F(ViewerPaintWindow, TheMousePaintsAndCtrlZUndoes) {
     EXPECT_TRUE(controller().isPainted());
     ASSERT_TRUE(waitFor([this] {
         const Frame& frame = controller().frame();
-        return !frame.request.isDraft && !frame.request.painted.depth.empty() &&
-               !frame.depth.empty();
+        return !frame.setup.isDraft && !frame.setup.painted.depth.empty() && !frame.depth.empty();
     }));
     const cv::Mat& depth = controller().frame().depth;
     EXPECT_NEAR(depth.at<float>(depth.rows / 2, depth.cols / 2), 0.9, 0.01);

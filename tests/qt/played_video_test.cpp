@@ -95,7 +95,9 @@ class PlayedVideo : public ::testing::Test {
                 std::make_shared<Document>(documentOf(source, picture, *display_, first.eyes));
             depth.next(*document, knobs.depth);
             scene = document->scene;
-            Request request{document, knobs, display_, Mode::Native, 0, {INT_MAX, INT_MAX}, {}};
+            Request request{document, knobs, display_};
+            request.mode = Mode::Native;
+            request.area = {INT_MAX, INT_MAX};
             return studio.render(request).picture.clone();
         };
         SlideMaker maker(display_, {});

@@ -148,8 +148,8 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
     auto& panel = *window.findChild<KnobPanel*>();
     const auto settled = [&] {
         return waitFor([&] {
-            return !controller.isBusy() && controller.frame().request.knobs == controller.knobs() &&
-                   controller.frame().request.mode == controller.mode();
+            return !controller.isBusy() && controller.frame().knobs == controller.knobs() &&
+                   controller.frame().setup.mode == controller.mode();
         });
     };
     focusOn(window);

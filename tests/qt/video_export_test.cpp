@@ -160,8 +160,8 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
     int things = 0;
     QObject::connect(&controller(), &Controller::frameReady, window_.get(), [&] {
         const Frame& frame = controller().frame();
-        if (frame.depthSource.find("both eyes, as often") != 0) return; // not played yet
-        const bool isFilm = cv::norm(frame.request.document->picture, eyes.left, cv::NORM_L1) <
+        if (frame.setup.depthSource.find("both eyes, as often") != 0) return; // not played yet
+        const bool isFilm = cv::norm(frame.setup.document->picture, eyes.left, cv::NORM_L1) <
                             10.0 * static_cast<double>(eyes.left.total() * 3);
         if (!isFilm) return; // the title's depth is estimated, in the network's size
         const cv::Mat& depth = frame.setup.depth;

@@ -66,7 +66,7 @@ TEST_F(ViewerWelcome, ShowsTheSampleSwayingAndWhatCanBeDone) {
     EXPECT_EQ(controller().document()->kind, Kind::Scene);
     EXPECT_TRUE(controller().isSwinging());
     // its depth is estimated, as that of the user's photos, and its picture is not covered
-    ASSERT_TRUE(waitFor([this] { return controller().frame().depthSource == "tiny"; }));
+    ASSERT_TRUE(waitFor([this] { return controller().frame().setup.depthSource == "tiny"; }));
     EXPECT_TRUE(words().contains("depth is estimated"));
     const auto& picture = *window_->findChild<PictureView*>();
     const auto placeOf = [this](const QWidget& widget) {

@@ -58,8 +58,7 @@ class ViewerWindow : public ::testing::Test {
     // The camera stands in the middle.
     void standStill() {
         window_->controller().setSwinging(false);
-        ASSERT_TRUE(
-            waitFor([this] { return window_->controller().frame().request.position == 0; }));
+        ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.position == 0; }));
     }
     void drop(const std::vector<std::string>& names) {
         std::vector<fs::path> paths;
@@ -408,7 +407,7 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     box->click();
     EXPECT_TRUE(knobs().choices.focus);
     const auto chosen = [this] { return window_->controller().frame().setup.knobs.views.focus; };
-    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.isChosen; }));
+    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().knobs.choices.focus; }));
     EXPECT_NE(chosen(), 0.5);
     EXPECT_NEAR(setting<KnobSlider>("focus")->value(), chosen(), 0.005);
     auto* const fit = setting<QComboBox>("fit");

@@ -297,33 +297,34 @@ void Controller::requestFrame() {
     // the new file
     if (opening_ || !document_ || area_.empty()) return;
     const bool isDraft = restTimer_.isActive() && (mode_ == Mode::Native || mode_ == Mode::Lens);
-    Request request{document_, knobs_,       display_,
-                    mode_,     position_,    area_,
-                    pan_,      paintedNow(), isDraft || (canvas_ && canvas_->isPainting()),
-                    eyes_};
+    const Request request{document_, knobs_,
+                          display_,  paintedNow(),
+                          eyes_,     mode_,
+                          position_, area_,
+                          pan_,      isDraft || (canvas_ && canvas_->isPainting())};
     if (!has(modesOf(document_->kind), mode_)) return;
-    worker_.post(kRendering,
-                 [this, request = std::move(request), studio = studio_, number = readings_] {
-                     Frame frame;
-                     QString problem;
-                     try {
-                         frame = studio->render(request);
-                     } catch (const std::exception& error) {
-                         problem = textOf(error);
-                         frame.request = request;
-                     }
-                     later(this, [this, frame, problem, number] {
-                         if (number != readings_) return; // overtaken by another file
-                         frameReading_ = number;
-                         if (frame.request.document == document_) pictureWaits_ = false;
-                         const bool changed = waiting_ || problem != problem_;
-                         waiting_ = frame.request.knobs.depth != knobs_.depth;
-                         problem_ = problem;
-                         takeFrame(frame);
-                         noteShown(frame);
-                         if (changed) emit documentChanged();
-                     });
-                 });
+    worker_.post(kRendering, [this, request, studio = studio_, number = readings_] {
+        Frame frame;
+        QString problem;
+        try {
+            frame = studio->render(request);
+        } catch (const std::exception& error) {
+            problem = textOf(error);
+            frame.setup = {request};
+            frame.knobs = request.knobs;
+        }
+        later(this, [this, frame, problem, number] {
+            if (number != readings_) return; // overtaken by another file
+            frameReading_ = number;
+            if (frame.setup.document == document_) pictureWaits_ = false;
+            const bool changed = waiting_ || problem != problem_;
+            waiting_ = frame.knobs.depth != knobs_.depth;
+            problem_ = problem;
+            takeFrame(frame);
+            noteShown(frame);
+            if (changed) emit documentChanged();
+        });
+    });
 }
 
 void Controller::setPresenting(bool presenting, cv::Size eyesScreen) {
@@ -345,9 +346,8 @@ void Controller::requestNative() {
     const Mode mode = areEyes ? Mode::Stereo : Mode::Native;
     if (!has(modesOf(document_->kind), mode)) return;
     const cv::Size area = areEyes ? eyesScreen_ : cv::Size(INT_MAX, INT_MAX);
-    const Request request{
-        document_, knobs_, display_, mode, 0, area, {}, paintedNow(), restTimer_.isActive(),
-        eyes_,     areEyes};
+    const Request request{document_, knobs_, display_, paintedNow(),          eyes_,  mode,
+                          0,         area,   {},       restTimer_.isActive(), areEyes};
     worker_.post(kPresenting, [this, studio = studio_, request] {
         cv::Mat native;
         try {
@@ -363,7 +363,7 @@ void Controller::requestNative() {
 
 // The time that the picture took to the window leads the next ones.
 void Controller::noteShown(const Frame& frame) {
-    if (!player_ || !shownSince_ || frame.request.document != document_) return;
+    if (!player_ || !shownSince_ || frame.setup.document != document_) return;
     const auto now = std::chrono::steady_clock::now();
     player_->noteDelay(std::chrono::duration<double>(now - *shownSince_).count());
     shownSince_.reset();
@@ -371,7 +371,7 @@ void Controller::noteShown(const Frame& frame) {
 
 void Controller::takeFrame(const Frame& frame) {
     frame_ = frame;
-    if (frame.request.mode == Mode::Native && mode_ == Mode::Native) pan_ = frame.request.pan;
+    if (frame.setup.mode == Mode::Native && mode_ == Mode::Native) pan_ = frame.setup.pan;
     emit frameReady();
 }
 

@@ -240,8 +240,6 @@ class Controller : public QObject {
     FramedPhoto framedPhoto() const;
     /// The settings with the frame that is shown, which the user moves from now on.
     Knobs withFrame() const;
-    // What is automatic has the values that were chosen.
-    Knobs withChosen() const;
     void swing();
     void play();
     void takePicture(const std::shared_ptr<const Document>& document,

@@ -131,7 +131,7 @@ void Controller::focusAt(double x, double y) {
     if (depth.empty() || frameReading_ != readings_) return;
     const cv::Point at(static_cast<int>(x * depth.cols), static_cast<int>(y * depth.rows));
     Knobs knobs = knobs_;
-    const double position = frame_.request.mode == Mode::Sway ? frame_.request.position : 0;
+    const double position = frame_.setup.mode == Mode::Sway ? frame_.setup.position : 0;
     const double seen = depthSeenAt(depth, frame_.setup.knobs.views, position, at);
     knobs.views.focus = std::round(seen * 100) / 100; // as the knob has it
     knobs.choices.focus = false;
@@ -139,7 +139,7 @@ void Controller::focusAt(double x, double y) {
 }
 
 bool Controller::canFrame() const {
-    const Request& shown = frame_.request;
+    const Setup& shown = frame_.setup;
     return document_ && frameReading_ == readings_ && !frame_.picture.empty() &&
            document_->kind == Kind::Scene &&
            (shown.mode == Mode::Sway || shown.mode == Mode::Depth || shown.mode == Mode::Lens);
@@ -154,17 +154,6 @@ Knobs Controller::withFrame() const {
     if (knobs.choices.framing) knobs.framing = frame_.setup.knobs.framing;
     knobs.choices.framing = false;
     knobs.isFramingChosen = false;
-    return knobs;
-}
-
-Knobs Controller::withChosen() const {
-    const AutoChoices choices = knobs_.choices;
-    const ViewOptions& chosen = frame_.setup.knobs.views;
-    Knobs knobs = withFrame();
-    knobs.isFramingChosen = choices.framing || knobs_.isFramingChosen;
-    if (choices.focus) knobs.views.focus = chosen.focus;
-    if (choices.strength || choices.limit) knobs.views.strengthPercent = chosen.strengthPercent;
-    knobs.choices = {};
     return knobs;
 }
 
@@ -210,9 +199,9 @@ std::vector<std::filesystem::path> Controller::unsavedDepths() const {
 }
 
 bool Controller::canPaint() const {
-    const Request& shown = frame_.request;
+    const Setup& shown = frame_.setup;
     return canFrame() && !document_->video && shown.document == document_ &&
-           shown.knobs.depth == knobs_.depth && shown.position == 0 &&
+           frame_.knobs.depth == knobs_.depth && shown.position == 0 &&
            (shown.mode == Mode::Sway || shown.mode == Mode::Depth);
 }
 
@@ -244,10 +233,13 @@ bool Controller::beginStroke(const Paint& paint, cv::Point2d at) {
     const PaintKey key = paintKey();
     if (!canvas_ || canvasKey_ != key) {
         // the frame has the depth to begin with
-        if (frame_.request.painted.revision != paintedNow().revision) return false;
-        canvas_ = std::make_unique<DepthCanvas>(document_->picture, frame_.setup.depth);
+        const bool isAutomatic = knobs_.choices.any();
+        if (frame_.setup.painted.revision != paintedNow().revision ||
+            (isAutomatic && frame_.knobs != knobs_))
+            return false;
+        canvas_ = std::make_unique<DepthCanvas>(document_->picture, depthOf(frame_.setup));
         canvasKey_ = key;
-        if (knobs_.choices.any()) setKnobs(withChosen()); // strokes must not move the picture
+        if (isAutomatic) setKnobs(frame_.setup.knobs); // strokes must not move the picture
     }
     tool_ = paint.tool;
     canvas_->begin(paint, inPhoto(at));

@@ -27,7 +27,6 @@ bool isOneOf(const std::vector<BatchItem>& items, const fs::path& file) {
 // What an export of the open picture takes, made here from its file.
 Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& display,
               const DepthMaker& depthMaker, Studio& studio) {
-    constexpr int kLookSide = 16; // px of a picture that nobody looks at
     const std::string name = item.source.file.string();
     if (isVideoName(item.source.file))
         throw Error(ErrorCode::Unsupported, name,
@@ -36,18 +35,10 @@ Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& displ
     if (document->kind == Kind::Native)
         throw Error(ErrorCode::Unsupported, name,
                     "is a Native, which is finished, expected a photo or a quilt");
-    if (document->kind != Kind::Scene) return {document, {}, {}, false, item.knobs, display};
-    Knobs plain = item.knobs; // what is automatic is chosen by the export itself
-    plain.choices = {};
     const auto painted =
         item.painted.find(depthMaker.choose(item.knobs.depth, document->hasDepth()));
-    Request request{document, plain, display, Mode::Depth, 0, {kLookSide, kLookSide}, {}};
-    if (painted != item.painted.end()) request.painted = painted->second;
-    Setup setup = studio.render(request).setup;
-    setup.knobs = item.knobs;
-    setup.isChosen = false;
-    layFlatDepth(setup);
-    return setup;
+    return studio.prepare({document, item.knobs, display,
+                           painted != item.painted.end() ? painted->second : PaintedDepth()});
 }
 
 // Exports the Natives one after the other, each with the bytes of a single export. A file that
@@ -105,9 +96,9 @@ QString Controller::exportObstacle() const {
     if (!document_) return tr("Nothing is open that could be exported");
     if (!frame_.setup.document || frameReading_ != readings_)
         return tr("The file is still being opened; export again when its picture is shown");
-    if (frame_.request.knobs.depth != knobs_.depth)
+    if (frame_.knobs.depth != knobs_.depth)
         return tr("The depth is still being estimated; export again when the picture shows it");
-    if (frame_.request.painted.revision != paintedNow().revision)
+    if (frame_.setup.painted.revision != paintedNow().revision)
         return tr("The depth is still being changed; export again when the picture shows it");
     return {};
 }
@@ -117,8 +108,6 @@ Setup Controller::exportSetup() const {
     setup.knobs = knobs_;
     setup.isDraft = false;
     setup.eyes = eyes_;
-    setup.isChosen = false;
-    layFlatDepth(setup);
     return setup;
 }
 

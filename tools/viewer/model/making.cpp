@@ -9,6 +9,7 @@
 #include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <utility>
 
 namespace altiro3D::viewer {
 
@@ -23,7 +24,7 @@ PlacementOptions placementOptions(const Setup& setup) {
 }
 
 Scene sceneOf(const Setup& setup) {
-    return {setup.document->picture, setup.depth, setup.hidden, {}, setup.edges};
+    return {setup.document->picture, depthOf(setup), setup.hidden, {}, setup.edges};
 }
 
 // Options for the Native of a photo as in photo2native, of a video's frame as in video2native.
@@ -89,8 +90,8 @@ bool writeViews(const Setup& setup, const fs::path& directory, const Progress& p
 PhotoFit swayFitOf(const Setup& setup) {
     const cv::Size photo = setup.document->picture.size();
     const PlacementOptions options = placementOptions(setup);
-    const bool isFramed = !setup.knobs.choices.framing && !setup.knobs.isFramingChosen &&
-                          options.framing != Framing(); // by the user
+    const bool isFramed =
+        !setup.knobs.isFramingChosen && options.framing != Framing(); // by the user
     if (!isFramed) return altiro3D::swayFitOf(photo, options);
     const PhotoFit panel = fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize,
                                     options.fit, options.framing);
@@ -118,9 +119,21 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
 
 } // namespace
 
-void layFlatDepth(Setup& setup) {
-    if (setup.flat)
-        setup.depth = cv::Mat(setup.depth.size(), CV_32FC1, cv::Scalar(setup.knobs.views.focus));
+std::vector<Mode> modesOf(Kind kind) {
+    switch (kind) {
+    case Kind::Native:
+        return {Mode::Lens, Mode::Native};
+    case Kind::Quilt:
+        return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
+    case Kind::Scene:
+        break;
+    }
+    return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
+}
+
+cv::Mat depthOf(const Setup& setup) {
+    return setup.flat ? cv::Mat(setup.depth.size(), CV_32FC1, cv::Scalar(setup.knobs.views.focus))
+                      : setup.depth;
 }
 
 QuiltLayout quiltLayout(const Setup& setup) {
@@ -157,8 +170,9 @@ cv::Mat fittedPhoto(const Setup& setup, cv::Size size) {
 Scene fitted(const Setup& setup, cv::Size size, const cv::Mat& fittedPhoto) {
     const PhotoFit fit = fitOf(setup, size);
     Scene scene{fittedPhoto, {}, {}, fit.shown(), setup.edges};
-    applyFitToDepth(bendDepth(setup.depth, setup.knobs.depthCurve), setup.document->picture.size(),
-                    fit, fittedPhoto, setup.knobs.views.focus, scene.depth);
+    applyFitToDepth(bendDepth(depthOf(setup), setup.knobs.depthCurve),
+                    setup.document->picture.size(), fit, fittedPhoto, setup.knobs.views.focus,
+                    scene.depth);
     refineScene(scene, {}, fit.filled());
     return scene;
 }
@@ -205,14 +219,13 @@ std::function<cv::Mat(const cv::Mat&)> quiltConverter(const fs::path& file,
 
 void chooseAutomatic(Setup& setup) {
     Knobs& knobs = setup.knobs;
-    if (setup.isChosen || setup.document->kind != Kind::Scene || !knobs.choices.any()) return;
-    setup.isChosen = true;
-    AutoChoices choices = knobs.choices;
+    AutoChoices choices = std::exchange(knobs.choices, {});
+    if (setup.document->kind != Kind::Scene || !choices.any()) return;
+    knobs.isFramingChosen = knobs.isFramingChosen || choices.framing;
     choices.framing = choices.framing && knobs.fit == FitMode::Cover;
     choices.isVideo = setup.document->video;
     if (choices.focus) knobs.views.focus = ViewOptions().focus; // of depth without a range
     if (choices.strength) knobs.views.strengthPercent = ViewOptions().strengthPercent;
-    layFlatDepth(setup);
     const PlacementOptions chosen =
         chooseFromScene(sceneOf(setup), setup.display->aspect(), quiltLayout(setup),
                         placementOptions(setup), choices)
@@ -283,15 +296,10 @@ std::vector<std::string> lossesOf(Product product, const fs::path& file) {
     return messages.warnings();
 }
 
-std::string writeProduct(const Setup& setup, Product product, const fs::path& target,
+std::string writeProduct(Setup setup, Product product, const fs::path& target,
                          const Progress& progress) {
     if (!progress(0)) return {};
-    if (setup.knobs.choices.any() && !setup.isChosen) {
-        Setup chosen = setup;
-        chooseAutomatic(chosen);
-        chosen.isChosen = true; // also of quilts and Natives, which leave nothing to choose
-        return writeProduct(chosen, product, target, progress);
-    }
+    chooseAutomatic(setup);
     const fs::path file = productFile(setup, product, target);
     switch (product) {
     case Product::Native: {

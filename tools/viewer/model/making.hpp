@@ -5,6 +5,7 @@
 #include "viewer/model/document.hpp"
 #include "viewer/model/knobs.hpp"
 
+#include <QtGlobal>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -14,22 +15,54 @@ namespace altiro3D::viewer {
 /// Receives the progress, 0..1; returns false to cancel.
 using Progress = std::function<bool(double)>;
 
-/// A document with everything needed to make its pictures.
-struct Setup {
-    std::shared_ptr<const Document> document;
-    cv::Mat depth;      ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
-    HiddenLayer hidden; ///< Of a stereo pair, as long as its depth is used.
-    bool flat = false;  ///< The depth has no range, see layFlatDepth().
-    Knobs knobs;
-    std::shared_ptr<const Display> display;
-    DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
-    bool isDraft = false;      ///< Natives of views' px without the lens filter, to be quick.
-    bool isChosen = false;     ///< `knobs` holds what chooseAutomatic() has chosen.
-    tools::EyesOptions eyes{}; ///< For Product::Eyes.
+/// What the window shows of a document.
+enum class Mode {
+    Sway,   ///< One view, from a camera that moves.
+    Depth,  ///< The depth map, near = white.
+    Quilt,  ///< All views.
+    Native, ///< What the panel shows, px by px.
+    Lens,   ///< What an eye sees of the Native through the lenses.
+    Stereo  ///< For two eyes: the whole photo as Request::eyes says.
 };
 
-/// Sets depth without a range to the focus, as the tools do, so that all views are equal.
-void layFlatDepth(Setup& setup);
+/// The modes of a kind of document; the first one is the default.
+std::vector<Mode> modesOf(Kind kind);
+
+/// Depth that the user has painted.
+struct PaintedDepth {
+    cv::Mat depth{};      ///< [any size, CV_32FC1, 0..1], shows all of the photo; empty: none.
+    quint64 revision = 0; ///< Another number for every other content.
+};
+
+/// A picture that is wanted.
+struct Request {
+    std::shared_ptr<const Document> document{};
+    Knobs knobs{};
+    std::shared_ptr<const Display> display{};
+    PaintedDepth painted{};    ///< Takes the place of the photo's depth.
+    tools::EyesOptions eyes{}; ///< Mode Stereo.
+    Mode mode = Mode::Sway;
+    double position = 0;  ///< Position of camera or eye, -1 leftmost .. +1 rightmost.
+    cv::Size area{};      ///< Area for the picture, px of the screen.
+    cv::Point pan{};      ///< Mode Native: offset from the middle, px.
+    bool isDraft = false; ///< Fewer px; Natives of views' px without the lens filter, to be quick.
+    /// Mode Stereo: each eye's picture has black bars, so that the area is full.
+    bool fills = false;
+};
+
+/// A request with the depth of its photo, which is all that its picture is made of.
+struct Setup : Request {
+    cv::Mat depth{};      ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
+    HiddenLayer hidden{}; ///< Of a stereo pair, as long as its depth is used.
+    bool flat = false;    ///< The depth has no range, see depthOf().
+    DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
+    std::string from{};        ///< The depth's source; another one for every other depth.
+    std::string depthSource{}; ///< The same, for people; empty without depth.
+};
+
+/// The depth of a photo; without a range it lies at the focus, as in the tools, so that all views
+/// are equal.
+cv::Mat depthOf(const Setup& setup);
 
 /// The layout of the quilt: the document's own if it is a quilt, else layoutOf().
 QuiltLayout quiltLayout(const Setup& setup);
@@ -93,7 +126,7 @@ std::filesystem::path productFile(const Setup& setup, Product product,
 std::vector<std::string> lossesOf(Product product, const std::filesystem::path& file);
 
 /// Sets the framing, focus and strength that Knobs::automatic leaves to the photo, as photo2native
-/// does. No effect on quilts and Natives, and the second time.
+/// does. Then nothing is automatic.
 void chooseAutomatic(Setup& setup);
 
 /// How much of an outermost view the photo does not show, by the rule that limits a strength that
@@ -104,7 +137,7 @@ double hiddenPercent(const Setup& setup);
 /// @param target a file, which is replaced if it exists; for views a directory without views
 /// @return what was written, for people; empty if the work was cancelled
 /// @throws Error; no incomplete file is left
-std::string writeProduct(const Setup& setup, Product product, const std::filesystem::path& target,
+std::string writeProduct(Setup setup, Product product, const std::filesystem::path& target,
                          const Progress& progress);
 
 } // namespace altiro3D::viewer

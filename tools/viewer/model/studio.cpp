@@ -93,7 +93,6 @@ struct Studio::State {
     std::shared_ptr<DepthMaker> depthMaker;
 
     Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
-    std::string how; // depth of the picture that is being made
     using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
                               int, int, double, double>;
     // A fitted scene, and the flaws of its depth, which a video keeps for a scene.
@@ -155,11 +154,11 @@ struct Studio::State {
     }
 
     const Scene& fittedScene(Fitted& kept, const Setup& setup, cv::Size size) {
-        return kept.scene.get(fitKey(how, setup, size), [&] {
+        return kept.scene.get(fitKey(setup.from, setup, size), [&] {
             const Document& document = *setup.document;
             if (!document.video) return placed(setup, size).scene;
-            const std::tuple now(document.source.file.string(), document.scene, how, size.width,
-                                 size.height);
+            const std::tuple now(document.source.file.string(), document.scene, setup.from,
+                                 size.width, size.height);
             if (now != kept.flawsOf) kept.flaws.reset();
             kept.flawsOf = now;
             return placed(setup, size, kept.flaws).scene;
@@ -168,7 +167,7 @@ struct Studio::State {
 
     // For the window, with painted depth: only the depth changes from stroke to stroke.
     const Scene& fittedPainted(const Setup& setup, cv::Size size) {
-        return preview.scene.get(fitKey(how, setup, size), [&] {
+        return preview.scene.get(fitKey(setup.from, setup, size), [&] {
             return fitted(setup, size, photo.get(fitKey({}, setup, size), [&] {
                 return fittedPhoto(setup, size);
             }));
@@ -190,7 +189,7 @@ struct Studio::State {
 
     NativeKey keyOf(const Setup& setup) const {
         Knobs knobs = setup.document->kind == Kind::Scene ? setup.knobs : Knobs();
-        return {setup.document, how, setup.display, knobs, setup.isDraft};
+        return {setup.document, setup.from, setup.display, knobs, setup.isDraft};
     }
 
     // What is automatic. A video keeps the choice of the picture of a scene that came first with
@@ -201,15 +200,13 @@ struct Studio::State {
         std::string video;
         if (document.video)
             video = document.source.file.string() + ' ' + std::to_string(document.scene);
-        const NativeKey key{document.video ? nullptr : setup.document, how, setup.display,
+        const NativeKey key{document.video ? nullptr : setup.document, setup.from, setup.display,
                             setup.knobs, false};
         setup.knobs = chosen.get({video, key}, [&] {
             Setup now = setup;
             chooseAutomatic(now);
             return now.knobs;
         });
-        setup.isChosen = true;
-        layFlatDepth(setup);
     }
 
     const cv::Mat& quiltOf(const Setup& setup) {
@@ -236,18 +233,6 @@ Studio::Studio(std::shared_ptr<DepthMaker> depthMaker) : state_(std::make_unique
 
 Studio::~Studio() = default;
 
-std::vector<Mode> modesOf(Kind kind) {
-    switch (kind) {
-    case Kind::Native:
-        return {Mode::Lens, Mode::Native};
-    case Kind::Quilt:
-        return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
-    case Kind::Scene:
-        break;
-    }
-    return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
-}
-
 cv::Size inside(cv::Size area, double aspect) {
     const double width = std::min<double>(area.width, area.height * aspect);
     return {std::max(1, static_cast<int>(std::lround(width))),
@@ -267,41 +252,42 @@ double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double positi
                      : static_cast<double>(depth.at<float>(y, std::clamp(at.x, 0, depth.cols - 1)));
 }
 
+Setup Studio::prepare(const Request& request) {
+    Setup setup{request};
+    const Document& document = *request.document;
+    if (document.kind != Kind::Scene) return setup;
+    setup.from = state_->depthMaker->choose(request.knobs.depth, document.hasDepth());
+    setup.edges = setup.from != kGivenDepth                 ? DepthEdges::Aligned
+                  : document.origin == DepthOrigin::Matched ? DepthEdges::Matched
+                                                            : DepthEdges::Unknown;
+    if (!request.painted.depth.empty()) {
+        setup.depth = request.painted.depth;
+        setup.depthSource = "painted by hand";
+        setup.from += " painted " + std::to_string(request.painted.revision);
+        return setup;
+    }
+    const DepthMap& map = state_->depth.get(
+        {request.document, setup.from}, [&] { return state_->makeDepth(document, setup.from); });
+    setup.depth = map.depth;
+    setup.hidden = map.hidden;
+    setup.flat = map.flat;
+    setup.depthSource = map.source;
+    return setup;
+}
+
 Frame Studio::render(const Request& request) {
     Frame frame;
-    frame.request = request;
-    state_->how.clear();
+    frame.knobs = request.knobs;
     Setup& setup = frame.setup;
-    setup.document = request.document;
-    setup.knobs = request.knobs;
-    setup.display = request.display;
-    setup.isDraft = request.isDraft && (request.mode == Mode::Native || request.mode == Mode::Lens);
+    setup = prepare(request);
     const Kind kind = request.document->kind;
     const double aspect = request.display->aspect();
     if (kind == Kind::Scene) {
-        state_->how = state_->depthMaker->choose(request.knobs.depth, request.document->hasDepth());
-        setup.edges = state_->how != kGivenDepth                         ? DepthEdges::Aligned
-                      : request.document->origin == DepthOrigin::Matched ? DepthEdges::Matched
-                                                                         : DepthEdges::Unknown;
-        if (request.painted.depth.empty()) {
-            const DepthMap& map = state_->depth.get({request.document, state_->how}, [&] {
-                return state_->makeDepth(*request.document, state_->how);
-            });
-            setup.depth = map.depth;
-            setup.hidden = map.hidden;
-            setup.flat = map.flat;
-            frame.depthSource = map.source;
-        } else {
-            setup.depth = request.painted.depth;
-            frame.depthSource = "painted by hand";
-            state_->how += " painted " + std::to_string(request.painted.revision);
-        }
-        layFlatDepth(setup);
         state_->choose(setup);
         const QuiltLayout layout = quiltLayout(setup);
         double low = 0;
         double high = 1;
-        cv::minMaxLoc(setup.depth, &low, &high);
+        cv::minMaxLoc(depthOf(setup), &low, &high);
         for (double* end : {&low, &high})
             *end = std::pow(*end, setup.knobs.depthCurve);
         frame.parallaxPixels =
@@ -347,7 +333,7 @@ Frame Studio::render(const Request& request) {
         break;
     }
     case Mode::Native:
-        frame.picture = window(state_->nativeOf(setup), request.area, frame.request.pan);
+        frame.picture = window(state_->nativeOf(setup), request.area, setup.pan);
         frame.target = frame.picture.size();
         break;
     case Mode::Lens: {
@@ -363,7 +349,6 @@ Frame Studio::render(const Request& request) {
         break;
     }
     case Mode::Stereo: {
-        setup.eyes = request.eyes;
         // how often an eye's picture goes into the whole one, across and down
         const cv::Size parts = eyesSize({2, 2}, request.eyes.picture) / 2;
         const cv::Size part(std::max(1, request.area.width / parts.width),

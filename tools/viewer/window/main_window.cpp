@@ -257,8 +257,9 @@ void MainWindow::showDocument() {
         if (welcome_ == nullptr) remember(document->source.file);
     }
     told_ = document;
-    knobs_->show(document.get(),
-                 current ? QString::fromStdString(controller_.frame().depthSource) : QString());
+    knobs_->show(document.get(), current
+                                     ? QString::fromStdString(controller_.frame().setup.depthSource)
+                                     : QString());
     showLayout();
     const bool scene = document && document->kind == Kind::Scene;
     depthImage_->setEnabled(scene && !document->video);
@@ -287,21 +288,20 @@ void MainWindow::showFrame() {
         return;
     }
     picture_->setPicture(qt::toImage(frame.picture), {frame.target.width, frame.target.height});
-    const Mode mode = frame.request.mode;
+    const Mode mode = frame.setup.mode;
     const bool canFocus = !frame.depth.empty();
     showPointer();
     picture_->setCursor(canFocus               ? Qt::CrossCursor
                         : mode == Mode::Native ? Qt::OpenHandCursor
                                                : Qt::ArrowCursor);
-    const auto& document = frame.request.document;
+    const auto& document = frame.setup.document;
     knobs_->showParallax(frame.parallaxPixels, frame.hiddenPercent);
-    if (frame.request.knobs == controller_.knobs() && frame.setup.isChosen)
-        knobs_->showChosen(frame.setup.knobs);
-    knobs_->show(document.get(), QString::fromStdString(frame.depthSource));
+    if (frame.knobs == controller_.knobs()) knobs_->showChosen(frame.setup.knobs);
+    knobs_->show(document.get(), QString::fromStdString(frame.setup.depthSource));
     QString text = QString::fromStdString(document->facts());
     const cv::Size size = document->picture.size();
     const std::string cut = tools::cutText(static_cast<double>(size.width) / size.height,
-                                           frame.request.display->aspect(), frame.setup.knobs.fit);
+                                           frame.setup.display->aspect(), frame.setup.knobs.fit);
     if (document->kind == Kind::Scene && !cut.empty() && mode != Mode::Stereo)
         text += tr("; %1, \"Shape\" shows all of it").arg(QString::fromStdString(cut));
     if (document->video) {
@@ -312,10 +312,10 @@ void MainWindow::showFrame() {
     }
     if (mode == Mode::Lens) {
         const double angle =
-            frame.request.position * viewConeDegrees(frame.request.display->calibration) / 2;
+            frame.setup.position * viewConeDegrees(frame.setup.display->calibration) / 2;
         text += tr("    seen from %1°").arg(angle, 0, 'f', 1);
     } else if (mode == Mode::Stereo) {
-        const tools::EyesOptions& eyes = frame.request.eyes;
+        const tools::EyesOptions& eyes = frame.setup.eyes;
         text += tr("    for two eyes, %1").arg(altiro3D::nameOf(eyes.picture).words);
         if (eyes.swapped) text += tr(", exchanged");
     } else if (paintBar_->paint()) {
@@ -433,7 +433,7 @@ void MainWindow::usePaintBar() {
 
 void MainWindow::showPointer() {
     const auto paint = paintBar_->paint();
-    const Mode mode = controller_.frame().request.mode;
+    const Mode mode = controller_.frame().setup.mode;
     paintBar_->setPainted(controller_.isPainted());
     if (!paint || (mode != Mode::Sway && mode != Mode::Depth))
         return picture_->setPointer(PictureView::Pointer::Frame, 0);

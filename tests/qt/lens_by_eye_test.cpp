@@ -483,7 +483,7 @@ TEST_F(ViewerLensByEye, TurnsByKeysAndSavesWhatAllToolsRead) {
     EXPECT_EQ(saved.center, 0.25);
     EXPECT_EQ(saved.flipSubp, 1);
     EXPECT_EQ(saved.screenW, screen.width());
-    EXPECT_EQ(fingerprint(window_->controller().display().calibration), fingerprint(saved));
+    EXPECT_EQ(fingerprint(window_->model().files.display()->calibration), fingerprint(saved));
     QProcess tool;
     tool.start(ALTIRO3D_TOOL_ALTIRO3DNATIVE, {"--info", toName(file)});
     ASSERT_TRUE(tool.waitForFinished());

@@ -176,38 +176,37 @@ class ViewerManyFiles : public ::testing::Test {
     fs::path photo(const std::string& name) const { return folder_ / "photos" / name; }
     fs::path native(const std::string& name) const { return folder_ / "natives" / name; }
     QString at(const std::string& name) const { return toName(folder_ / name); }
-    void openFolder(Controller& controller) const {
-        controller.setArea({200, 200});
-        controller.open(std::vector<fs::path>{folder_ / "photos"});
+    void openFolder(Model& model) const {
+        model.stage.setArea({200, 200});
+        model.files.open(std::vector<fs::path>{folder_ / "photos"});
         EXPECT_TRUE(
-            waitFor([&] { return controller.sources().size() == 3 && !controller.isBusy(); }));
+            waitFor([&] { return model.files.sources().size() == 3 && !model.stage.isBusy(); }));
     }
-    static void select(Controller& controller, int index) {
-        controller.select(index);
-        EXPECT_TRUE(waitFor([&] { return !controller.isBusy(); }));
+    static void select(Model& model, int index) {
+        model.files.select(index);
+        EXPECT_TRUE(waitFor([&] { return !model.stage.isBusy(); }));
     }
-    static void turnTo(Controller& controller, double strength, double focus) {
-        Knobs knobs = controller.knobs();
+    static void turnTo(Model& model, double strength, double focus) {
+        Knobs knobs = model.settings.knobs();
         knobs.views.strengthPercent = strength;
         knobs.views.focus = focus;
         knobs.choices = {};
-        controller.turn(knobs, "both");
+        model.settings.turn(knobs, "both");
     }
-    static BatchReport exportAll(Controller& controller, const fs::path& folder) {
+    static BatchReport exportAll(Model& model, const fs::path& folder) {
         BatchReport report;
         bool ended = false;
         QObject here;
-        QObject::connect(&controller, &Controller::exportAllEnded, &here,
-                         [&](const BatchReport& now) {
-                             report = now;
-                             ended = true;
-                         });
-        EXPECT_TRUE(controller.startExportAll(folder));
-        EXPECT_FALSE(controller.startExportAll(folder)); // one at a time
+        QObject::connect(&model.exports, &Exports::allEnded, &here, [&](const BatchReport& now) {
+            report = now;
+            ended = true;
+        });
+        EXPECT_TRUE(model.exports.startAll(folder));
+        EXPECT_FALSE(model.exports.startAll(folder)); // one at a time
         EXPECT_TRUE(waitFor([&ended] { return ended; }));
         return report;
     }
-    // Runs the tool for the controller's display.
+    // Runs the tool for the model's display.
     void photo2native(const QStringList& options, const QStringList& files) const {
         const QStringList display{"-c", writeSample(folder_ / "c.json", {150, 200})};
         ASSERT_EQ(QProcess::execute(ALTIRO3D_TOOL_PHOTO2NATIVE, display + options + files), 0);
@@ -219,81 +218,81 @@ class ViewerManyFiles : public ::testing::Test {
 
 TEST_F(ViewerManyFiles, EachHasItsSettingsAlsoInTheNextRun) {
     {
-        Controller controller(display_);
-        openFolder(controller);
-        turnTo(controller, 20, 0.25);
-        controller.zoomFrame({0.5, 0.5}, 1.5, 0);
-        EXPECT_EQ(controller.undoStack().count(), 2);
-        select(controller, 1);
-        EXPECT_EQ(controller.knobs(), Knobs());
-        EXPECT_EQ(controller.undoStack().count(), 0); // its steps belong to the other photo
-        turnTo(controller, 5, 0.75);
-        select(controller, 0);
-        EXPECT_EQ(controller.knobs().views.strengthPercent, 20);
-        EXPECT_EQ(controller.knobs().framing.zoom, 1.5);
-        controller.close(0);
-        ASSERT_TRUE(waitFor([&] { return !controller.isBusy(); }));
-        EXPECT_EQ(controller.knobs().views.strengthPercent, 5);
+        Model model(display_);
+        openFolder(model);
+        turnTo(model, 20, 0.25);
+        model.stage.zoomFrame({0.5, 0.5}, 1.5, 0);
+        EXPECT_EQ(model.settings.undoStack().count(), 2);
+        select(model, 1);
+        EXPECT_EQ(model.settings.knobs(), Knobs());
+        EXPECT_EQ(model.settings.undoStack().count(), 0); // its steps belong to the other photo
+        turnTo(model, 5, 0.75);
+        select(model, 0);
+        EXPECT_EQ(model.settings.knobs().views.strengthPercent, 20);
+        EXPECT_EQ(model.settings.knobs().framing.zoom, 1.5);
+        model.files.close(0);
+        ASSERT_TRUE(waitFor([&] { return !model.stage.isBusy(); }));
+        EXPECT_EQ(model.settings.knobs().views.strengthPercent, 5);
     }
-    Controller controller(display_);
-    openFolder(controller);
-    EXPECT_EQ(controller.knobs().views.strengthPercent, 20);
-    EXPECT_EQ(controller.knobs().views.focus, 0.25);
-    EXPECT_EQ(controller.knobs().framing.zoom, 1.5);
-    select(controller, 1);
-    EXPECT_EQ(controller.knobs().views.strengthPercent, 5);
-    while (!controller.sources().empty())
-        controller.close(0);
-    EXPECT_EQ(controller.knobs(), Knobs());
+    Model model(display_);
+    openFolder(model);
+    EXPECT_EQ(model.settings.knobs().views.strengthPercent, 20);
+    EXPECT_EQ(model.settings.knobs().views.focus, 0.25);
+    EXPECT_EQ(model.settings.knobs().framing.zoom, 1.5);
+    select(model, 1);
+    EXPECT_EQ(model.settings.knobs().views.strengthPercent, 5);
+    while (!model.files.sources().empty())
+        model.files.close(0);
+    EXPECT_EQ(model.settings.knobs(), Knobs());
 }
 
 TEST_F(ViewerManyFiles, PhotosAreChosenForVideosAreNotUnlessAsked) {
     writeGreys(folder_ / "v.mkv", {64, 48}, 2, 25);
-    Controller controller(display_);
-    openFolder(controller);
-    EXPECT_EQ(controller.knobs(), Knobs());
-    EXPECT_TRUE(controller.knobs().choices.framing);
-    controller.open(std::vector<fs::path>{folder_ / "v.mkv"});
-    ASSERT_TRUE(waitFor([&] { return !controller.isBusy(); }));
-    EXPECT_FALSE(controller.knobs().choices.any());
-    controller.resetKnobs();
-    EXPECT_FALSE(controller.knobs().choices.any());
-    Knobs knobs = controller.knobs();
+    Model model(display_);
+    openFolder(model);
+    EXPECT_EQ(model.settings.knobs(), Knobs());
+    EXPECT_TRUE(model.settings.knobs().choices.framing);
+    model.files.open(std::vector<fs::path>{folder_ / "v.mkv"});
+    ASSERT_TRUE(waitFor([&] { return !model.stage.isBusy(); }));
+    EXPECT_FALSE(model.settings.knobs().choices.any());
+    model.settings.reset();
+    EXPECT_FALSE(model.settings.knobs().choices.any());
+    Knobs knobs = model.settings.knobs();
     knobs.choices.focus = true;
-    controller.turn(knobs, "focus");
-    select(controller, 0);
-    select(controller, static_cast<int>(controller.sources().size()) - 1);
-    EXPECT_TRUE(controller.knobs().choices.focus);
+    model.settings.turn(knobs, "focus");
+    select(model, 0);
+    select(model, static_cast<int>(model.files.sources().size()) - 1);
+    EXPECT_TRUE(model.settings.knobs().choices.focus);
 }
 
 TEST_F(ViewerManyFiles, SettingsAreCopiedToAllButNotTheFrame) {
-    Controller controller(display_);
-    openFolder(controller);
-    select(controller, 1);
-    controller.zoomFrame({0.5, 0.5}, 2, 0);
-    const double zoom = controller.knobs().framing.zoom; // 2 times what the photo had
-    select(controller, 0);
-    turnTo(controller, 15, 0.4);
-    controller.zoomFrame({0.5, 0.5}, 1.25, 0);
-    controller.copyKnobsToAll();
-    EXPECT_EQ(controller.knobs().framing.zoom, 1.25);
-    select(controller, 1);
-    EXPECT_EQ(controller.knobs().views.strengthPercent, 15);
-    EXPECT_EQ(controller.knobs().framing.zoom, zoom);
-    EXPECT_FALSE(controller.knobs().choices.any());
-    EXPECT_EQ(controller.standardKnobs().views.strengthPercent, 15);
-    EXPECT_EQ(controller.standardKnobs().framing, Framing());
+    Model model(display_);
+    openFolder(model);
+    select(model, 1);
+    model.stage.zoomFrame({0.5, 0.5}, 2, 0);
+    const double zoom = model.settings.knobs().framing.zoom; // 2 times what the photo had
+    select(model, 0);
+    turnTo(model, 15, 0.4);
+    model.stage.zoomFrame({0.5, 0.5}, 1.25, 0);
+    model.settings.copyTo(model.files.sources());
+    EXPECT_EQ(model.settings.knobs().framing.zoom, 1.25);
+    select(model, 1);
+    EXPECT_EQ(model.settings.knobs().views.strengthPercent, 15);
+    EXPECT_EQ(model.settings.knobs().framing.zoom, zoom);
+    EXPECT_FALSE(model.settings.knobs().choices.any());
+    EXPECT_EQ(model.settings.standardKnobs().views.strengthPercent, 15);
+    EXPECT_EQ(model.settings.standardKnobs().framing, Framing());
 }
 
 TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
-    Controller controller(display_);
-    openFolder(controller);
-    turnTo(controller, 7.5, 0.25);
-    select(controller, 1);
-    Knobs knobs = controller.knobs();
+    Model model(display_);
+    openFolder(model);
+    turnTo(model, 7.5, 0.25);
+    select(model, 1);
+    Knobs knobs = model.settings.knobs();
     knobs.depth = "tiny";
-    controller.turn(knobs, "all");
-    const BatchReport report = exportAll(controller, folder_ / "natives");
+    model.settings.turn(knobs, "all");
+    const BatchReport report = exportAll(model, folder_ / "natives");
     EXPECT_EQ(report.written, 2u);
     EXPECT_FALSE(report.cancelled);
     ASSERT_EQ(report.problems.size(), 1u); // and it did not end the others
@@ -308,16 +307,16 @@ TEST_F(ViewerManyFiles, ExportsOfAllAreWhatIsSeenAndWhatTheToolMakes) {
     EXPECT_EQ(slurp(native("b_native.png")), slurp(folder_ / "tool-b.png"));
 
     for (const int index : {0, 1}) { // what the window shows
-        select(controller, index);
-        controller.setArea({5000, 5000});
-        controller.setMode(Mode::Native);
+        select(model, index);
+        model.stage.setArea({5000, 5000});
+        model.stage.setMode(Mode::Native);
         ASSERT_TRUE(waitFor([&] {
-            const Frame& frame = controller.frame();
-            return frame.setup.mode == Mode::Native && frame.knobs == controller.knobs() &&
-                   frame.setup.document == controller.document() && !controller.isBusy();
+            const Frame& frame = model.stage.frame();
+            return frame.setup.mode == Mode::Native && frame.knobs == model.settings.knobs() &&
+                   frame.setup.document == model.files.document() && !model.stage.isBusy();
         }));
         const fs::path file = native(index == 0 ? "a_native.png" : "b_native.png");
-        EXPECT_TRUE(samePicture(controller.frame().picture, readPhoto(file)));
+        EXPECT_TRUE(samePicture(model.stage.frame().picture, readPhoto(file)));
     }
 }
 
@@ -342,9 +341,9 @@ TEST_F(ViewerManyFiles, ExportsOfAFolderHaveTheNamesOfTheTool) {
 TEST_F(ViewerManyFiles, APhotoIsNeverReplacedByAnExport) {
     fs::copy(photo("b.jpg"), photo("b_native.png")); // a photo of this name
     const std::string before = slurp(photo("b_native.png"));
-    Controller controller(display_);
-    controller.open(std::vector<fs::path>{photo("b.jpg"), photo("b_native.png")});
-    const BatchReport report = exportAll(controller, folder_ / "photos");
+    Model model(display_);
+    model.files.open(std::vector<fs::path>{photo("b.jpg"), photo("b_native.png")});
+    const BatchReport report = exportAll(model, folder_ / "photos");
     EXPECT_EQ(report.written, 1u); // b_native_native.png
     ASSERT_EQ(report.problems.size(), 1u);
     EXPECT_TRUE(holds(report.problems[0], "is one of the photos"));
@@ -352,21 +351,22 @@ TEST_F(ViewerManyFiles, APhotoIsNeverReplacedByAnExport) {
 }
 
 TEST_F(ViewerManyFiles, AnExportOfAllCanBeCancelled) {
-    Controller controller(display_);
-    controller.open(std::vector<fs::path>{photo("b.jpg")});
+    Model model(display_);
+    model.files.open(std::vector<fs::path>{photo("b.jpg")});
     for (int i = 0; i < 40; ++i) {
         fs::copy(photo("b.jpg"), photo("c" + std::to_string(i) + ".jpg"));
-        controller.open(Source{photo("c" + std::to_string(i) + ".jpg"), {}, Reading::Photo});
+        model.files.open(std::vector<Source>{
+            Source{photo("c" + std::to_string(i) + ".jpg"), {}, Reading::Photo}});
     }
-    QObject::connect(&controller, &Controller::exportProgress, [&](double done) {
-        if (done > 0.02) controller.cancelExport();
+    QObject::connect(&model.exports, &Exports::progress, [&](double done) {
+        if (done > 0.02) model.exports.cancel();
     });
-    const BatchReport report = exportAll(controller, folder_ / "natives");
+    const BatchReport report = exportAll(model, folder_ / "natives");
     EXPECT_TRUE(report.cancelled);
     EXPECT_LT(report.written, 41u);
     const auto files = std::distance(fs::directory_iterator(folder_ / "natives"), {});
     EXPECT_EQ(static_cast<std::size_t>(files), report.written); // no incomplete one
-    EXPECT_FALSE(controller.isExporting());
+    EXPECT_FALSE(model.exports.areRunning());
 }
 
 TEST_F(ViewerManyFiles, IconsLookLikeTheirPhotos) {
@@ -417,9 +417,9 @@ class ViewerStrip : public ViewerManyFiles {
     void dropFolder() {
         dropOn(*window_, {folder_ / "photos"});
         ASSERT_TRUE(waitFor(
-            [this] { return controller().sources().size() == 3 && !controller().isBusy(); }));
+            [this] { return model().files.sources().size() == 3 && !model().stage.isBusy(); }));
     }
-    Controller& controller() { return window_->controller(); }
+    Model& model() { return window_->model(); }
     PhotoStrip& strip() { return *window_->findChild<PhotoStrip*>(); }
     QAction* entry(const QString& text) { return entryOf(*window_, text); }
     std::unique_ptr<MainWindow> window_;
@@ -433,18 +433,18 @@ TEST_F(ViewerStrip, ShowsTheFilesOfAFolderAndGoesThroughThem) {
     EXPECT_EQ(strip().currentIndex().row(), 0);
     EXPECT_FALSE(entry("Previous file")->isEnabled());
     QTest::keyClick(window_.get(), Qt::Key_PageDown);
-    EXPECT_EQ(controller().current(), 1);
+    EXPECT_EQ(model().files.current(), 1);
     EXPECT_EQ(strip().currentIndex().row(), 1);
-    ASSERT_TRUE(waitFor([this] { return !controller().isBusy(); }));
+    ASSERT_TRUE(waitFor([this] { return !model().stage.isBusy(); }));
     QTest::mouseClick(strip().viewport(), Qt::LeftButton, Qt::NoModifier,
                       strip().visualRect(strip().model()->index(2, 0)).center());
-    EXPECT_EQ(controller().current(), 2);
+    EXPECT_EQ(model().files.current(), 2);
     EXPECT_FALSE(entry("Next file")->isEnabled());
     QTest::keyClick(window_.get(), Qt::Key_PageUp);
-    EXPECT_EQ(controller().current(), 1);
+    EXPECT_EQ(model().files.current(), 1);
     strip().setFocus();
     QTest::keyClick(&strip(), Qt::Key_Left);
-    EXPECT_EQ(controller().current(), 0);
+    EXPECT_EQ(model().files.current(), 0);
     entry("Strip of photos")->trigger();
     EXPECT_FALSE(strip().isVisible());
     entry("Strip of photos")->trigger();

@@ -162,10 +162,10 @@ TEST_F(ViewerNetworkDownload, KeepsOnlyTheFileOfTheCatalogue) {
 
 TEST_F(ViewerNetworkDownload, TheWindowTellsWhatItIsDownloadsItAndUsesIt) {
     const auto window = shownWindow();
-    Controller& controller = window->controller();
+    Model& model = window->model();
     writeImage(home_ / "photo.png", detailedPhoto({120, 160}));
     dropOn(*window, {home_ / "photo.png"});
-    ASSERT_TRUE(waitFor([&] { return controller.frame().setup.depthSource == "tiny"; }));
+    ASSERT_TRUE(waitFor([&] { return model.stage.frame().setup.depthSource == "tiny"; }));
     QAbstractButton* const offer = window->findChild<QAbstractButton*>("betterDepth");
     EXPECT_TRUE(offer->isVisible());
 
@@ -193,7 +193,7 @@ TEST_F(ViewerNetworkDownload, TheWindowTellsWhatItIsDownloadsItAndUsesIt) {
         dialog.reject();
         EXPECT_TRUE(isFolderEmpty());
     });
-    EXPECT_EQ(controller.frame().setup.depthSource, "tiny");
+    EXPECT_EQ(model.stage.frame().setup.depthSource, "tiny");
 
     // a failure is told, and the next try succeeds
     inDialog([&](NetworkDialog& dialog) {
@@ -208,7 +208,7 @@ TEST_F(ViewerNetworkDownload, TheWindowTellsWhatItIsDownloadsItAndUsesIt) {
     EXPECT_TRUE(fs::exists(networkFolder() / "better.onnx"));
     EXPECT_FALSE(offer->isVisible());
     EXPECT_GE(window->findChild<QComboBox*>("depth")->findText("better"), 0);
-    EXPECT_TRUE(waitFor([&] { return controller.frame().setup.depthSource == "better"; }));
+    EXPECT_TRUE(waitFor([&] { return model.stage.frame().setup.depthSource == "better"; }));
 }
 
 } // namespace

@@ -1,4 +1,4 @@
-// Painting depth: the canvas, strokes of the controller, the bar of the window.
+// Painting depth: the canvas, strokes of the model, the bar of the window.
 
 #include "support/compare.hpp"
 #include "viewer/model/depth_canvas.hpp"
@@ -43,41 +43,41 @@ class ViewerPaint : public ::testing::Test {
     TemporaryDirectory folder_;
 };
 
-class ViewerPaintController : public ViewerPaint {
+class ViewerPaintModel : public ViewerPaint {
   protected:
     void SetUp() override {
         ViewerPaint::SetUp();
-        controller_.setArea(kPhoto);
-        controller_.restoreKnobs(ofVideo(Knobs())); // nothing is chosen by the photo
-        controller_.open(std::vector<fs::path>{file("photo.png"), file("photo-depth.png")});
-        controller_.setMode(Mode::Depth);
+        model_.stage.setArea(kPhoto);
+        model_.settings.restore(ofVideo(Knobs())); // nothing is chosen by the photo
+        model_.files.open(std::vector<fs::path>{file("photo.png"), file("photo-depth.png")});
+        model_.stage.setMode(Mode::Depth);
         ASSERT_TRUE(settle());
     }
     // Waits for the frame of the last change.
     bool settle() {
         return waitFor([this] {
-            const Frame& frame = controller_.frame();
-            return !controller_.isBusy() && frame.setup.document == controller_.document() &&
-                   frame.setup.document && frame.setup.mode == controller_.mode() &&
-                   frame.knobs == controller_.knobs() && !frame.setup.isDraft &&
-                   controller_.exportObstacle().isEmpty();
+            const Frame& frame = model_.stage.frame();
+            return !model_.stage.isBusy() && frame.setup.document == model_.files.document() &&
+                   frame.setup.document && frame.setup.mode == model_.stage.mode() &&
+                   frame.knobs == model_.settings.knobs() && !frame.setup.isDraft &&
+                   model_.exports.obstacle().isEmpty();
         });
     }
-    cv::Mat depth() const { return controller_.frame().depth; }
+    cv::Mat depth() const { return model_.stage.frame().depth; }
     void stroke(const Paint& paint, const std::vector<cv::Point2d>& places) {
-        ASSERT_TRUE(controller_.beginStroke(paint, places.front()));
+        ASSERT_TRUE(model_.stage.beginStroke(paint, places.front()));
         for (const cv::Point2d& place : places)
-            controller_.continueStroke(place);
-        controller_.endStroke();
+            model_.stage.continueStroke(place);
+        model_.stage.endStroke();
         ASSERT_TRUE(settle());
     }
     void exportTo(Product product, const char* name) {
-        QSignalSpy ended(&controller_, &Controller::exportEnded);
-        ASSERT_TRUE(controller_.startExport(product, file(name)));
+        QSignalSpy ended(&model_.exports, &Exports::ended);
+        ASSERT_TRUE(model_.exports.start(product, file(name)));
         ASSERT_TRUE(waitFor([&] { return ended.count() == 1; }));
     }
     void undo() {
-        controller_.undoStack().undo();
+        model_.settings.undoStack().undo();
         ASSERT_TRUE(settle());
     }
     Paint farther(double amount = 0.3) const {
@@ -87,16 +87,16 @@ class ViewerPaintController : public ViewerPaint {
         return paint;
     }
 
-    Controller controller_{sampleDisplay({150, 200})};
+    Model model_{sampleDisplay({150, 200})};
 };
 
-TEST_F(ViewerPaintController, AStrokeChangesTheDepthUnderIt) {
+TEST_F(ViewerPaintModel, AStrokeChangesTheDepthUnderIt) {
     const cv::Mat before = depth().clone();
     ASSERT_EQ(before.size(), kPhoto);
-    ASSERT_TRUE(controller_.canPaint());
-    EXPECT_FALSE(controller_.isPainted());
+    ASSERT_TRUE(model_.stage.canPaint());
+    EXPECT_FALSE(model_.stage.isPainted());
     stroke(farther(), {{0.5, 0.5}, {0.6, 0.6}});
-    EXPECT_TRUE(controller_.isPainted());
+    EXPECT_TRUE(model_.stage.isPainted());
     // by the library, in px: the radius is 0.04 of the photo's longer side
     DepthBrushOptions options;
     options.brush = DepthBrush::Farther;
@@ -109,25 +109,25 @@ TEST_F(ViewerPaintController, AStrokeChangesTheDepthUnderIt) {
     EXPECT_NEAR(depth().at<float>(200, 150), 0.7, 1e-5);
 }
 
-TEST_F(ViewerPaintController, StrokesAreUndoneAndDoneAgain) {
+TEST_F(ViewerPaintModel, StrokesAreUndoneAndDoneAgain) {
     const cv::Mat before = depth().clone();
     stroke(farther(), {{0.4, 0.4}, {0.5, 0.6}});
     const cv::Mat one = depth().clone();
     stroke(farther(), {{0.6, 0.4}});
     const cv::Mat two = depth().clone();
     EXPECT_GT(compare(one, two).count, 100u);
-    EXPECT_EQ(controller_.undoStack().undoText(), "brush: farther");
+    EXPECT_EQ(model_.settings.undoStack().undoText(), "brush: farther");
     undo();
     EXPECT_TRUE(samePicture(depth(), one));
     undo();
     EXPECT_TRUE(samePicture(depth(), before));
-    EXPECT_FALSE(controller_.isPainted());
-    EXPECT_TRUE(controller_.unsavedDepths().empty());
-    controller_.undoStack().redo();
-    controller_.undoStack().redo();
+    EXPECT_FALSE(model_.stage.isPainted());
+    EXPECT_TRUE(model_.stage.unsavedDepths().empty());
+    model_.settings.undoStack().redo();
+    model_.settings.undoStack().redo();
     ASSERT_TRUE(settle());
     EXPECT_TRUE(samePicture(depth(), two));
-    controller_.unpaint();
+    model_.stage.unpaint();
     ASSERT_TRUE(settle());
     EXPECT_TRUE(samePicture(depth(), before));
     undo();
@@ -136,21 +136,21 @@ TEST_F(ViewerPaintController, StrokesAreUndoneAndDoneAgain) {
     EXPECT_TRUE(samePicture(depth(), one));
 }
 
-TEST_F(ViewerPaintController, TheFrameMovesThePlaces) {
-    Knobs knobs = controller_.knobs();
+TEST_F(ViewerPaintModel, TheFrameMovesThePlaces) {
+    Knobs knobs = model_.settings.knobs();
     knobs.framing = {{0.5, 0.375}, 2};
-    controller_.turn(knobs, "frame");
+    model_.settings.turn(knobs, "frame");
     ASSERT_TRUE(settle());
     stroke(farther(), {{0.5, 0.75}}); // the middle of the photo
-    controller_.resetFrame();
+    model_.stage.resetFrame();
     ASSERT_TRUE(settle());
     EXPECT_NEAR(depth().at<float>(200, 150), 0.7, 1e-5);
     EXPECT_EQ(depth().at<float>(150, 150), 1);
     EXPECT_EQ(depth().at<float>(250, 150), 1);
-    EXPECT_NEAR(controller_.brushRadius(0.04), 16.0 / 300, 1e-9);
+    EXPECT_NEAR(model_.stage.brushRadius(0.04), 16.0 / 300, 1e-9);
 }
 
-TEST_F(ViewerPaintController, CopyTakesTheDepthOfItsFirstPlace) {
+TEST_F(ViewerPaintModel, CopyTakesTheDepthOfItsFirstPlace) {
     Paint paint;
     paint.tool = PaintTool::Copy;
     paint.amount = 1;
@@ -160,85 +160,85 @@ TEST_F(ViewerPaintController, CopyTakesTheDepthOfItsFirstPlace) {
     EXPECT_EQ(depth().at<float>(260, 140), 1);
 }
 
-TEST_F(ViewerPaintController, TheLassoLiftsWhatItEncircles) {
+TEST_F(ViewerPaintModel, TheLassoLiftsWhatItEncircles) {
     Paint paint;
     paint.tool = PaintTool::Lasso;
     paint.amount = -0.4;
     stroke(paint, {{0.22, 0.22}, {0.78, 0.22}, {0.78, 0.78}, {0.22, 0.78}});
-    EXPECT_EQ(controller_.undoStack().undoText(), "lasso");
+    EXPECT_EQ(model_.settings.undoStack().undoText(), "lasso");
     cv::Mat expected;
     boxDepth(kPhoto).convertTo(expected, CV_32F, 0.6 / 255);
     const Difference difference = compare(depth(), expected, 0.01);
     EXPECT_LT(static_cast<double>(difference.count), 0.005 * kPhoto.area()) << difference.report;
 }
 
-TEST_F(ViewerPaintController, PaintedDepthStaysWithItsPhotoAndSource) {
+TEST_F(ViewerPaintModel, PaintedDepthStaysWithItsPhotoAndSource) {
     const cv::Mat before = depth().clone();
     stroke(farther(), {{0.5, 0.5}});
     const cv::Mat painted = depth().clone();
-    controller_.open(std::vector<fs::path>{file("other.png"), file("other-depth.png")});
+    model_.files.open(std::vector<fs::path>{file("other.png"), file("other-depth.png")});
     ASSERT_TRUE(settle());
     EXPECT_TRUE(samePicture(depth(), before));
-    controller_.select(0);
+    model_.files.select(0);
     ASSERT_TRUE(settle());
     EXPECT_TRUE(samePicture(depth(), painted));
-    Knobs knobs = controller_.knobs();
+    Knobs knobs = model_.settings.knobs();
     knobs.depth = "tiny";
-    controller_.turn(knobs, "depth");
+    model_.settings.turn(knobs, "depth");
     ASSERT_TRUE(settle());
-    EXPECT_FALSE(controller_.isPainted());
+    EXPECT_FALSE(model_.stage.isPainted());
     undo();
     EXPECT_TRUE(samePicture(depth(), painted));
-    ASSERT_EQ(controller_.unsavedDepths().size(), 1u);
-    EXPECT_EQ(controller_.unsavedDepths().front(), file("photo.png"));
+    ASSERT_EQ(model_.stage.unsavedDepths().size(), 1u);
+    EXPECT_EQ(model_.stage.unsavedDepths().front(), file("photo.png"));
 }
 
-TEST_F(ViewerPaintController, WhatIsExportedIsWhatIsSeen) {
+TEST_F(ViewerPaintModel, WhatIsExportedIsWhatIsSeen) {
     Paint paint;
     paint.tool = PaintTool::Lasso;
     paint.amount = -0.7;
     stroke(paint, {{0.2, 0.2}, {0.8, 0.2}, {0.8, 0.5}, {0.2, 0.5}});
     const cv::Mat painted = depth().clone();
     exportTo(Product::Depth, "painted.png");
-    EXPECT_TRUE(controller_.unsavedDepths().empty());
+    EXPECT_TRUE(model_.stage.unsavedDepths().empty());
     // another program reads the same depth, in 16 bits
     cv::Mat read;
     readDepthSamples(file("painted.png")).convertTo(read, CV_32F, 1 / 65535.0);
     EXPECT_TRUE(samePicture(read, painted, 1.0 / 65535));
 
     exportTo(Product::Native, "native.png");
-    QSignalSpy all(&controller_, &Controller::exportAllEnded);
+    QSignalSpy all(&model_.exports, &Exports::allEnded);
     fs::create_directory(file("all"));
-    ASSERT_TRUE(controller_.startExportAll(file("all")));
+    ASSERT_TRUE(model_.exports.startAll(file("all")));
     ASSERT_TRUE(waitFor([&] { return all.count() == 1; }));
     const std::string native = slurp(file("native.png"));
     EXPECT_TRUE(slurp(file("all") / "photo_native.png") == native);
-    controller_.unpaint();
+    model_.stage.unpaint();
     ASSERT_TRUE(settle());
     exportTo(Product::Native, "native.png");
     EXPECT_TRUE(slurp(file("native.png")) != native);
 }
 
-TEST_F(ViewerPaintController, OnlyPhotosFromTheMiddleArePainted) {
-    controller_.setMode(Mode::Sway);
-    controller_.setPosition(0.5);
-    ASSERT_TRUE(waitFor([this] { return controller_.frame().setup.position == 0.5; }));
-    EXPECT_FALSE(controller_.beginStroke(farther(), {0.5, 0.5}));
-    controller_.setPosition(0);
-    ASSERT_TRUE(waitFor([this] { return controller_.frame().setup.position == 0; }));
-    EXPECT_TRUE(controller_.canPaint());
-    controller_.setMode(Mode::Native);
+TEST_F(ViewerPaintModel, OnlyPhotosFromTheMiddleArePainted) {
+    model_.stage.setMode(Mode::Sway);
+    model_.stage.setPosition(0.5);
+    ASSERT_TRUE(waitFor([this] { return model_.stage.frame().setup.position == 0.5; }));
+    EXPECT_FALSE(model_.stage.beginStroke(farther(), {0.5, 0.5}));
+    model_.stage.setPosition(0);
+    ASSERT_TRUE(waitFor([this] { return model_.stage.frame().setup.position == 0; }));
+    EXPECT_TRUE(model_.stage.canPaint());
+    model_.stage.setMode(Mode::Native);
     ASSERT_TRUE(settle());
-    EXPECT_FALSE(controller_.beginStroke(farther(), {0.5, 0.5}));
-    controller_.continueStroke({0.5, 0.5}); // of no stroke: nothing
-    controller_.endStroke();
-    EXPECT_EQ(controller_.undoStack().count(), 0);
+    EXPECT_FALSE(model_.stage.beginStroke(farther(), {0.5, 0.5}));
+    model_.stage.continueStroke({0.5, 0.5}); // of no stroke: nothing
+    model_.stage.endStroke();
+    EXPECT_EQ(model_.settings.undoStack().count(), 0);
 }
 
-TEST_F(ViewerPaintController, StrokesLeaveTheSwayVideoTheWholePhoto) {
-    controller_.restoreKnobs(Knobs());
+TEST_F(ViewerPaintModel, StrokesLeaveTheSwayVideoTheWholePhoto) {
+    model_.settings.restore(Knobs());
     ASSERT_TRUE(settle());
-    ASSERT_GT(controller_.frame().setup.knobs.framing.zoom, 1); // no view looks beyond the sides
+    ASSERT_GT(model_.stage.frame().setup.knobs.framing.zoom, 1); // no view looks beyond the sides
     const auto videoSize = [&] {
         exportTo(Product::SwayVideo, "sway.mkv");
         return VideoReader(file("sway.mkv")).facts().size;
@@ -246,9 +246,9 @@ TEST_F(ViewerPaintController, StrokesLeaveTheSwayVideoTheWholePhoto) {
     const cv::Size whole = videoSize();
     stroke({}, {{0.5, 0.5}});
     ASSERT_TRUE(settle());
-    EXPECT_FALSE(controller_.knobs().choices.any());
+    EXPECT_FALSE(model_.settings.knobs().choices.any());
     EXPECT_EQ(videoSize(), whole);
-    controller_.zoomFrame({0.5, 0.5}, 1.5, 0); // by the user
+    model_.stage.zoomFrame({0.5, 0.5}, 1.5, 0); // by the user
     ASSERT_TRUE(settle());
     EXPECT_LT(videoSize().area(), whole.area());
 }
@@ -277,12 +277,12 @@ class ViewerPaintWindow : public ViewerPaint {
     void SetUp() override {
         ViewerPaint::SetUp();
         window_ = shownWindow();
-        window_->controller().open(
+        window_->model().files.open(
             std::vector<fs::path>{file("photo.png"), file("photo-depth.png")});
         ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !isBusy(); }));
     }
-    Controller& controller() { return window_->controller(); }
-    bool isBusy() { return controller().isBusy(); }
+    Model& model() { return window_->model(); }
+    bool isBusy() { return model().stage.isBusy(); }
     PictureView& picture() { return *window_->findChild<PictureView*>(); }
     PaintBar& bar() { return *window_->findChild<PaintBar*>(); }
     void press(const QString& tool) {
@@ -292,7 +292,7 @@ class ViewerPaintWindow : public ViewerPaint {
     }
     void beginToPaint() {
         QTest::keyClick(window_.get(), Qt::Key_B);
-        ASSERT_TRUE(waitFor([this] { return bar().isVisible() && controller().canPaint(); }));
+        ASSERT_TRUE(waitFor([this] { return bar().isVisible() && model().stage.canPaint(); }));
         ASSERT_TRUE(waitFor([this] { return picture().pointer() == PictureView::Pointer::Brush; }));
     }
     // Closes the window and answers its question.
@@ -305,11 +305,11 @@ class ViewerPaintWindow : public ViewerPaint {
 
 TEST_F(ViewerPaintWindow, AKeyShowsTheBarAndEscapeHidesIt) {
     EXPECT_FALSE(bar().isVisible());
-    controller().setSwinging(true);
-    controller().setMode(Mode::Lens);
+    model().stage.setSwinging(true);
+    model().stage.setMode(Mode::Lens);
     beginToPaint();
-    EXPECT_EQ(controller().mode(), Mode::Sway);
-    EXPECT_FALSE(controller().isSwinging());
+    EXPECT_EQ(model().stage.mode(), Mode::Sway);
+    EXPECT_FALSE(model().stage.isSwinging());
     ASSERT_TRUE(bar().paint());
     EXPECT_EQ(bar().paint()->tool, PaintTool::Nearer);
     const double radius = bar().paint()->radius;
@@ -330,22 +330,22 @@ TEST_F(ViewerPaintWindow, AKeyShowsTheBarAndEscapeHidesIt) {
 TEST_F(ViewerPaintWindow, TheMousePaintsAndCtrlZUndoes) {
     beginToPaint();
     press("Farther");
-    ASSERT_TRUE(controller().knobs().choices.any());
-    Knobs chosen = ofVideo(controller().frame().setup.knobs);
+    ASSERT_TRUE(model().settings.knobs().choices.any());
+    Knobs chosen = ofVideo(model().stage.frame().setup.knobs);
     chosen.isFramingChosen = true;
     const QPoint middle = picture().rect().center();
     drag(picture(), middle, middle + QPoint(40, 30));
-    EXPECT_EQ(controller().knobs(), chosen); // stays as it is; no click, no drag
-    EXPECT_EQ(controller().undoStack().count(), 1);
-    EXPECT_TRUE(controller().isPainted());
+    EXPECT_EQ(model().settings.knobs(), chosen); // stays as it is; no click, no drag
+    EXPECT_EQ(model().settings.undoStack().count(), 1);
+    EXPECT_TRUE(model().stage.isPainted());
     ASSERT_TRUE(waitFor([this] {
-        const Frame& frame = controller().frame();
+        const Frame& frame = model().stage.frame();
         return !frame.setup.isDraft && !frame.setup.painted.depth.empty() && !frame.depth.empty();
     }));
-    const cv::Mat& depth = controller().frame().depth;
+    const cv::Mat& depth = model().stage.frame().depth;
     EXPECT_NEAR(depth.at<float>(depth.rows / 2, depth.cols / 2), 0.9, 0.01);
     QTest::keyClick(window_.get(), Qt::Key_Z, Qt::ControlModifier);
-    EXPECT_FALSE(controller().isPainted());
+    EXPECT_FALSE(model().stage.isPainted());
 }
 
 TEST_F(ViewerPaintWindow, ClosingAsksForDepthThatIsNotSaved) {
@@ -359,7 +359,7 @@ TEST_F(ViewerPaintWindow, ClosingAsksForDepthThatIsNotSaved) {
               "The depth that you have painted is not saved. Close anyway? " +
                   QString::fromStdString(file("photo.png").string()));
     EXPECT_TRUE(window_->isVisible());
-    ASSERT_TRUE(waitFor([this] { return controller().exportObstacle().isEmpty(); }));
+    ASSERT_TRUE(waitFor([this] { return model().exports.obstacle().isEmpty(); }));
     // saves it, then closes
     QTimer typing;
     QObject::connect(&typing, &QTimer::timeout, &typing, [] {
@@ -369,7 +369,7 @@ TEST_F(ViewerPaintWindow, ClosingAsksForDepthThatIsNotSaved) {
     typing.start(20);
     closing(QMessageBox::Save);
     EXPECT_TRUE(waitFor([this] { return !window_->isVisible(); }));
-    EXPECT_TRUE(controller().unsavedDepths().empty());
+    EXPECT_TRUE(model().stage.unsavedDepths().empty());
     EXPECT_TRUE(fs::exists(file("photo_depth.png")));
 }
 

@@ -143,13 +143,13 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
     window.setGeometry(QGuiApplication::primaryScreen()->geometry());
     window.show();
     ASSERT_TRUE(QTest::qWaitForWindowExposed(&window));
-    Controller& controller = window.controller();
+    Model& model = window.model();
     auto& picture = *window.findChild<PictureView*>();
     auto& panel = *window.findChild<KnobPanel*>();
     const auto settled = [&] {
         return waitFor([&] {
-            return !controller.isBusy() && controller.frame().knobs == controller.knobs() &&
-                   controller.frame().setup.mode == controller.mode();
+            return !model.stage.isBusy() && model.stage.frame().knobs == model.settings.knobs() &&
+                   model.stage.frame().setup.mode == model.stage.mode();
         });
     };
     focusOn(window);
@@ -159,15 +159,15 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
         const NameTyper typer(folder / "broken.jpg");
         key("ctrl+o");
         ASSERT_TRUE(waitFor(
-            [&] { return !picture.headline().isEmpty() && !controller.problem().isEmpty(); }));
+            [&] { return !picture.headline().isEmpty() && !model.stage.problem().isEmpty(); }));
     }
     keepPicture("broken");
 
-    controller.open(std::vector<fs::path>{folder / "terrace.jpg", folder / "terrace-depth.png"});
+    model.files.open(std::vector<fs::path>{folder / "terrace.jpg", folder / "terrace-depth.png"});
     ASSERT_TRUE(waitFor([&] { return !picture.picture().isNull(); }));
     focusOn(window);
     key("space"); // stands still
-    ASSERT_TRUE(waitFor([&] { return !controller.isSwinging(); }) && settled());
+    ASSERT_TRUE(waitFor([&] { return !model.stage.isSwinging(); }) && settled());
     keepPicture("photo");
 
     // drag the strength up
@@ -178,22 +178,23 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
     for (int dx = 4; dx <= 24; dx += 4)
         moveTo(handle + QPoint(dx, 0));
     input({"mouseup", "1"});
-    const Knobs& knobs = controller.knobs();
+    const Knobs& knobs = model.settings.knobs();
     EXPECT_TRUE(
         waitFor([&] { return knobs.views.strengthPercent > 12 && !slider.isSliderDown(); }));
-    EXPECT_EQ(controller.undoStack().count(), 1);
+    EXPECT_EQ(model.settings.undoStack().count(), 1);
     ASSERT_TRUE(settled());
 
     // focus on the ball in the middle below, and on the sky
     const auto clickAt = [&](double x, double y) {
-        const cv::Size target = controller.frame().target;
+        const cv::Size target = model.stage.frame().target;
         const QPoint middle = picture.rect().center();
         moveTo(picture.mapToGlobal(middle + QPoint(static_cast<int>((x - 0.5) * target.width),
                                                    static_cast<int>((y - 0.5) * target.height))));
-        const int steps = controller.undoStack().count();
+        const int steps = model.settings.undoStack().count();
         input({"click", "1"});
-        ASSERT_TRUE(waitFor([&] { return controller.undoStack().count() > steps; }) && settled());
-        EXPECT_EQ(controller.undoStack().count(), steps + 1);
+        ASSERT_TRUE(waitFor([&] { return model.settings.undoStack().count() > steps; }) &&
+                    settled());
+        EXPECT_EQ(model.settings.undoStack().count(), steps + 1);
     };
     clickAt(0.55, 0.7);
     const double ball = knobs.views.focus;
@@ -209,21 +210,21 @@ TEST(Session, OpensDragsFocusesLooksAndExports) {
 
     for (const int mode : {2, 3, 4, 5, 1}) {
         key(QString::number(mode));
-        ASSERT_TRUE(waitFor([&] { return int(controller.mode()) == mode - 1; }) && settled());
+        ASSERT_TRUE(waitFor([&] { return int(model.stage.mode()) == mode - 1; }) && settled());
         keepPicture("mode-" + QString::number(mode));
     }
 
     // the camera follows the mouse
     key("m");
     moveTo(picture.mapToGlobal({5, 300}));
-    EXPECT_TRUE(waitFor([&] { return controller.position() < -0.9; }));
+    EXPECT_TRUE(waitFor([&] { return model.stage.position() < -0.9; }));
     key("m");
 
     {
         const NameTyper typer(folder / "exported.png");
         key("ctrl+s");
         ASSERT_TRUE(waitFor(
-            [&] { return fs::exists(folder / "exported.png") && !controller.isExporting(); }));
+            [&] { return fs::exists(folder / "exported.png") && !model.exports.areRunning(); }));
     }
     EXPECT_EQ(readPhoto(folder / "exported.png").size(), cv::Size(1536, 2048));
     keepPicture("exported");

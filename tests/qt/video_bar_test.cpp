@@ -66,11 +66,11 @@ class ViewerVideoBar : public ::testing::Test {
     void open(const fs::path& file) {
         window_ = shownWindow();
         EXPECT_FALSE(bar().isVisible());
-        controller().open(std::vector<fs::path>{file});
+        model().files.open(std::vector<fs::path>{file});
         ASSERT_TRUE(waitFor([this] { return bar().isVisible() && state().sounds; }));
     }
-    Controller& controller() { return window_->controller(); }
-    VideoPlayer::State state() { return controller().videoState(); }
+    Model& model() { return window_->model(); }
+    VideoPlayer::State state() { return model().files.videoState(); }
     VideoBar& bar() { return *window_->findChild<VideoBar*>(); }
     template <class Widget>
     Widget& part(const char* name) {
@@ -95,35 +95,35 @@ TEST_F(ViewerVideoBar, ShowsAndSetsHowTheVideoPlays) {
     }
 
     part<QToolButton>("playVideo").click();
-    EXPECT_FALSE(controller().isPlaying());
+    EXPECT_FALSE(model().files.isPlaying());
     part<QSlider>("videoPosition").setValue(205); // 20.5 s
     ASSERT_TRUE(waitFor([&] { return std::abs(state().position - 20.5) < 0.05; }));
     EXPECT_TRUE(state().paused);
     ASSERT_TRUE(waitFor([&] { return part<QLabel>("videoTime").text() == "0:20 / 0:30"; }));
     part<QToolButton>("playVideo").click();
-    EXPECT_TRUE(controller().isPlaying());
+    EXPECT_TRUE(model().files.isPlaying());
 
     part<QSlider>("videoVolume").setValue(40);
-    EXPECT_EQ(controller().playSettings().volume, 40);
+    EXPECT_EQ(model().files.playSettings().volume, 40);
     part<QToolButton>("muteVideo").click();
-    EXPECT_TRUE(controller().playSettings().muted);
+    EXPECT_TRUE(model().files.playSettings().muted);
     part<QToolButton>("loopVideo").click();
-    EXPECT_EQ(controller().playSettings().atEnd, AtEnd::Stop);
+    EXPECT_EQ(model().files.playSettings().atEnd, AtEnd::Stop);
     auto& tracks = part<QComboBox>("soundTrack");
     ASSERT_TRUE(tracks.isVisible());
     ASSERT_EQ(tracks.count(), 2);
     tracks.setCurrentIndex(1);
     emit tracks.activated(1);
-    EXPECT_EQ(controller().playSettings().track, state().tracks[1].index);
+    EXPECT_EQ(model().files.playSettings().track, state().tracks[1].index);
     auto& speeds = part<QComboBox>("videoSpeed");
     EXPECT_EQ(speeds.currentText(), "1x");
     emit speeds.activated(speeds.findText("2x"));
-    EXPECT_EQ(controller().playSettings().speed, 2);
+    EXPECT_EQ(model().files.playSettings().speed, 2);
     EXPECT_EQ(speeds.currentText(), "2x");
     // to the end, where it stops and the window knows
-    ASSERT_TRUE(waitFor([&] { return !controller().isPlaying(); }));
+    ASSERT_TRUE(waitFor([&] { return !model().files.isPlaying(); }));
     EXPECT_GT(state().position, 29);
-    controller().close(0);
+    model().files.close(0);
     EXPECT_TRUE(waitFor([&] { return !bar().isVisible(); }));
 }
 
@@ -140,14 +140,14 @@ TEST_F(ViewerVideoBar, KeysSeekMuteAndChangeTheVolume) {
     press(Qt::Key_Left, Qt::ShiftModifier);
     ASSERT_TRUE(waitFor([&] { return std::abs(state().position - at) < 0.1; }));
     press(Qt::Key_Minus);
-    EXPECT_EQ(controller().playSettings().volume, 90);
+    EXPECT_EQ(model().files.playSettings().volume, 90);
     press(Qt::Key_Plus);
     press(Qt::Key_Plus);
-    EXPECT_EQ(controller().playSettings().volume, 100);
+    EXPECT_EQ(model().files.playSettings().volume, 100);
     press(Qt::Key_M, Qt::ShiftModifier);
-    EXPECT_TRUE(controller().playSettings().muted);
+    EXPECT_TRUE(model().files.playSettings().muted);
     press(Qt::Key_M, Qt::ShiftModifier);
-    EXPECT_FALSE(controller().playSettings().muted);
+    EXPECT_FALSE(model().files.playSettings().muted);
 }
 
 TEST_F(ViewerVideoBar, TheWindowIsInStep) {
@@ -156,9 +156,9 @@ TEST_F(ViewerVideoBar, TheWindowIsInStep) {
     Flashes flashes;
     QObject watcher;
     open(file);
-    controller().setMode(Mode::Native);
-    QObject::connect(&controller(), &Controller::frameReady, &watcher, [&] {
-        const cv::Mat& picture = controller().frame().picture;
+    model().stage.setMode(Mode::Native);
+    QObject::connect(&model().stage, &Stage::frameReady, &watcher, [&] {
+        const cv::Mat& picture = model().stage.frame().picture;
         if (!picture.empty())
             flashes.note(picture.at<cv::Vec3b>(picture.rows / 2, picture.cols / 2)[1]);
     });

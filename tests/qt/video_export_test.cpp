@@ -46,14 +46,14 @@ class ViewerVideoExport : public ::testing::Test {
     void SetUp() override {
         QSettings().clear();
         window_ = shownWindow();
-        controller().setPlaying(false);
+        model().files.setPlaying(false);
     }
-    Controller& controller() { return window_->controller(); }
+    Model& model() { return window_->model(); }
     void open(const char* name) {
         dropOn(*window_, {folder_ / name});
         ASSERT_TRUE(waitFor([this] {
-            const auto& document = controller().document();
-            return document && document->video && !controller().isBusy();
+            const auto& document = model().files.document();
+            return document && document->video && !model().stage.isBusy();
         }));
     }
     // Exports through the menu. @return what was asked
@@ -62,7 +62,7 @@ class ViewerVideoExport : public ::testing::Test {
                          [this] { window_->findChild<QAction*>("exportVideo")->trigger(); });
     }
     void waitForEnd() {
-        ASSERT_TRUE(waitFor([this] { return !controller().isExporting(); }));
+        ASSERT_TRUE(waitFor([this] { return !model().exports.areRunning(); }));
     }
     QString said() {
         QStringList tips;
@@ -104,7 +104,7 @@ TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
     EXPECT_EQ(bytesOf("plain.mp4"), bytesOf("tool.mp4")); // the suffix was added
     EXPECT_TRUE(said().contains("Written: ")) << said().toStdString();
 
-    Knobs knobs = controller().knobs();
+    Knobs knobs = model().settings.knobs();
     knobs.views.method = ViewMethod::Fast;
     knobs.views.strengthPercent = 7;
     knobs.views.focus = 0.25;
@@ -112,14 +112,14 @@ TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
     knobs.fit = FitMode::Contain;
     knobs.columns = 5;
     knobs.rows = 4;
-    controller().turn(knobs, "all");
+    model().settings.turn(knobs, "all");
     expectSame({"--method", "fast", "--strength", "7", "--focus", "0.25", "--fit", "contain", "-q",
                 "4x5", "--depth-curve", "1.5"},
                "clip.mkv", "other.mkv");
 
     knobs = Knobs();
     knobs.choices = {true, true, false, false};
-    controller().turn(knobs, "all");
+    model().settings.turn(knobs, "all");
     expectSame({"--fit", "auto", "--focus", "auto"}, "clip.mkv", "auto.mkv");
 }
 
@@ -129,13 +129,13 @@ TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
     open("clip_rgbd.mkv");
     expectSame({"--rgbd", "right"}, "clip_rgbd.mkv", "rgbd.mkv");
     // a network cannot see half of a picture
-    Knobs knobs = controller().knobs();
+    Knobs knobs = model().settings.knobs();
     knobs.depth = "tiny";
-    controller().turn(knobs, "depth");
-    EXPECT_TRUE(controller().videoExportObstacle().contains("its own depth"));
-    EXPECT_FALSE(controller().startVideoExport(folder_ / "no.mkv", false));
+    model().settings.turn(knobs, "depth");
+    EXPECT_TRUE(model().exports.videoObstacle().contains("its own depth"));
+    EXPECT_FALSE(model().exports.startVideo(folder_ / "no.mkv", false));
 
-    controller().close(0);
+    model().files.close(0);
     open("clip_qs4x3a0.75.mkv");
     expectSame({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "quilts.mkv");
 }
@@ -150,16 +150,16 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
     cv::hconcat(detailedPhoto(eyes.left.size()), detailedPhoto(eyes.left.size()), title);
     writeClip(folder_ / "film_LRF.mkv", film.size(), 30,
               [&](int number) { return number < 20 ? film : title; });
-    controller().setMode(Mode::Depth);
+    model().stage.setMode(Mode::Depth);
     open("film_LRF.mkv");
-    EXPECT_EQ(controller().document()->facts().find(
+    EXPECT_EQ(model().files.document()->facts().find(
                   "Video, 400 x 300 px; both eyes, as its name says it (LRF)"),
               0U)
-        << controller().document()->facts();
-    controller().setPlaying(true);
+        << model().files.document()->facts();
+    model().files.setPlaying(true);
     int things = 0;
-    QObject::connect(&controller(), &Controller::frameReady, window_.get(), [&] {
-        const Frame& frame = controller().frame();
+    QObject::connect(&model().stage, &Stage::frameReady, window_.get(), [&] {
+        const Frame& frame = model().stage.frame();
         if (frame.setup.depthSource.find("both eyes, as often") != 0) return; // not played yet
         const bool isFilm = cv::norm(frame.setup.document->picture, eyes.left, cv::NORM_L1) <
                             10.0 * static_cast<double>(eyes.left.total() * 3);
@@ -171,20 +171,21 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
         EXPECT_GT(thing, 0.9);
         EXPECT_LT(wall, 0.1);
     });
-    EXPECT_TRUE(waitFor([&] { return things >= 5; })) << controller().problem().toStdString();
-    EXPECT_EQ(controller().problem(), "");
-    controller().setPlaying(false);
+    EXPECT_TRUE(waitFor([&] { return things >= 5; })) << model().stage.problem().toStdString();
+    EXPECT_EQ(model().stage.problem(), "");
+    model().files.setPlaying(false);
 
     expectSame({}, "film_LRF.mkv", "eyes.mkv");
     const auto readAs = [this](Reading reading) {
-        controller().reopen(reading, {});
-        ASSERT_TRUE(waitFor([this] { return controller().document() && !controller().isBusy(); }));
+        model().files.reopen(reading, {});
+        ASSERT_TRUE(
+            waitFor([this] { return model().files.document() && !model().stage.isBusy(); }));
     };
     readAs(Reading::Photo);
-    EXPECT_EQ(controller().document()->facts(), "Video, 800 x 300 px");
+    EXPECT_EQ(model().files.document()->facts(), "Video, 800 x 300 px");
     expectSame({"--stereo", "off"}, "film_LRF.mkv", "flat.mkv");
     readAs(Reading::EyesRightLeft);
-    EXPECT_TRUE(controller().document()->facts().find("you have chosen it") != std::string::npos);
+    EXPECT_TRUE(model().files.document()->facts().find("you have chosen it") != std::string::npos);
     expectSame({"--stereo", "right-left"}, "film_LRF.mkv", "swapped.mkv");
 }
 
@@ -193,7 +194,7 @@ TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {
     open("clip.mkv");
     spill(folder_ / "out.mkv", "mine");
     QString size;
-    QObject::connect(&controller(), &Controller::videoExportProgress, window_.get(),
+    QObject::connect(&model().exports, &Exports::videoProgress, window_.get(),
                      [&](const VideoExportState& state) {
                          auto* dialog = window_->findChild<VideoExportDialog*>();
                          ASSERT_NE(dialog, nullptr);
@@ -205,7 +206,7 @@ TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {
                      });
     EXPECT_EQ(startExport("out.mkv", QMessageBox::Yes).size(), 2); // it exists already
     entryOf(*window_, "Depth")->trigger();
-    EXPECT_EQ(controller().mode(), Mode::Depth);
+    EXPECT_EQ(model().stage.mode(), Mode::Depth);
     EXPECT_FALSE(window_->findChild<QAction*>("exportVideo")->isEnabled());
     waitForEnd();
     EXPECT_TRUE(size.startsWith("about ")) << size.toStdString();
@@ -234,14 +235,15 @@ TEST_F(ViewerVideoExport, SaysInOneSentenceWhatIsWrong) {
         [](const QStringList& all) { return all.size() == 3; }); // its name, "replace?", the error
     EXPECT_TRUE(asked[2].contains("clip.mkv: ")) << asked[2].toStdString();
     EXPECT_FALSE(asked[2].contains(" -")) << asked[2].toStdString();
-    EXPECT_FALSE(controller().isExporting());
+    EXPECT_FALSE(model().exports.areRunning());
     VideoReader reader(folder_ / "clip.mkv");
     EXPECT_EQ(allFrames(reader).size(), 5U);
 
     writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
     dropOn(*window_, {folder_ / "photo.png"});
     ASSERT_TRUE(waitFor([this] {
-        return controller().document() && !controller().isBusy() && !controller().document()->video;
+        return model().files.document() && !model().stage.isBusy() &&
+               !model().files.document()->video;
     }));
     EXPECT_FALSE(window_->findChild<QAction*>("exportVideo")->isEnabled());
 }

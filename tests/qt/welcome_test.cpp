@@ -32,10 +32,10 @@ class ViewerWelcome : public ::testing::Test {
         begin();
     }
     void begin() { window_ = shownWindow(); }
-    Controller& controller() { return window_->controller(); }
+    Model& model() { return window_->model(); }
     WelcomeCard* card() { return window_->findChild<WelcomeCard*>(); }
     bool hasPicture() {
-        return !window_->findChild<PictureView*>()->picture().isNull() && !controller().isBusy();
+        return !window_->findChild<PictureView*>()->picture().isNull() && !model().stage.isBusy();
     }
     QString words() {
         QString all;
@@ -49,7 +49,7 @@ class ViewerWelcome : public ::testing::Test {
         begin();
         window_->welcome({});
         EXPECT_EQ(card(), nullptr);
-        EXPECT_TRUE(controller().sources().empty());
+        EXPECT_TRUE(model().files.sources().empty());
     }
 
     TemporaryDirectory folder_;
@@ -62,11 +62,11 @@ TEST_F(ViewerWelcome, ShowsTheSampleSwayingAndWhatCanBeDone) {
     ASSERT_NE(card(), nullptr);
     EXPECT_TRUE(card()->isVisible());
     EXPECT_TRUE(words().contains("No light-field display was found")) << words().toStdString();
-    EXPECT_EQ(controller().sources().front().file.filename(), "sample.jpg");
-    EXPECT_EQ(controller().document()->kind, Kind::Scene);
-    EXPECT_TRUE(controller().isSwinging());
+    EXPECT_EQ(model().files.sources().front().file.filename(), "sample.jpg");
+    EXPECT_EQ(model().files.document()->kind, Kind::Scene);
+    EXPECT_TRUE(model().stage.isSwinging());
     // its depth is estimated, as that of the user's photos, and its picture is not covered
-    ASSERT_TRUE(waitFor([this] { return controller().frame().setup.depthSource == "tiny"; }));
+    ASSERT_TRUE(waitFor([this] { return model().stage.frame().setup.depthSource == "tiny"; }));
     EXPECT_TRUE(words().contains("depth is estimated"));
     const auto& picture = *window_->findChild<PictureView*>();
     const auto placeOf = [this](const QWidget& widget) {
@@ -91,11 +91,11 @@ TEST_F(ViewerWelcome, GreetsADisplayByItsName) {
 TEST_F(ViewerWelcome, LeavesWithTheSampleWhenSomethingIsOpened) {
     window_->welcome({});
     ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
-    controller().open(std::vector<fs::path>{folder_ / "own.png"});
-    ASSERT_TRUE(waitFor([this] { return hasPicture() && controller().sources().size() == 1; }));
-    EXPECT_EQ(controller().sources().front().file, folder_ / "own.png");
+    model().files.open(std::vector<fs::path>{folder_ / "own.png"});
+    ASSERT_TRUE(waitFor([this] { return hasPicture() && model().files.sources().size() == 1; }));
+    EXPECT_EQ(model().files.sources().front().file, folder_ / "own.png");
     ASSERT_TRUE(waitFor([this] {
-        const auto& document = controller().document();
+        const auto& document = model().files.document();
         return document && document->source.file == folder_ / "own.png";
     }));
     expectNoWelcome();
@@ -105,12 +105,12 @@ TEST_F(ViewerWelcome, ClosedItStaysAwayAndTheSampleStays) {
     window_->welcome({});
     ASSERT_TRUE(waitFor([this] { return hasPicture(); }));
     card()->findChild<QPushButton*>("welcomeClose")->click();
-    EXPECT_EQ(controller().sources().size(), 1u);
+    EXPECT_EQ(model().files.sources().size(), 1u);
     ASSERT_TRUE(waitFor([this] { return card() == nullptr; }));
     dropOn(*window_, {folder_ / "own.png", folder_ / "other.png"}); // then it leaves as well
-    ASSERT_TRUE(waitFor([this] { return controller().sources().size() == 2 && hasPicture(); }));
-    EXPECT_EQ(controller().sources()[0].file, folder_ / "own.png");
-    EXPECT_EQ(controller().current(), 0);
+    ASSERT_TRUE(waitFor([this] { return model().files.sources().size() == 2 && hasPicture(); }));
+    EXPECT_EQ(model().files.sources()[0].file, folder_ / "own.png");
+    EXPECT_EQ(model().files.current(), 0);
     expectNoWelcome();
 }
 

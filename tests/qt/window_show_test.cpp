@@ -68,8 +68,8 @@ TEST_F(ViewerWindowShow, TheScreenMayBeChosenByHandAndStaysChosen) {
     writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
     dropOn(*window_, {folder_ / "photo.png"});
     ASSERT_TRUE(
-        QTest::qWaitFor([this] { return window_->controller().document() != nullptr; }, 20000))
-        << window_->controller().problem().toStdString();
+        QTest::qWaitFor([this] { return window_->model().files.document() != nullptr; }, 20000))
+        << window_->model().stage.problem().toStdString();
     ASSERT_EQ(screens().size(), 1 + QGuiApplication::screens().size());
     EXPECT_TRUE(screens()[0]->isChecked());
     screens()[1]->trigger();
@@ -100,7 +100,7 @@ TEST_F(ViewerWindowShow, ShowsAPictureForTwoEyes) {
     entryOf(*window_, "Show for two eyes")->trigger();
     EXPECT_EQ(shown(), nullptr); // nothing is open
     dropOn(*window_, {folder_ / "photo.png", folder_ / "photo-depth.png"});
-    ASSERT_TRUE(waitFor([this] { return window_->controller().document() != nullptr; }));
+    ASSERT_TRUE(waitFor([this] { return window_->model().files.document() != nullptr; }));
     entryOf(*window_, "Side by side, half width")->trigger();
     entryOf(*window_, "Show for two eyes")->trigger();
     ASSERT_NE(shown(), nullptr);
@@ -118,7 +118,7 @@ TEST_F(ViewerWindowShow, ShowsAPictureForTwoEyes) {
 
 TEST_F(ViewerWindowShow, ShowsAFolderOrTheOpenFilesFromTheMenu) {
     screens()[1]->trigger();
-    const cv::Size panel = window_->controller().display().panelSize();
+    const cv::Size panel = window_->model().files.display()->panelSize();
     std::filesystem::create_directory(folder_ / "show");
     const auto write = [&](const char* name, int grey) {
         writeImage(folder_ / name, cv::Mat(panel, CV_8UC3, cv::Scalar::all(grey)),

@@ -57,8 +57,8 @@ class ViewerWindow : public ::testing::Test {
     }
     // The camera stands in the middle.
     void standStill() {
-        window_->controller().setSwinging(false);
-        ASSERT_TRUE(waitFor([this] { return window_->controller().frame().setup.position == 0; }));
+        window_->model().stage.setSwinging(false);
+        ASSERT_TRUE(waitFor([this] { return window_->model().stage.frame().setup.position == 0; }));
     }
     void drop(const std::vector<std::string>& names) {
         std::vector<fs::path> paths;
@@ -70,11 +70,11 @@ class ViewerWindow : public ::testing::Test {
         drop({"photo.png", "photo-depth.png"});
         ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));
     }
-    bool busy() { return window_->controller().isBusy(); }
+    bool busy() { return window_->model().stage.isBusy(); }
     PictureView& picture() { return *window_->findChild<PictureView*>(); }
     KnobPanel& panel() { return *window_->findChild<KnobPanel*>(); }
     PhotoStrip& files() { return *window_->findChild<PhotoStrip*>(); }
-    const Knobs& knobs() { return window_->controller().knobs(); }
+    const Knobs& knobs() { return window_->model().settings.knobs(); }
     QAction* entry(const QString& text) { return entryOf(*window_, text); }
     QStringList answering(const char* name, QMessageBox::StandardButton answer,
                           const std::function<void()>& act) {
@@ -82,7 +82,7 @@ class ViewerWindow : public ::testing::Test {
     }
     // Waits until the work that was started is done.
     void endExport() {
-        ASSERT_TRUE(waitFor([this] { return !window_->controller().isExporting(); }));
+        ASSERT_TRUE(waitFor([this] { return !window_->model().exports.areRunning(); }));
     }
 
     TemporaryDirectory folder_;
@@ -115,7 +115,7 @@ TEST_F(ViewerWindow, OpensWhatIsDroppedAndPaintsIt) {
     standStill();
     // what is seen in the window is the frame, px by px
     const cv::Mat painted = qt::toPicture(picture().grab().toImage());
-    const cv::Mat& frame = window_->controller().frame().picture;
+    const cv::Mat& frame = window_->model().stage.frame().picture;
     const cv::Rect middle((painted.cols - frame.cols) / 2, (painted.rows - frame.rows) / 2,
                           frame.cols, frame.rows);
     EXPECT_TRUE(samePicture(painted(middle), frame));
@@ -128,18 +128,18 @@ TEST_F(ViewerWindow, KeysChooseModesAndSwing) {
           std::pair{Qt::Key_4, Mode::Native}, std::pair{Qt::Key_5, Mode::Lens},
           std::pair{Qt::Key_6, Mode::Stereo}, std::pair{Qt::Key_1, Mode::Sway}}) {
         QTest::keyClick(window_.get(), key);
-        EXPECT_EQ(window_->controller().mode(), mode);
+        EXPECT_EQ(window_->model().stage.mode(), mode);
     }
-    const bool swings = window_->controller().isSwinging();
+    const bool swings = window_->model().stage.isSwinging();
     QTest::keyClick(&picture(), Qt::Key_Space);
-    EXPECT_NE(window_->controller().isSwinging(), swings);
+    EXPECT_NE(window_->model().stage.isSwinging(), swings);
     EXPECT_EQ(entry("Undo")->shortcut(), QKeySequence(QKeySequence::Undo));
 }
 
 TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
     openPhoto();
     const auto& eyes = [this]() -> const tools::EyesOptions& {
-        return window_->controller().eyes();
+        return window_->model().stage.eyes();
     };
     auto* slider = setting<KnobSlider>("eyesStrength");
     EXPECT_FALSE(slider->isVisible());
@@ -158,7 +158,7 @@ TEST_F(ViewerWindow, BothEyesHaveAKindAStrengthAndASwapThatAreKept) {
     entry("Top and bottom")->trigger();
     EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
     beginAgain();
-    EXPECT_EQ(window_->controller().mode(), Mode::Sway); // every start begins with it
+    EXPECT_EQ(window_->model().stage.mode(), Mode::Sway); // every start begins with it
     EXPECT_EQ(eyes().picture, EyesPicture::TopBottom);
     EXPECT_TRUE(entry("Top and bottom")->isChecked());
     EXPECT_TRUE(eyes().swapped);
@@ -225,18 +225,18 @@ TEST_F(ViewerWindow, ItsTextsHaveNoWordsOfATerminal) {
 
 TEST_F(ViewerWindow, SwingsOnAfterPainting) {
     openPhoto();
-    window_->controller().setSwinging(true);
+    window_->model().stage.setSwinging(true);
     const auto paint = [this] { window_->findChild<QAction*>("paintDepth")->trigger(); };
     paint();
-    ASSERT_TRUE(waitFor([this] { return !window_->controller().isSwinging(); }));
+    ASSERT_TRUE(waitFor([this] { return !window_->model().stage.isSwinging(); }));
     window_->findChild<PaintBar*>()->choose(PaintTool::Lasso);
-    EXPECT_FALSE(window_->controller().isSwinging());
+    EXPECT_FALSE(window_->model().stage.isSwinging());
     paint();
-    EXPECT_TRUE(waitFor([this] { return window_->controller().isSwinging(); }));
-    window_->controller().setSwinging(false);
+    EXPECT_TRUE(waitFor([this] { return window_->model().stage.isSwinging(); }));
+    window_->model().stage.setSwinging(false);
     paint();
     paint();
-    EXPECT_FALSE(window_->controller().isSwinging()); // as before
+    EXPECT_FALSE(window_->model().stage.isSwinging()); // as before
 }
 
 TEST_F(ViewerWindow, LooksDarkIfTheUserWantsThat) {
@@ -330,12 +330,12 @@ TEST_F(ViewerWindow, EnterAndEscapeLeaveANumber) {
     };
     type("12,5", Qt::Key_Return);
     EXPECT_EQ(knobs().views.strengthPercent, 12.5);
-    EXPECT_EQ(window_->controller().undoStack().count(), 1); // not one for each digit
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 1); // not one for each digit
     type("7", Qt::Key_Escape);
     EXPECT_EQ(knobs().views.strengthPercent, 12.5);
     EXPECT_EQ(number->text(), "12.5 %");
     QTest::keyClick(&picture(), Qt::Key_2);
-    EXPECT_EQ(window_->controller().mode(), Mode::Depth);
+    EXPECT_EQ(window_->model().stage.mode(), Mode::Depth);
     QTest::keyClick(&picture(), Qt::Key_Z, Qt::ControlModifier);
     EXPECT_EQ(knobs().views.strengthPercent, 10);
     type("80", Qt::Key_Return); // more than the slider has
@@ -389,7 +389,7 @@ TEST_F(ViewerWindow, SlidersTurnKnobsOneUndoPerDragAndADoubleClickResets) {
         slider.setValue(slider.value() + 10);
     slider.setSliderDown(false);
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, first + 4);
-    EXPECT_EQ(window_->controller().undoStack().count(), 1);
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 1);
     entry("Undo strength")->trigger();
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, first);
     EXPECT_DOUBLE_EQ(setting<KnobSlider>("strength")->value(), first);
@@ -406,8 +406,8 @@ TEST_F(ViewerWindow, AutomaticSettingsAreShownAndGivenUpByTheirSliders) {
     EXPECT_FALSE(knobs().choices.focus);
     box->click();
     EXPECT_TRUE(knobs().choices.focus);
-    const auto chosen = [this] { return window_->controller().frame().setup.knobs.views.focus; };
-    ASSERT_TRUE(waitFor([this] { return window_->controller().frame().knobs.choices.focus; }));
+    const auto chosen = [this] { return window_->model().stage.frame().setup.knobs.views.focus; };
+    ASSERT_TRUE(waitFor([this] { return window_->model().stage.frame().knobs.choices.focus; }));
     EXPECT_NE(chosen(), 0.5);
     EXPECT_NEAR(setting<KnobSlider>("focus")->value(), chosen(), 0.005);
     auto* const fit = setting<QComboBox>("fit");
@@ -453,9 +453,9 @@ TEST_F(ViewerWindow, DraggingAndTheWheelFrameThePhoto) {
     EXPECT_EQ(dragged.centre.y, 0.5);
     EXPECT_EQ(dragged.zoom, 1);
     EXPECT_EQ(knobs().views.focus, focus); // that was no click
-    EXPECT_EQ(window_->controller().undoStack().count(), 1);
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 1);
     drag({-20, 0});
-    EXPECT_EQ(window_->controller().undoStack().count(), 2);
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 2);
     entry("Undo frame")->trigger();
     EXPECT_EQ(knobs().framing, dragged);
 
@@ -470,14 +470,14 @@ TEST_F(ViewerWindow, DraggingAndTheWheelFrameThePhoto) {
         turn(middle, 120);
     EXPECT_NEAR(knobs().framing.zoom, 2, 1e-9);
     EXPECT_NEAR(knobs().framing.centre.x, dragged.centre.x, 1e-3);
-    EXPECT_EQ(window_->controller().undoStack().count(), 2); // the drag, all turns
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 2); // the drag, all turns
     now += 600;
     turn(middle, 120);
-    EXPECT_EQ(window_->controller().undoStack().count(), 3);
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 3);
     turn({2, 2}, 120); // beside the picture: nothing
     turn(middle, -120 * 100);
     EXPECT_EQ(knobs().framing.zoom, 1); // as a step with the one before
-    EXPECT_EQ(window_->controller().undoStack().count(), 3);
+    EXPECT_EQ(window_->model().settings.undoStack().count(), 3);
     entry("Undo zoom")->trigger();
     entry("Undo zoom")->trigger();
     EXPECT_EQ(knobs().framing, dragged);
@@ -491,10 +491,10 @@ TEST_F(ViewerWindow, TheMouseMovesTheCameraIfItMay) {
     openPhoto();
     entry("Follow the mouse")->trigger();
     QTest::mouseMove(&picture(), {picture().width() - 1, 20});
-    EXPECT_NEAR(window_->controller().position(), 1, 0.01);
-    EXPECT_FALSE(window_->controller().isSwinging());
+    EXPECT_NEAR(window_->model().stage.position(), 1, 0.01);
+    EXPECT_FALSE(window_->model().stage.isSwinging());
     QTest::mouseMove(&picture(), {0, 20});
-    EXPECT_NEAR(window_->controller().position(), -1, 0.01);
+    EXPECT_NEAR(window_->model().stage.position(), -1, 0.01);
 }
 
 TEST_F(ViewerWindow, ABrokenFileIsAMessageInTheWindow) {
@@ -542,7 +542,7 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     EXPECT_NE(entry("Undo depth curve"), nullptr);
     QTest::keyClick(window_.get(), Qt::Key_2);
     beginAgain();
-    EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+    EXPECT_EQ(window_->model().stage.mode(), Mode::Sway);
     QTest::keyClick(window_.get(), Qt::Key_2);
     QMenu* recent = nullptr;
     for (QMenu* menu : window_->findChildren<QMenu*>())
@@ -555,7 +555,7 @@ TEST_F(ViewerWindow, SettingsAndRecentFilesAreKept) {
     EXPECT_DOUBLE_EQ(knobs().views.strengthPercent, 10);
     recent->actions()[0]->trigger();
     EXPECT_TRUE(waitFor([this] { return !picture().picture().isNull(); }));
-    EXPECT_EQ(window_->controller().mode(), Mode::Sway); // of every photo that is opened
+    EXPECT_EQ(window_->model().stage.mode(), Mode::Sway); // of every photo that is opened
     // a file has one entry and one icon, however it is reached; folders are there as well
     fs::create_directory_symlink(canonical, folder_ / "link");
     drop({"link/photo.png"});
@@ -588,7 +588,7 @@ TEST_F(ViewerWindow, APictureForTwoEyesIsExportedInTheLayoutThatIsChosen) {
     });
     choosing.start(20);
     answering("eyes.png", QMessageBox::Ok, [this] { entry("Export Stereo picture")->trigger(); });
-    EXPECT_EQ(window_->controller().eyes().picture, EyesPicture::TopBottom);
+    EXPECT_EQ(window_->model().stage.eyes().picture, EyesPicture::TopBottom);
     endExport();
     EXPECT_EQ(readImage(folder_ / "eyes.png").size(), cv::Size(300, 800));
 }
@@ -605,7 +605,7 @@ TEST_F(ViewerWindow, AsksBeforeAQuiltIsReplacedByTheNameThatItGets) {
     asked = answering("holiday.png", QMessageBox::No, exportQuilt);
     ASSERT_EQ(asked.size(), 2);
     EXPECT_TRUE(asked[1].contains("holiday_qs8x6a0.75.png exists already"));
-    EXPECT_FALSE(window_->controller().isExporting());
+    EXPECT_FALSE(window_->model().exports.areRunning());
     EXPECT_EQ(slurp(quilt), "mine");
     answering("holiday.png", QMessageBox::Yes, exportQuilt);
     endExport();
@@ -623,7 +623,7 @@ TEST_F(ViewerWindow, AsksBeforeANativeOrDepthLosesInItsFormat) {
         const QStringList asked = answering(name, QMessageBox::No, act);
         ASSERT_EQ(asked.size(), 2);
         EXPECT_TRUE(asked[1].contains("PNG")) << asked[1].toStdString();
-        EXPECT_FALSE(window_->controller().isExporting());
+        EXPECT_FALSE(window_->model().exports.areRunning());
         EXPECT_FALSE(fs::exists(folder_ / name));
         answering(name, QMessageBox::Yes, act);
         endExport();
@@ -648,7 +648,7 @@ TEST_F(ViewerWindow, BrokenSettingsAreNotUsed) {
         QSettings().setValue("mode", 99);
         begin();
         EXPECT_EQ(knobs(), Knobs()) << recipe;
-        EXPECT_EQ(window_->controller().mode(), Mode::Sway);
+        EXPECT_EQ(window_->model().stage.mode(), Mode::Sway);
     }
     window_.reset();
     QSettings().setValue("recipe", R"({"strength":12})"); // the others have their defaults
@@ -667,7 +667,7 @@ TEST_F(ViewerWindow, AChosenQuiltStaysWithAnotherUnitOfTheSameModel) {
     window_ = std::make_unique<MainWindow>(display, warnings_);
     const auto choose = [this](const char* file) {
         answering(file, QMessageBox::Ok, [this] { entry("Choose calibration")->trigger(); });
-        return window_->controller().display();
+        return *window_->model().files.display();
     };
     const Display unit = choose("unit.json");
     EXPECT_EQ(unit.source, (folder_ / "unit.json").string());
@@ -687,7 +687,7 @@ TEST_F(ViewerWindow, DepthImagesAreForPhotosOnly) {
     expectOffered(true);
     drop({"clip.mkv", "photo-depth.png"});
     ASSERT_TRUE(waitFor([this] {
-        const auto& document = window_->controller().document();
+        const auto& document = window_->model().files.document();
         return document && document->video && !busy();
     }));
     expectOffered(false);
@@ -698,7 +698,7 @@ TEST_F(ViewerWindow, ALargePhotoDoesNotFreezeIt) {
     drop({"large.jpg"});
     EXPECT_TRUE(busy()); // it is read elsewhere
     QTest::keyClick(window_.get(), Qt::Key_2);
-    EXPECT_EQ(window_->controller().mode(), Mode::Depth);
+    EXPECT_EQ(window_->model().stage.mode(), Mode::Depth);
     EXPECT_TRUE(busy());
     ASSERT_TRUE(waitFor([this] { return !picture().picture().isNull() && !busy(); }));
 }

@@ -101,20 +101,20 @@ int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& la
     QApplication::setDesktopFileName("altiro3Dview");
     MainWindow window(display, messages.warnings());
     messages.dropWarnings(); // the window shows them
-    window.controller().setPlaySettings(job.play);
+    window.model().files.setPlaySettings(job.play);
     if (messages.verbose()) detailSilence(messages);
     leaveDisplay(window);
     window.show();
     const std::vector<std::filesystem::path>& files = job.files;
     if (files.empty()) window.welcome(nameOf(display));
     if (isPair) {
-        window.controller().open(Source{files[0], files[1], Reading::Photo});
+        window.model().files.open(std::vector<Source>{Source{files[0], files[1], Reading::Photo}});
     } else {
-        window.controller().open(files);
+        window.model().files.open(files);
     }
     const int status = QApplication::exec();
     // a file may never be read to its end, as on a server that has gone; exports end cleanly
-    if (!window.controller().isExporting()) {
+    if (!window.model().exports.areRunning()) {
         std::thread([status] {
             std::this_thread::sleep_for(std::chrono::milliseconds(700));
             std::_Exit(status);

@@ -46,6 +46,7 @@ class DepthCanvas {
     /// Ends it. @return what it changed
     PaintedPart end();
     bool isPainting() const { return painting_; }
+    PaintTool tool() const { return paint_.tool; } ///< Of the last stroke.
 
     /// Lays a part of a stroke's before or after on the depth map.
     void put(const cv::Rect& place, const cv::Mat& part) { part.copyTo(depth_(place)); }

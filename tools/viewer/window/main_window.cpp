@@ -37,7 +37,7 @@ namespace altiro3D::viewer {
 namespace fs = std::filesystem;
 
 MainWindow::MainWindow(const Display& display, const std::vector<std::string>& warnings)
-    : controller_(display), picture_(new PictureView) {
+    : model_(display), picture_(new PictureView) {
     QLocale::setDefault(QLocale::c()); // numbers as in the words beside them, also in dialogs
     setLocale(QLocale());
     knobs_ = new KnobPanel;
@@ -45,7 +45,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
     picture_->setAccessibleName(tr("Picture"));
-    setCentralWidget(withVideoBar(picture_, controller_));
+    setCentralWidget(withVideoBar(picture_, model_.files));
     buildStrip();
     auto* knobDock = new QDockWidget(tr("Settings"));
     knobDock->setObjectName("knobDock");
@@ -69,7 +69,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     buildDisplayMenu(*bar);
     buildHelpMenu();
     buildStatus();
-    connectController();
+    connectModel();
     const QSize frame(16, 48); // of the desktop around the window
     resize(QSize(1280, 800).boundedTo(screen()->availableSize() - frame));
     showNetworks();
@@ -77,13 +77,15 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     showSources();
     showDocument();
     std::vector<std::string> sentences = warnings;
-    if (!controller_.storeNote().isEmpty())
-        sentences.push_back(controller_.storeNote().toStdString());
+    if (const std::string& note = model_.settings.storeNote(); !note.empty())
+        sentences.push_back(note);
     if (!sentences.empty()) say(linesOf(sentences), 15000);
 }
 
 MainWindow::~MainWindow() {
-    controller_.disconnect(this); // later signals must not reach the destroyed window
+    for (QObject* part : std::initializer_list<QObject*>{&model_.settings, &model_.files,
+                                                         &model_.stage, &model_.exports})
+        part->disconnect(this); // later signals must not reach the destroyed window
 }
 
 void MainWindow::buildStrip() {
@@ -97,12 +99,12 @@ void MainWindow::buildStrip() {
     setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
     setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
     connect(strip_, &PhotoStrip::chosen, this, [this](int index) {
-        if (index != controller_.current()) controller_.select(index);
+        if (index != model_.files.current()) model_.files.select(index);
     });
 }
 
 void MainWindow::showStrip() {
-    stripDock_->setVisible(showsStrip_->isChecked() && controller_.sources().size() > 1);
+    stripDock_->setVisible(showsStrip_->isChecked() && model_.files.sources().size() > 1);
 }
 
 void MainWindow::buildStatus() {
@@ -126,7 +128,7 @@ void MainWindow::buildStatus() {
         said_.clear();
         showStatus();
     });
-    connect(cancel_, &QToolButton::clicked, this, [this] { controller_.cancelExport(); });
+    connect(cancel_, &QToolButton::clicked, this, [this] { model_.exports.cancel(); });
 }
 
 void MainWindow::say(const QString& text, int milliseconds) {
@@ -144,28 +146,29 @@ void MainWindow::showStatus() {
     status_->setToolTip(tipOf(text));
 }
 
-void MainWindow::connectController() {
-    connect(&controller_, &Controller::sourcesChanged, this, &MainWindow::showSources);
-    connect(&controller_, &Controller::documentChanged, this, &MainWindow::showDocument);
-    connect(&controller_, &Controller::frameReady, this, &MainWindow::showFrame);
-    connect(&controller_, &Controller::modeChanged, this, &MainWindow::showModes);
-    connect(&controller_, &Controller::eyesChanged, this, &MainWindow::showEyes);
+void MainWindow::connectModel() {
+    connect(&model_.files, &Files::sourcesChanged, this, &MainWindow::showSources);
+    connect(&model_.stage, &Stage::stateChanged, this, &MainWindow::showDocument);
+    connect(&model_.stage, &Stage::frameReady, this, &MainWindow::showFrame);
+    connect(&model_.stage, &Stage::modeChanged, this, &MainWindow::showModes);
+    connect(&model_.stage, &Stage::eyesChanged, this, &MainWindow::showEyes);
     connect(knobs_, &KnobPanel::eyesStrengthTurned, this, [this](double strength) {
         changeEyes([strength](tools::EyesOptions& eyes) { eyes.strengthPercent = strength; });
     });
-    connect(&controller_, &Controller::swingingChanged, swing_, &QAction::setChecked);
-    connect(&controller_, &Controller::knobsChanged, this, [this] {
-        knobs_->show(controller_.knobs());
+    connect(&model_.stage, &Stage::swingingChanged, swing_, &QAction::setChecked);
+    connect(&model_.settings, &Settings::knobsChanged, this, [this] {
+        knobs_->show(model_.settings.knobs());
         showLayout();
     });
-    connect(&controller_, &Controller::displayChanged, this, &MainWindow::showLayout);
-    for (const auto signal : {&Controller::modeChanged, &Controller::knobsChanged,
-                              &Controller::playSettingsChanged, &Controller::sourcesChanged})
-        connect(&controller_, signal, this, &MainWindow::showAction);
-    connect(&controller_, &Controller::playingChanged, this, &MainWindow::showAction);
-    connect(&controller_, &Controller::exportProgress, this,
+    connect(&model_.files, &Files::displayChanged, this, &MainWindow::showLayout);
+    connect(&model_.stage, &Stage::modeChanged, this, &MainWindow::showAction);
+    connect(&model_.settings, &Settings::knobsChanged, this, &MainWindow::showAction);
+    connect(&model_.files, &Files::playSettingsChanged, this, &MainWindow::showAction);
+    connect(&model_.files, &Files::sourcesChanged, this, &MainWindow::showAction);
+    connect(&model_.files, &Files::playingChanged, this, &MainWindow::showAction);
+    connect(&model_.exports, &Exports::progress, this,
             [this](double done) { progress_->setValue(qRound(done * 100)); });
-    connect(&controller_, &Controller::exportEnded, this,
+    connect(&model_.exports, &Exports::ended, this,
             [this](const QString& file, const QString& problem) {
                 showProgress(false);
                 const bool closes = std::exchange(closesWhenSaved_, false);
@@ -177,77 +180,77 @@ void MainWindow::connectController() {
                     say(tr("Written: %1").arg(file), 15000);
                 if (closes && problem.isEmpty() && !file.isEmpty()) close();
             });
-    connect(&controller_, &Controller::exportAllEnded, this, &MainWindow::endExportAll);
-    connect(&controller_, &Controller::videoExportEnded, this, &MainWindow::endVideoExport);
+    connect(&model_.exports, &Exports::allEnded, this, &MainWindow::endExportAll);
+    connect(&model_.exports, &Exports::videoEnded, this, &MainWindow::endVideoExport);
 
-    connect(knobs_, &KnobPanel::turned, &controller_, &Controller::turn);
-    connect(knobs_, &KnobPanel::resetWanted, &controller_, &Controller::resetKnobs);
+    connect(knobs_, &KnobPanel::turned, &model_.settings, &Settings::turn);
+    connect(knobs_, &KnobPanel::resetWanted, &model_.settings, &Settings::reset);
     connect(knobs_, &KnobPanel::numberLeft, this, [this] { picture_->setFocus(); });
     connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
     connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
     connect(knobs_, &KnobPanel::betterDepthWanted, this, &MainWindow::betterDepthDialog);
     connect(knobs_, &KnobPanel::readingChosen, this, [this](Reading reading) {
-        if (const auto& document = controller_.document())
-            controller_.reopen(reading, document->source.depth);
+        if (const auto& document = model_.files.document())
+            model_.files.reopen(reading, document->source.depth);
     });
 
     connect(picture_, &PictureView::resized, this, [this] {
         const QSize size = picture_->deviceSize();
-        controller_.setArea({size.width(), size.height()});
+        model_.stage.setArea({size.width(), size.height()});
     });
-    connect(picture_, &PictureView::clicked, &controller_, &Controller::focusAt);
+    connect(picture_, &PictureView::clicked, &model_.stage, &Stage::focusAt);
     connect(picture_, &PictureView::dragged, this, [this](const QPoint& by, int gesture) {
         const QSize size = picture_->target();
-        controller_.panBy({by.x(), by.y()});
-        controller_.moveFrame({double(by.x()) / size.width(), double(by.y()) / size.height()},
-                              gesture);
+        model_.stage.panBy({by.x(), by.y()});
+        model_.stage.moveFrame({double(by.x()) / size.width(), double(by.y()) / size.height()},
+                               gesture);
     });
     connect(picture_, &PictureView::wheeled, this,
             [this](double x, double y, double notches, int gesture) {
                 constexpr double kNotchesToDouble = 4;
-                controller_.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
+                model_.stage.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
             });
     connect(picture_, &PictureView::hovered, this, [this](double x) {
         if (!follow_->isChecked() || paintBar_->paint()) return;
-        controller_.setSwinging(false);
-        controller_.setPosition(x);
+        model_.stage.setSwinging(false);
+        model_.stage.setPosition(x);
     });
 }
 
 void MainWindow::showSources() {
-    if (controller_.sources().size() != 1) endWelcome();
-    if (controller_.sources().empty()) hasSample_ = false;
-    if (hasSample_ && controller_.sources().size() > 1) { // leaves when the user opens something
+    if (model_.files.sources().size() != 1) endWelcome();
+    if (model_.files.sources().empty()) hasSample_ = false;
+    if (hasSample_ && model_.files.sources().size() > 1) { // leaves when the user opens something
         hasSample_ = false;
-        later(this, [this] { controller_.close(0); });
+        later(this, [this] { model_.files.close(0); });
     }
-    strip_->setSources(controller_.sources());
-    strip_->setCurrent(controller_.current());
+    strip_->setSources(model_.files.sources());
+    strip_->setCurrent(model_.files.current());
     showStrip();
 }
 
 void MainWindow::showDocument() {
-    const auto& document = controller_.document();
-    strip_->setCurrent(controller_.current());
-    const bool any = controller_.current() >= 0;
+    const auto& document = model_.files.document();
+    strip_->setCurrent(model_.files.current());
+    const bool any = model_.files.current() >= 0;
     const Source* source =
-        any ? &controller_.sources()[static_cast<std::size_t>(controller_.current())] : nullptr;
+        any ? &model_.files.sources()[static_cast<std::size_t>(model_.files.current())] : nullptr;
     setWindowTitle(any ? tr("%1 – altiro3D").arg(toName(source->file.filename())) : tr("altiro3D"));
-    if (!controller_.problem().isEmpty()) {
+    if (!model_.stage.problem().isEmpty()) {
         picture_->setWords(document ? tr("This cannot be shown") : tr("This file cannot be opened"),
-                           controller_.problem());
+                           model_.stage.problem());
     } else if (!any) {
         picture_->setWords(tr("Drop a photo here"),
                            tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "
                               "videos and folders can be opened."));
-    } else if (!document && controller_.isBusy()) {
+    } else if (!document && model_.stage.isBusy()) {
         picture_->setWords(tr("Opening…"), toName(source->file.filename()));
     }
-    if (!any || !controller_.problem().isEmpty()) {
+    if (!any || !model_.stage.problem().isEmpty()) {
         facts_.clear();
         showStatus();
     }
-    const bool current = document && controller_.problem().isEmpty();
+    const bool current = document && model_.stage.problem().isEmpty();
     if (current && document != told_) {
         if (said_ == notes_) said_.clear(); // of the file before
         showStatus();
@@ -257,9 +260,9 @@ void MainWindow::showDocument() {
         if (welcome_ == nullptr) remember(document->source.file);
     }
     told_ = document;
-    knobs_->show(document.get(), current
-                                     ? QString::fromStdString(controller_.frame().setup.depthSource)
-                                     : QString());
+    knobs_->show(document.get(),
+                 current ? QString::fromStdString(model_.stage.frame().setup.depthSource)
+                         : QString());
     showLayout();
     const bool scene = document && document->kind == Kind::Scene;
     depthImage_->setEnabled(scene && !document->video);
@@ -267,24 +270,24 @@ void MainWindow::showDocument() {
     const std::vector<Product> products =
         current ? productsOf(document->kind) : std::vector<Product>();
     for (const auto& [product, exportAction] : exports_) {
-        exportAction->setEnabled(!controller_.isExporting() &&
+        exportAction->setEnabled(!model_.exports.areRunning() &&
                                  std::count(products.begin(), products.end(), product) > 0);
     }
     exportVideo_->setEnabled(current && document->video && document->kind != Kind::Native &&
-                             !controller_.isExporting());
-    exportAll_->setEnabled(any && !controller_.isExporting());
+                             !model_.exports.areRunning());
+    exportAll_->setEnabled(any && !model_.exports.areRunning());
     copyKnobs_->setEnabled(any);
-    next_->setEnabled(controller_.current() + 1 < static_cast<int>(controller_.sources().size()));
-    previous_->setEnabled(controller_.current() > 0);
-    busy_->setText(controller_.isBusy() ? tr("Working…") : QString());
+    next_->setEnabled(model_.files.current() + 1 < static_cast<int>(model_.files.sources().size()));
+    previous_->setEnabled(model_.files.current() > 0);
+    busy_->setText(model_.stage.isBusy() ? tr("Working…") : QString());
     showModes();
 }
 
 void MainWindow::showFrame() {
-    const Frame& frame = controller_.frame();
-    if (!controller_.problem().isEmpty()) return; // the words say so
+    const Frame& frame = model_.stage.frame();
+    if (!model_.stage.problem().isEmpty()) return; // the words say so
     if (frame.picture.empty()) {
-        if (controller_.current() < 0) showDocument();
+        if (model_.files.current() < 0) showDocument();
         return;
     }
     picture_->setPicture(qt::toImage(frame.picture), {frame.target.width, frame.target.height});
@@ -296,7 +299,7 @@ void MainWindow::showFrame() {
                                                : Qt::ArrowCursor);
     const auto& document = frame.setup.document;
     knobs_->showParallax(frame.parallaxPixels, frame.hiddenPercent);
-    if (frame.knobs == controller_.knobs()) knobs_->showChosen(frame.setup.knobs);
+    if (frame.knobs == model_.settings.knobs()) knobs_->showChosen(frame.setup.knobs);
     knobs_->show(document.get(), QString::fromStdString(frame.setup.depthSource));
     QString text = QString::fromStdString(document->facts());
     const cv::Size size = document->picture.size();
@@ -305,7 +308,7 @@ void MainWindow::showFrame() {
     if (document->kind == Kind::Scene && !cut.empty() && mode != Mode::Stereo)
         text += tr("; %1, \"Shape\" shows all of it").arg(QString::fromStdString(cut));
     if (document->video) {
-        const auto all = controller_.videoCounts().dropped;
+        const auto all = model_.files.videoCounts().dropped;
         droppedBefore_ = std::min(droppedBefore_, all); // of the video before
         const auto dropped = all - droppedBefore_;
         if (dropped > 0) text += tr(", %1 pictures dropped").arg(dropped);
@@ -335,24 +338,25 @@ void MainWindow::showFrame() {
 }
 
 void MainWindow::showAction() {
-    droppedBefore_ = controller_.videoCounts().dropped;
+    droppedBefore_ = model_.files.videoCounts().dropped;
     showFrame();
 }
 
 void MainWindow::showLayout() {
-    const auto& document = controller_.document();
+    const auto& document = model_.files.document();
     const bool quilt = document && document->kind == Kind::Quilt;
-    knobs_->show(controller_.display(),
-                 quilt ? document->layout : layoutOf(controller_.knobs(), controller_.display()));
+    knobs_->show(*model_.files.display(),
+                 quilt ? document->layout
+                       : layoutOf(model_.settings.knobs(), *model_.files.display()));
 }
 
 void MainWindow::showModes() {
-    const auto& document = controller_.document();
+    const auto& document = model_.files.document();
     const std::vector<Mode> available = modesOf(document ? document->kind : Kind::Scene);
     for (QAction* action : modes_->actions()) {
         const auto mode = static_cast<Mode>(action->data().toInt());
         action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
-        action->setChecked(mode == controller_.mode());
+        action->setChecked(mode == model_.stage.mode());
     }
     showEyes();
 }
@@ -360,8 +364,8 @@ void MainWindow::showModes() {
 void MainWindow::closeEvent(QCloseEvent* event) {
     if (!mayLosePaintedDepth()) return event->ignore();
     writeSettings();
-    controller_.setSwinging(false);
-    controller_.cancelExport();
+    model_.stage.setSwinging(false);
+    model_.exports.cancel();
     onDisplay_.reset();
     slides_.reset();
     event->accept();
@@ -400,7 +404,7 @@ void MainWindow::buildPaintBar() {
     paintBar_->toggleViewAction()->setVisible(false); // the Edit menu shows it
     connect(paintBar_, &PaintBar::changed, this, &MainWindow::usePaintBar);
     connect(paintBar_, &PaintBar::saveWanted, this, [this] { exportDialog(Product::Depth); });
-    connect(paintBar_, &PaintBar::discardWanted, this, [this] { controller_.unpaint(); });
+    connect(paintBar_, &PaintBar::discardWanted, this, [this] { model_.stage.unpaint(); });
     connect(paintBar_, &QToolBar::visibilityChanged, this, [this](bool visible) {
         if (!isVisible() || isMinimized()) return; // the window itself hides
         paintBar_->choose(visible ? std::optional(PaintTool::Nearer) : std::nullopt);
@@ -413,33 +417,33 @@ void MainWindow::buildPaintBar() {
         connect(new QShortcut(key, this), &QShortcut::activated, this, what);
     connect(picture_, &PictureView::strokeBegan, this, &MainWindow::paint);
     connect(picture_, &PictureView::strokeMoved, this, [this](double x, double y) {
-        controller_.continueStroke({x, y});
+        model_.stage.continueStroke({x, y});
     });
-    connect(picture_, &PictureView::strokeEnded, this, [this] { controller_.endStroke(); });
+    connect(picture_, &PictureView::strokeEnded, this, [this] { model_.stage.endStroke(); });
 }
 
 void MainWindow::usePaintBar() {
     if (paintBar_->paint()) {
-        swingsAfterPaint_ = swingsAfterPaint_ || controller_.isSwinging();
+        swingsAfterPaint_ = swingsAfterPaint_ || model_.stage.isSwinging();
         // strokes are drawn on the view from the middle
-        if (controller_.mode() != Mode::Depth) controller_.setMode(Mode::Sway);
-        controller_.setSwinging(false);
-        if (controller_.position() != 0) controller_.setPosition(0);
+        if (model_.stage.mode() != Mode::Depth) model_.stage.setMode(Mode::Sway);
+        model_.stage.setSwinging(false);
+        if (model_.stage.position() != 0) model_.stage.setPosition(0);
     } else if (std::exchange(swingsAfterPaint_, false)) {
-        controller_.setSwinging(true);
+        model_.stage.setSwinging(true);
     }
     showPointer();
 }
 
 void MainWindow::showPointer() {
     const auto paint = paintBar_->paint();
-    const Mode mode = controller_.frame().setup.mode;
-    paintBar_->setPainted(controller_.isPainted());
+    const Mode mode = model_.stage.frame().setup.mode;
+    paintBar_->setPainted(model_.stage.isPainted());
     if (!paint || (mode != Mode::Sway && mode != Mode::Depth))
         return picture_->setPointer(PictureView::Pointer::Frame, 0);
     picture_->setPointer(paint->tool == PaintTool::Lasso ? PictureView::Pointer::Lasso
                                                          : PictureView::Pointer::Brush,
-                         controller_.brushRadius(paint->radius));
+                         model_.stage.brushRadius(paint->radius));
 }
 
 void MainWindow::paint(double x, double y, bool shift) {
@@ -452,19 +456,19 @@ void MainWindow::paint(double x, double y, bool shift) {
         else if (paint->tool == PaintTool::Farther)
             paint->tool = PaintTool::Nearer;
     }
-    if (controller_.beginStroke(*paint, {x, y})) return;
-    if (controller_.position() != 0) {
-        controller_.setSwinging(false);
-        controller_.setPosition(0);
+    if (model_.stage.beginStroke(*paint, {x, y})) return;
+    if (model_.stage.position() != 0) {
+        model_.stage.setSwinging(false);
+        model_.stage.setPosition(0);
         say(tr("The camera is back in the middle, where depth can be painted"), 8000);
-    } else if (!controller_.canPaint()) {
+    } else if (!model_.stage.canPaint()) {
         say(tr("Depth can be painted on photos, not on videos, quilts and Natives"), 8000);
     }
 }
 
 // Asks if depth was painted and not saved.
 bool MainWindow::mayLosePaintedDepth() {
-    const auto files = controller_.unsavedDepths();
+    const auto files = model_.stage.unsavedDepths();
     if (files.empty()) return true;
     QMessageBox box(QMessageBox::Question, tr("Painted depth"),
                     tr("The depth that you have painted is not saved. Close anyway?"),
@@ -474,9 +478,9 @@ bool MainWindow::mayLosePaintedDepth() {
     box.setDefaultButton(QMessageBox::Cancel);
     const int answer = box.exec();
     if (answer != QMessageBox::Save) return answer == QMessageBox::Discard;
-    if (controller_.isPainted()) {
+    if (model_.stage.isPainted()) {
         exportDialog(Product::Depth);
-        closesWhenSaved_ = controller_.isExporting(); // else it was cancelled
+        closesWhenSaved_ = model_.exports.areRunning(); // else it was cancelled
     } else {
         open({files.front()}); // to be saved when it is seen
     }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "viewer/model/controller.hpp"
+#include "viewer/model/model.hpp"
 
 #include <QMainWindow>
 #include <QPointer>
@@ -36,7 +36,7 @@ class MainWindow : public QMainWindow {
     MainWindow(const Display& display, const std::vector<std::string>& warnings);
     ~MainWindow() override;
 
-    Controller& controller() { return controller_; }
+    Model& model() { return model_; }
 
     /// Opens the sample photo with a card above it, until the user opens something or closes it
     /// once; then never again. No effect without the sample.
@@ -64,7 +64,7 @@ class MainWindow : public QMainWindow {
     void usePaintBar(); // after another choice
     void showPointer();
     void paint(double x, double y, bool shift);
-    void connectController();
+    void connectModel();
     QAction* action(QMenu& menu, const QString& text, const QKeySequence& keys,
                     const std::function<void()>& what);
     QAction* action(QMenu& menu, const char* name, const QString& text, const QKeySequence& keys,
@@ -122,7 +122,7 @@ class MainWindow : public QMainWindow {
     void readSettings();
     void writeSettings() const;
 
-    Controller controller_;
+    Model model_;
     PictureView* picture_;
     KnobPanel* knobs_ = nullptr;
     PhotoStrip* strip_ = nullptr;

@@ -127,9 +127,9 @@ QAction* MainWindow::toggle(QMenu& menu, const char* name, const QString& text,
 }
 
 void MainWindow::changeEyes(const std::function<void(tools::EyesOptions&)>& change) {
-    tools::EyesOptions eyes = controller_.eyes();
+    tools::EyesOptions eyes = model_.stage.eyes();
     change(eyes);
-    controller_.setEyes(eyes);
+    model_.stage.setEyes(eyes);
 }
 
 void MainWindow::buildFileMenu(QToolBar& bar) {
@@ -163,15 +163,15 @@ void MainWindow::buildFileMenu(QToolBar& bar) {
                         [this] { exportAllDialog(); });
     file.addSeparator();
     closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
-                        [this] { controller_.close(controller_.current()); });
+                        [this] { model_.files.close(model_.files.current()); });
     action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
 }
 
 void MainWindow::buildEditMenu() {
     QMenu& edit = *menuBar()->addMenu(tr("&Edit"));
-    QAction* undo = controller_.undoStack().createUndoAction(this, tr("&Undo"));
+    QAction* undo = model_.settings.undoStack().createUndoAction(this, tr("&Undo"));
     undo->setShortcut(QKeySequence::Undo);
-    QAction* redo = controller_.undoStack().createRedoAction(this, tr("&Redo"));
+    QAction* redo = model_.settings.undoStack().createRedoAction(this, tr("&Redo"));
     redo->setShortcuts({QKeySequence(tr("Ctrl+Shift+Z")), QKeySequence(tr("Ctrl+Y"))});
     edit.addAction(undo);
     edit.addAction(redo);
@@ -181,13 +181,13 @@ void MainWindow::buildEditMenu() {
     action(edit, "betterDepthMenu", tr("&Better depth…"), {}, [this] { betterDepthDialog(); });
     edit.addSeparator();
     action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
-           [this] { controller_.resetFrame(); });
+           [this] { model_.stage.resetFrame(); });
     copyKnobs_ = action(edit, tr("&Copy settings to all files"), {}, [this] {
-        controller_.copyKnobsToAll();
+        model_.settings.copyTo(model_.files.sources());
         say(tr("All open files have these settings, each with its own frame"), 8000);
     });
     action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
-           [this] { controller_.resetKnobs(); });
+           [this] { model_.settings.reset(); });
 }
 
 void MainWindow::buildViewMenu(QToolBar& bar) {
@@ -196,7 +196,7 @@ void MainWindow::buildViewMenu(QToolBar& bar) {
     int number = 1;
     for (const ModeWords& words : kModes) {
         QAction* mode = action(view, tr(words.text), QKeySequence(QString::number(number++)),
-                               [this, m = words.mode] { controller_.setMode(m); });
+                               [this, m = words.mode] { model_.stage.setMode(m); });
         mode->setCheckable(true);
         mode->setData(int(words.mode));
         mode->setToolTip(tr("%1 (%2)").arg(tr(words.tip)).arg(number - 1));
@@ -207,7 +207,7 @@ void MainWindow::buildViewMenu(QToolBar& bar) {
     bar.addSeparator();
     buildEyesMenu(view);
     swing_ = toggle(view, "", tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
-                    [this](bool on) { controller_.setSwinging(on); });
+                    [this](bool on) { model_.stage.setSwinging(on); });
     swing_->setIconText(tr("Swing"));
     swing_->setToolTip(tr("The camera swings automatically (Space)"));
     follow_ = toggle(view, "", tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [](bool) {});
@@ -215,14 +215,14 @@ void MainWindow::buildViewMenu(QToolBar& bar) {
     follow_->setToolTip(tr("The camera follows the mouse (M)"));
     bar.addActions({swing_, follow_});
     QAction* play = toggle(view, "", tr("&Play the video"), QKeySequence(Qt::Key_P),
-                           [this](bool on) { controller_.setPlaying(on); });
-    play->setChecked(controller_.isPlaying());
-    connect(&controller_, &Controller::playingChanged, play, &QAction::setChecked);
+                           [this](bool on) { model_.files.setPlaying(on); });
+    play->setChecked(model_.files.isPlaying());
+    connect(&model_.files, &Files::playingChanged, play, &QAction::setChecked);
     view.addSeparator();
     next_ = action(view, tr("&Next file"), QKeySequence(Qt::Key_PageDown),
-                   [this] { controller_.select(controller_.current() + 1); });
+                   [this] { model_.files.select(model_.files.current() + 1); });
     previous_ = action(view, tr("P&revious file"), QKeySequence(Qt::Key_PageUp),
-                       [this] { controller_.select(controller_.current() - 1); });
+                       [this] { model_.files.select(model_.files.current() - 1); });
     view.addSeparator();
     for (const QDockWidget* dock : findChildren<QDockWidget*>())
         if (dock != stripDock_) view.addAction(dock->toggleViewAction());
@@ -263,11 +263,11 @@ void MainWindow::buildEyesMenu(QMenu& view) {
 }
 
 void MainWindow::showEyes() {
-    const tools::EyesOptions& eyes = controller_.eyes();
+    const tools::EyesOptions& eyes = model_.stage.eyes();
     for (QAction* entry : eyesPictures_->actions())
         entry->setChecked(entry->data().toInt() == int(eyes.picture));
     swapEyes_->setChecked(eyes.swapped);
-    knobs_->showEyes(controller_.mode() == Mode::Stereo, eyes.strengthPercent);
+    knobs_->showEyes(model_.stage.mode() == Mode::Stereo, eyes.strengthPercent);
 }
 
 void MainWindow::buildDisplayMenu(QToolBar& bar) {
@@ -316,12 +316,12 @@ void MainWindow::buildHelpMenu() {
 
 void MainWindow::open(const std::vector<fs::path>& files) {
     if (files.empty()) return;
-    controller_.setMode(Mode::Sway);
+    model_.stage.setMode(Mode::Sway);
     const QString first = pathOf(toName(files.front()));
-    const auto& sources = controller_.sources();
+    const auto& sources = model_.files.sources();
     for (std::size_t i = 0; i < sources.size() && files.size() == 1; ++i)
-        if (pathOf(toName(sources[i].file)) == first) return controller_.select(int(i));
-    controller_.open(files);
+        if (pathOf(toName(sources[i].file)) == first) return model_.files.select(int(i));
+    model_.files.open(files);
     for (const fs::path& file : files)
         if (tools::isDirectory(file)) remember(file);
 }
@@ -380,19 +380,19 @@ void MainWindow::readSettings() {
         const QString recipe = settings.value("recipe").toString();
         if (!recipe.isEmpty())
             static_cast<Recipe&>(knobs) = parseRecipe(recipe.toStdString(), "recipe");
-        controller_.restoreKnobs(knobs);
+        model_.settings.restore(knobs);
     } catch (const Error&) {
         // then the defaults stay
     }
-    tools::EyesOptions eyes = controller_.eyes();
+    tools::EyesOptions eyes = model_.stage.eyes();
     for (const EyesPicture picture : kEyesPictures)
         if (settings.value("eyes") == QVariant(altiro3D::nameOf(picture).option))
             eyes.picture = picture;
     eyes.swapped = settings.value("swapEyes").toBool();
     const double between = settings.value("eyesStrength", eyes.strengthPercent).toDouble();
     if (between >= 0 && between <= kMaxEyesStrength) eyes.strengthPercent = between;
-    controller_.setEyes(eyes);
-    controller_.setSwinging(settings.value("swing", true).toBool());
+    model_.stage.setEyes(eyes);
+    model_.stage.setSwinging(settings.value("swing", true).toBool());
     showsStrip_->setChecked(settings.value("strip", true).toBool());
     follow_->setChecked(settings.value("follow", false).toBool());
     dark_->setChecked(settings.value("dark", false).toBool());
@@ -404,10 +404,10 @@ void MainWindow::readSettings() {
 
 void MainWindow::writeSettings() const {
     QSettings settings;
-    const Knobs& knobs = controller_.standardKnobs();
+    const Knobs& knobs = model_.settings.standardKnobs();
     settings.setValue("recipe", QString::fromStdString(recipeText(knobs)));
     settings.setValue("depth", QString::fromStdString(knobs.depth));
-    const tools::EyesOptions& eyes = controller_.eyes();
+    const tools::EyesOptions& eyes = model_.stage.eyes();
     settings.setValue("eyes", altiro3D::nameOf(eyes.picture).option);
     settings.setValue("swapEyes", eyes.swapped);
     settings.setValue("eyesStrength", eyes.strengthPercent);

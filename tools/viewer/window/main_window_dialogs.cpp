@@ -89,11 +89,11 @@ void MainWindow::openDirectoryDialog() {
 }
 
 void MainWindow::openDepthDialog() {
-    const auto& document = controller_.document();
+    const auto& document = model_.files.document();
     if (!document || document->video) return;
     const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
                                                       toName(document->source.file.parent_path()));
-    if (!name.isEmpty()) controller_.reopen(Reading::Photo, toPath(name));
+    if (!name.isEmpty()) model_.files.reopen(Reading::Photo, toPath(name));
 }
 
 void MainWindow::showNetworks() {
@@ -119,13 +119,14 @@ void MainWindow::betterDepthDialog() {
         }
         NetworkDialog dialog(*network, networkFolder(), this);
         if (dialog.exec() != QDialog::Accepted) return;
-        controller_.findNetworks();
+        model_.stage.findNetworks();
         showNetworks();
-        if (const auto& document = controller_.document();
-            document && document->kind == Kind::Scene && controller_.knobs().depth != kGivenDepth) {
-            Knobs knobs = controller_.knobs();
+        if (const auto& document = model_.files.document();
+            document && document->kind == Kind::Scene &&
+            model_.settings.knobs().depth != kGivenDepth) {
+            Knobs knobs = model_.settings.knobs();
             knobs.depth = kBestDepth; // a photo's own depth takes precedence
-            controller_.turn(knobs, tr("depth"));
+            model_.settings.turn(knobs, tr("depth"));
         }
         say(tr("The network %1 is installed and used").arg(QString::fromStdString(network->name)),
             15000);
@@ -148,14 +149,14 @@ void MainWindow::calibrationDialog() {
 }
 
 void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
-    const Display& before = controller_.display();
+    const Display& before = *model_.files.display();
     Display display = displayOf(calibration, file.string());
     display.invert = before.invert;
     // a quilt that was chosen (-q, -r) stays, where it is for such a panel
     if (display.panelSize() == before.panelSize() &&
         before.quilt != defaultQuilt(before.calibration))
         display.quilt = before.quilt;
-    controller_.setDisplay(std::move(display));
+    model_.files.setDisplay(std::move(display));
 }
 
 bool MainWindow::chooseEyes() {
@@ -171,22 +172,22 @@ bool MainWindow::chooseEyes() {
 }
 
 void MainWindow::exportDialog(Product product) {
-    if (const QString why = controller_.exportObstacle(); !why.isEmpty()) return say(why, 10000);
+    if (const QString why = model_.exports.obstacle(); !why.isEmpty()) return say(why, 10000);
     if (product == Product::Eyes && !chooseEyes()) return;
-    fs::path from = controller_.document()->source.file;
+    fs::path from = model_.files.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
-    const std::string ending = product == Product::Eyes ? tools::eyesEnding(controller_.eyes())
+    const std::string ending = product == Product::Eyes ? tools::eyesEnding(model_.stage.eyes())
                                                         : entryOf(kProducts, product).ending;
     fs::path proposed = from.parent_path() / (from.stem().string() + ending);
     try {
-        proposed = productFile(controller_.exportSetup(), product, proposed);
+        proposed = productFile(model_.exports.setup(), product, proposed);
     } catch (const Error&) {
         // the name tells another layout: the user will think of one
     }
     const QString title = tr("Export %1").arg(nameOf(product));
     const fs::path typed = fileToSave(this, title, proposed, entryOf(kProducts, product).formats);
     if (typed.empty()) return;
-    if (const QString why = controller_.exportObstacle(); !why.isEmpty())
+    if (const QString why = model_.exports.obstacle(); !why.isEmpty())
         return say(why, 10000); // a video may have changed meanwhile
     if (product != Product::Views && product != Product::SwayVideo && !canWriteImage(typed))
         return warn(this, title,
@@ -194,7 +195,7 @@ void MainWindow::exportDialog(Product product) {
                         .arg(toName(typed)));
     fs::path file;
     try {
-        file = productFile(controller_.exportSetup(), product, typed);
+        file = productFile(model_.exports.setup(), product, typed);
     } catch (const Error& error) {
         return warn(this, title, error);
     }
@@ -206,7 +207,7 @@ void MainWindow::exportDialog(Product product) {
         if (!agrees(this, title, tr("%1. Write it anyway?").arg(QString::fromStdString(loss))))
             return;
     }
-    if (controller_.startExport(product, file)) showProgress(true);
+    if (model_.exports.start(product, file)) showProgress(true);
 }
 
 void MainWindow::showProgress(bool runs) {
@@ -218,9 +219,9 @@ void MainWindow::showProgress(bool runs) {
 
 void MainWindow::exportVideo() {
     const QString title = tr("Export video");
-    if (const QString why = controller_.videoExportObstacle(); !why.isEmpty())
+    if (const QString why = model_.exports.videoObstacle(); !why.isEmpty())
         return warn(this, title, why);
-    const fs::path from = controller_.document()->source.file;
+    const fs::path from = model_.files.document()->source.file;
     const fs::path file = fileToSave(
         this, title, from.parent_path() / (from.stem().string() + "_native.mp4"), kVideoFormats);
     if (file.empty()) return;
@@ -234,12 +235,12 @@ void MainWindow::exportVideo() {
         agrees(this, title,
                tr("An export to %1 was not finished. Go on with it? \"No\" begins again.")
                    .arg(toName(file)));
-    if (!controller_.startVideoExport(file, goesOn)) return;
+    if (!model_.exports.startVideo(file, goesOn)) return;
     videoExport_ = new VideoExportDialog(toName(file), this);
-    connect(&controller_, &Controller::videoExportProgress, videoExport_.data(),
+    connect(&model_.exports, &Exports::videoProgress, videoExport_.data(),
             &VideoExportDialog::tell);
-    connect(videoExport_.data(), &VideoExportDialog::cancelWanted, &controller_,
-            &Controller::cancelExport);
+    connect(videoExport_.data(), &VideoExportDialog::cancelWanted, &model_.exports,
+            &Exports::cancel);
     videoExport_->show();
     showDocument();
 }
@@ -268,14 +269,14 @@ void MainWindow::exportAllDialog() {
     const fs::path folder = toPath(name);
     std::error_code error;
     int there = 0;
-    for (const BatchItem& item : controller_.batch(folder))
+    for (const BatchItem& item : model_.exports.batch(folder))
         there += int(fs::exists(item.native, error));
     if (there > 0 &&
         !agrees(this, title,
                 tr("%1 of the files exist already in %2. Replace them?").arg(there).arg(name)))
         return;
     QSettings().setValue("exportFolder", name);
-    if (controller_.startExportAll(folder)) showProgress(true);
+    if (model_.exports.startAll(folder)) showProgress(true);
 }
 
 void MainWindow::endExportAll(const BatchReport& report) {
@@ -308,7 +309,7 @@ std::optional<std::size_t> MainWindow::chosenScreen(const std::vector<qt::Screen
 QScreen* MainWindow::displayScreen() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
-    const Display& own = controller_.display();
+    const Display& own = *model_.files.display();
     std::optional<std::size_t> screen = chosenScreen(screens);
     const qt::FoundDisplay* display = nullptr; // on that screen
     if (screen) {
@@ -329,7 +330,7 @@ QScreen* MainWindow::displayScreen() {
         useCalibration(*display->calibration, display->calibrationFile);
     const std::vector<std::string> problems =
         display != nullptr ? display->problems
-                           : qt::problemsOf(screens[*screen], controller_.display().panelSize());
+                           : qt::problemsOf(screens[*screen], model_.files.display()->panelSize());
     if (!problems.empty()) say(linesOf(problems), 15000);
     return QGuiApplication::screens()[static_cast<int>(*screen)];
 }
@@ -337,19 +338,19 @@ QScreen* MainWindow::displayScreen() {
 qt::NativeWidget* MainWindow::showOn(QScreen& screen) {
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
-            [this] { controller_.setPresenting(false); });
+            [this] { model_.stage.setPresenting(false); });
     onDisplay_->showOn(screen);
     return onDisplay_.get();
 }
 
 void MainWindow::showSlides() {
-    SlideShowDialog dialog(controller_.sources().size(), this);
+    SlideShowDialog dialog(model_.files.sources().size(), this);
     if (dialog.exec() != QDialog::Accepted) return;
     std::vector<fs::path> names;
     if (!dialog.folder().isEmpty()) {
         names.push_back(toPath(dialog.folder()));
     } else {
-        for (const Source& source : controller_.sources())
+        for (const Source& source : model_.files.sources())
             for (const fs::path& name : {source.file, source.depth})
                 if (!name.empty()) names.push_back(name);
     }
@@ -358,18 +359,17 @@ void MainWindow::showSlides() {
     try {
         slideProblems_.clear();
         slides_ = std::make_unique<SlidePresenter>(
-            dialog.settings(), ShowFiles(names),
-            std::make_shared<const Display>(controller_.display()), qt::factsOf(*screen),
+            dialog.settings(), ShowFiles(names), model_.files.display(), qt::factsOf(*screen),
             [this](const std::string& problem) { slideProblems_.push_back(problem); });
     } catch (const std::exception& error) {
         return warn(this, tr("Slide show"), error);
     }
     onDisplay_.reset();
-    controller_.setPresenting(false);
-    controller_.setPlaying(false);
+    model_.stage.setPresenting(false);
+    model_.files.setPlaying(false);
     connect(slides_.get(), &SlidePresenter::ended, this, &MainWindow::endSlides,
             Qt::QueuedConnection);
-    slides_->setPlaySettings(controller_.playSettings());
+    slides_->setPlaySettings(model_.files.playSettings());
     slides_->start(*screen);
 }
 
@@ -381,15 +381,15 @@ void MainWindow::endSlides() {
 }
 
 void MainWindow::showOnDisplay() {
-    if (!controller_.document()) return say(tr("Open a file first"), 8000);
+    if (!model_.files.document()) return say(tr("Open a file first"), 8000);
     QScreen* const screen = displayScreen();
     if (screen == nullptr) return;
-    connect(&controller_, &Controller::nativeReady, showOn(*screen), &qt::NativeWidget::setNative);
-    controller_.setPresenting(true);
+    connect(&model_.stage, &Stage::nativeReady, showOn(*screen), &qt::NativeWidget::setNative);
+    model_.stage.setPresenting(true);
 }
 
 void MainWindow::showForEyes() {
-    const auto& document = controller_.document();
+    const auto& document = model_.files.document();
     if (!document || document->kind == Kind::Native)
         return say(document ? tr("A Native is for a display of lenses; open a photo or a quilt")
                             : tr("Open a file first"),
@@ -397,15 +397,15 @@ void MainWindow::showForEyes() {
     const auto chosen = chosenScreen(screenFacts());
     if (!chosen && !screen_.isEmpty()) return;
     QScreen& on = chosen ? *QGuiApplication::screens()[static_cast<int>(*chosen)] : *screen();
-    connect(&controller_, &Controller::nativeReady, showOn(on), &qt::NativeWidget::setNative);
-    controller_.setPresenting(true, qt::factsOf(on).size);
+    connect(&model_.stage, &Stage::nativeReady, showOn(on), &qt::NativeWidget::setNative);
+    model_.stage.setPresenting(true, qt::factsOf(on).size);
 }
 
 void MainWindow::showTestPicture() {
     QScreen* const screen = displayScreen();
     if (screen == nullptr) return;
-    controller_.setPresenting(false);
-    showOn(*screen)->setNative(makeTestPicture(controller_.display()));
+    model_.stage.setPresenting(false);
+    showOn(*screen)->setNative(makeTestPicture(*model_.files.display()));
     QMessageBox::information(this, tr("Test picture"), linesOf(testPictureAdvice()));
 }
 
@@ -420,16 +420,16 @@ void MainWindow::lensByEye() {
     };
     std::optional<std::size_t> lens = chosenScreen(screens);
     if (!lens && !screen_.isEmpty()) return;
-    const Display& display = controller_.display();
+    const Display& display = *model_.files.display();
     const auto displays = qt::findDisplays(screens, calibrations());
     const auto chosen =
         qt::chooseDisplay(displays, screens, display.calibration, display.panelSize());
     if (!lens && chosen) lens = displays[*chosen].screen;
     const std::size_t shown = lens.value_or(besides(own));
-    controller_.setPresenting(false);
+    model_.stage.setPresenting(false);
     onDisplay_.reset();
     try {
-        LensByEyeDialog dialog(controller_.display(), *all[static_cast<int>(shown)], this);
+        LensByEyeDialog dialog(*model_.files.display(), *all[static_cast<int>(shown)], this);
         connect(&dialog, &LensByEyeDialog::saved, this, &MainWindow::useCalibration);
         const std::size_t panel = shown == own ? besides(own) : own;
         dialog.standOn(*all[static_cast<int>(panel)]);
@@ -446,17 +446,17 @@ void MainWindow::welcome(const QString& display) {
     welcome_ = new WelcomeCard(
         display, [this] { openDialog(); }, [this] { endWelcome(); });
     static_cast<QBoxLayout*>(picture_->parentWidget()->layout())->insertWidget(0, welcome_);
-    controller_.open(std::vector<fs::path>{sample});
+    model_.files.open(std::vector<fs::path>{sample});
     hasSample_ = true;
     try { // the depth of its own is better than what photos get
-        Knobs knobs = controller_.knobs();
+        Knobs knobs = model_.settings.knobs();
         if (const auto network = standardNetwork()) knobs.depth = network->profile.name;
-        controller_.turn(knobs, tr("depth"));
-        controller_.undoStack().clear();
+        model_.settings.turn(knobs, tr("depth"));
+        model_.settings.undoStack().clear();
     } catch (const Error&) {
         // the list of networks tells it
     }
-    controller_.setSwinging(true);
+    model_.stage.setSwinging(true);
 }
 
 void MainWindow::endWelcome() {

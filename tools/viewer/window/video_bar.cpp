@@ -47,8 +47,8 @@ QString timeText(double seconds) {
     return QString::number(all / 3600) + ":" + minutes.rightJustified(2, '0') + ":" + rest;
 }
 
-VideoBar::VideoBar(Controller& controller)
-    : controller_(controller), play_(new QToolButton), position_(new QSlider(Qt::Horizontal)),
+VideoBar::VideoBar(Files& files)
+    : files_(files), play_(new QToolButton), position_(new QSlider(Qt::Horizontal)),
       time_(new QLabel), mute_(new QToolButton), volume_(new QSlider(Qt::Horizontal)),
       track_(new QComboBox), speed_(new QComboBox), loop_(new QToolButton) {
     setObjectName("videoBar");
@@ -88,9 +88,7 @@ void VideoBar::buildControls() {
 }
 
 void VideoBar::connectControls() {
-    const auto step = [this](double by) {
-        controller_.seekVideo(controller_.videoState().position + by);
-    };
+    const auto step = [this](double by) { files_.seekVideo(files_.videoState().position + by); };
     const auto louder = [this](int by) {
         change([by](PlaySettings& to) { to.volume = std::clamp(to.volume + by, 0, 100); });
     };
@@ -107,9 +105,9 @@ void VideoBar::connectControls() {
         addAction(key);
     }
     connect(play_, &QToolButton::clicked, this,
-            [this] { controller_.setPlaying(controller_.videoState().paused); });
+            [this] { files_.setPlaying(files_.videoState().paused); });
     connect(position_, &QSlider::valueChanged, this,
-            [this](int value) { controller_.seekVideo(value / kSliderSteps); });
+            [this](int value) { files_.seekVideo(value / kSliderSteps); });
     connect(mute_, &QToolButton::toggled, this,
             [this](bool on) { change([on](PlaySettings& to) { to.muted = on; }); });
     connect(volume_, &QSlider::valueChanged, this,
@@ -124,19 +122,19 @@ void VideoBar::connectControls() {
     connect(loop_, &QToolButton::toggled, this, [this](bool on) {
         change([on](PlaySettings& to) { to.atEnd = on ? AtEnd::Loop : AtEnd::Stop; });
     });
-    connect(&controller_, &Controller::documentChanged, this, &VideoBar::showVideo);
-    connect(&controller_, &Controller::playSettingsChanged, this, &VideoBar::showSettings);
+    connect(&files_, &Files::opened, this, &VideoBar::showVideo);
+    connect(&files_, &Files::playSettingsChanged, this, &VideoBar::showSettings);
     connect(&ticks_, &QTimer::timeout, this, &VideoBar::showState);
 }
 
 void VideoBar::change(const std::function<void(PlaySettings&)>& what) {
-    PlaySettings settings = controller_.playSettings();
+    PlaySettings settings = files_.playSettings();
     what(settings);
-    controller_.setPlaySettings(settings);
+    files_.setPlaySettings(settings);
 }
 
 void VideoBar::showVideo() {
-    const auto& document = controller_.document();
+    const auto& document = files_.document();
     const bool plays = document && document->video;
     setVisible(plays);
     if (!plays) return ticks_.stop();
@@ -145,8 +143,8 @@ void VideoBar::showVideo() {
 }
 
 void VideoBar::showState() {
-    const VideoPlayer::State state = controller_.videoState();
-    if (state.paused && controller_.isPlaying()) controller_.setPlaying(false); // at the end
+    const VideoPlayer::State state = files_.videoState();
+    if (state.paused && files_.isPlaying()) files_.setPlaying(false); // at the end
     play_->setIcon(iconOf(*this, state.paused ? QStyle::SP_MediaPlay : QStyle::SP_MediaPause));
     mute_->setIcon(iconOf(*this, QStyle::SP_MediaVolumeMuted));
     const double length = std::min(state.duration, kLongestSlider);
@@ -172,7 +170,7 @@ void VideoBar::showState() {
 }
 
 void VideoBar::showSettings() {
-    const PlaySettings& settings = controller_.playSettings();
+    const PlaySettings& settings = files_.playSettings();
     const QSignalBlocker blockers[] = {QSignalBlocker(mute_), QSignalBlocker(volume_),
                                        QSignalBlocker(loop_)};
     mute_->setChecked(settings.muted);
@@ -182,9 +180,9 @@ void VideoBar::showSettings() {
     speed_->setCurrentIndex(found != std::end(kSpeeds) ? int(found - std::begin(kSpeeds)) : 2);
 }
 
-QWidget* withVideoBar(QWidget* picture, Controller& controller) {
+QWidget* withVideoBar(QWidget* picture, Files& files) {
     auto* both = new QWidget;
-    auto* column = boxOf<QVBoxLayout>(0, picture, new VideoBar(controller));
+    auto* column = boxOf<QVBoxLayout>(0, picture, new VideoBar(files));
     column->setContentsMargins(0, 0, 0, 0);
     column->setSpacing(0);
     both->setLayout(column);

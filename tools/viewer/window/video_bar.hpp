@@ -1,6 +1,6 @@
 #pragma once
 
-#include "viewer/model/controller.hpp"
+#include "viewer/model/files.hpp"
 
 #include <QTimer>
 #include <QWidget>
@@ -17,8 +17,8 @@ namespace altiro3D::viewer {
 class VideoBar : public QWidget {
     Q_OBJECT
   public:
-    /// @param controller must outlive this
-    explicit VideoBar(Controller& controller);
+    /// @param files must outlive this
+    explicit VideoBar(Files& files);
 
   private:
     void buildControls();
@@ -28,7 +28,7 @@ class VideoBar : public QWidget {
     void showState();    // its position and tracks
     void showSettings(); // volume, speed, ...
 
-    Controller& controller_;
+    Files& files_;
     QToolButton* play_;
     QSlider* position_;
     QLabel* time_;
@@ -42,7 +42,7 @@ class VideoBar : public QWidget {
 };
 
 /// A widget that holds a picture and the bar below it.
-QWidget* withVideoBar(QWidget* picture, Controller& controller);
+QWidget* withVideoBar(QWidget* picture, Files& files);
 
 /// A time for people: "1:05", "1:02:03".
 QString timeText(double seconds);

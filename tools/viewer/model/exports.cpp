@@ -1,14 +1,12 @@
-// Exports: one picture, or all open files.
-
-#include "viewer/model/controller.hpp"
+#include "viewer/model/exports.hpp"
 
 #include "altiro3D/error.hpp"
 #include "cli/folders.hpp"
 #include "cli/run_tool.hpp"
-#include "viewer/model/depth_maker.hpp"
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 namespace altiro3D::viewer {
 
@@ -22,6 +20,17 @@ bool isOneOf(const std::vector<BatchItem>& items, const fs::path& file) {
         return fs::equivalent(item.source.file, file, error) ||
                (!item.source.depth.empty() && fs::equivalent(item.source.depth, file, error));
     });
+}
+
+// Calls a function. @return its problem, a sentence; empty: none
+template <class Function>
+QString problemOf(const Function& function) {
+    try {
+        function();
+    } catch (const std::exception& error) {
+        return QString::fromStdString(tools::sentenceOf(error));
+    }
+    return {};
 }
 
 // What an export of the open picture takes, made here from its file.
@@ -91,118 +100,113 @@ std::vector<fs::path> nativesOf(const std::vector<Source>& sources, const fs::pa
     return natives;
 }
 
-QString Controller::exportObstacle() const {
-    if (exporting_) return tr("Another export is under way; export again when it is done");
-    if (!document_) return tr("Nothing is open that could be exported");
-    if (!frame_.setup.document || frameReading_ != readings_)
+Exports::Exports(Files& files, Settings& settings, Stage& stage)
+    : files_(files), settings_(settings), stage_(stage) {}
+
+Exports::~Exports() {
+    cancelling_ = true;
+}
+
+QString Exports::obstacle() const {
+    if (running_) return tr("Another export is under way; export again when it is done");
+    if (!files_.document()) return tr("Nothing is open that could be exported");
+    if (!stage_.isShown())
         return tr("The file is still being opened; export again when its picture is shown");
-    if (frame_.knobs.depth != knobs_.depth)
+    if (stage_.frame().knobs.depth != settings_.knobs().depth)
         return tr("The depth is still being estimated; export again when the picture shows it");
-    if (frame_.setup.painted.revision != paintedNow().revision)
+    if (stage_.frame().setup.painted.revision != stage_.painted().revision)
         return tr("The depth is still being changed; export again when the picture shows it");
     return {};
 }
 
-Setup Controller::exportSetup() const {
-    Setup setup = frame_.setup;
-    setup.knobs = knobs_;
+Setup Exports::setup() const {
+    Setup setup = stage_.frame().setup;
+    setup.knobs = settings_.knobs();
     setup.isDraft = false;
-    setup.eyes = eyes_;
+    setup.eyes = stage_.eyes();
     return setup;
 }
 
-Progress Controller::beginExport() {
-    exporting_ = true;
+void Exports::run(std::function<std::function<void()>()> work) {
+    running_ = true;
     cancelling_ = false;
+    worker_.post(0, [this, work = std::move(work)] {
+        later(this, [this, end = work()] {
+            running_ = false;
+            end();
+        });
+    });
+}
+
+Progress Exports::teller() {
     return [this](double done) {
-        later(this, [this, done] { emit exportProgress(done); });
+        later(this, [this, done] { emit progress(done); });
         return !cancelling_;
     };
 }
 
-bool Controller::startExport(Product product, const fs::path& target) {
-    if (!exportObstacle().isEmpty()) return false;
-    exporter_.post(0, [this, setup = exportSetup(), product, target, tell = beginExport(),
-                       revision = paintedNow().revision] {
+bool Exports::start(Product product, const fs::path& target) {
+    if (!obstacle().isEmpty()) return false;
+    run([this, setup = setup(), product, target] {
         QString file;
-        QString problem;
-        try {
-            file = QString::fromStdString(writeProduct(setup, product, target, tell));
-        } catch (const std::exception& error) {
-            problem = QString::fromStdString(tools::sentenceOf(error));
-        }
-        later(this, [this, file, problem, product, revision] {
-            exporting_ = false;
-            if (product == Product::Depth && !file.isEmpty()) setSaved(revision);
-            emit exportEnded(file, problem);
-        });
+        const QString problem = problemOf(
+            [&] { file = QString::fromStdString(writeProduct(setup, product, target, teller())); });
+        return [this, file, problem, product, revision = setup.painted.revision] {
+            if (product == Product::Depth && !file.isEmpty()) stage_.setSaved(revision);
+            emit ended(file, problem);
+        };
     });
     return true;
 }
 
-Knobs Controller::videoKnobs() const {
-    Knobs knobs = knobs_;
-    knobs.depth = depthMaker_->choose(knobs_.depth, document_->hasDepth());
+Knobs Exports::videoKnobs() const {
+    Knobs knobs = settings_.knobs();
+    knobs.depth = files_.depthMaker()->choose(knobs.depth, files_.document()->hasDepth());
     return knobs;
 }
 
-QString Controller::videoExportObstacle() const {
-    if (exporting_) return tr("Another export is under way; export again when it is done");
-    if (opening_ || !document_ || !document_->video) return tr("Open a video first");
-    return QString::fromStdString(viewer::videoExportObstacle(*document_, videoKnobs()));
+QString Exports::videoObstacle() const {
+    if (running_) return tr("Another export is under way; export again when it is done");
+    if (files_.isReading() || !files_.document() || !files_.document()->video)
+        return tr("Open a video first");
+    return QString::fromStdString(videoExportObstacle(*files_.document(), videoKnobs()));
 }
 
-bool Controller::startVideoExport(const fs::path& file, bool goesOn) {
-    if (!videoExportObstacle().isEmpty()) return false;
-    setPlaying(false);
+bool Exports::startVideo(const fs::path& file, bool goesOn) {
+    if (!videoObstacle().isEmpty()) return false;
+    files_.setPlaying(false);
+    const Document& document = *files_.document();
     const Knobs knobs = videoKnobs();
-    Display display = *display_;
-    if (document_->kind == Kind::Scene) display.quilt = layoutOf(knobs, display);
-    cancelling_ = false;
-    exporting_ = true;
-    exporter_.post(0, [this, job = videoJobOf(*document_, knobs, display, file, goesOn), display] {
+    Display display = *files_.display();
+    if (document.kind == Kind::Scene) display.quilt = layoutOf(knobs, display);
+    run([this, job = videoJobOf(document, knobs, display, file, goesOn), display] {
         VideoExportResult result;
-        QString problem;
-        try {
+        const QString problem = problemOf([&] {
             result = exportVideo(job, display, [this](const VideoExportState& state) {
-                later(this, [this, state] { emit videoExportProgress(state); });
+                later(this, [this, state] { emit videoProgress(state); });
                 return !cancelling_;
             });
-        } catch (const std::exception& error) {
-            problem = QString::fromStdString(tools::sentenceOf(error));
-        }
-        later(this, [this, result, problem] {
-            exporting_ = false;
-            emit videoExportEnded(result, problem);
         });
+        return [this, result, problem] { emit videoEnded(result, problem); };
     });
     return true;
 }
 
-std::vector<BatchItem> Controller::batch(const fs::path& folder) const {
-    const std::vector<fs::path> natives = nativesOf(sources_, folder);
+std::vector<BatchItem> Exports::batch(const fs::path& folder) const {
+    const std::vector<Source>& sources = files_.sources();
+    const std::vector<fs::path> natives = nativesOf(sources, folder);
     std::vector<BatchItem> items;
-    for (std::size_t i = 0; i < sources_.size(); ++i) {
-        items.push_back({sources_[i], knobsOf(sources_[i].file), natives[i], {}});
-        for (const auto& [key, painted] : painted_) {
-            const auto& [file, depth, reading, from] = key;
-            if (file == sources_[i].file && depth == sources_[i].depth &&
-                reading == static_cast<int>(sources_[i].reading))
-                items.back().painted[from] = painted.depth;
-        }
-    }
+    for (std::size_t i = 0; i < sources.size(); ++i)
+        items.push_back({sources[i], settings_.knobsOf(sources[i].file), natives[i],
+                         stage_.painted(sources[i])});
     return items;
 }
 
-bool Controller::startExportAll(const fs::path& folder) {
-    if (exporting_ || sources_.empty()) return false;
-    exporter_.post(0, [this, items = batch(folder), display = display_, maker = depthMaker_,
-                       tell = beginExport()] {
-        const BatchReport report = exportBatch(items, display, maker, tell);
-        later(this, [this, report] {
-            exporting_ = false;
-            emit exportAllEnded(report);
-        });
+bool Exports::startAll(const fs::path& folder) {
+    if (running_ || files_.sources().empty()) return false;
+    run([this, items = batch(folder), display = files_.display(), maker = files_.depthMaker()] {
+        const BatchReport report = exportBatch(items, display, maker, teller());
+        return [this, report] { emit allEnded(report); };
     });
     return true;
 }

@@ -1,4 +1,4 @@
-#include "viewer/model/controller.hpp"
+#include "viewer/model/model.hpp"
 
 #include "altiro3D/depth_source.hpp"
 #include "support/compare.hpp"
@@ -43,49 +43,49 @@ bool beginAlike(const fs::path& one, const fs::path& other) {
     return true;
 }
 
-class ViewerController : public ::testing::Test {
+class ViewerModel : public ::testing::Test {
   protected:
     void SetUp() override {
         writeImage(folder_ / "photo.png", detailedPhoto({300, 400}));
         writeImage(folder_ / "photo-depth.png", boxDepth({300, 400}));
-        controller_.setArea({300, 400});
-        controller_.restoreKnobs(ofVideo(Knobs())); // nothing is chosen by the photo
+        model_.stage.setArea({300, 400});
+        model_.settings.restore(ofVideo(Knobs())); // nothing is chosen by the photo
     }
     // Opens files and waits for a frame of the first one.
     void open(const std::vector<std::string>& names) {
         std::vector<fs::path> files;
         for (const std::string& name : names)
             files.push_back(folder_ / name);
-        controller_.open(files);
+        model_.files.open(files);
         ASSERT_TRUE(settled());
     }
     void openPhoto() { open({"photo.png", "photo-depth.png"}); }
     bool settled() {
-        return waitFor([this] { return !controller_.isBusy() && shown(); });
+        return waitFor([this] { return !model_.stage.isBusy() && shown(); });
     }
     // The last frame belongs to the current document and settings.
     bool shown() const {
-        const Frame& frame = controller_.frame();
-        return frame.setup.document && frame.setup.document == controller_.document() &&
-               frame.knobs == controller_.knobs() && frame.setup.mode == controller_.mode() &&
-               frame.setup.position == controller_.position();
+        const Frame& frame = model_.stage.frame();
+        return frame.setup.document && frame.setup.document == model_.files.document() &&
+               frame.knobs == model_.settings.knobs() && frame.setup.mode == model_.stage.mode() &&
+               frame.setup.position == model_.stage.position();
     }
     bool waitForFrame() {
         return waitFor([this] { return shown(); });
     }
-    const cv::Mat& picture() const { return controller_.frame().picture; }
+    const cv::Mat& picture() const { return model_.stage.frame().picture; }
     void turn(const std::function<void(Knobs&)>& change, const QString& name = "a knob",
               int gesture = 0) {
-        Knobs knobs = controller_.knobs();
+        Knobs knobs = model_.settings.knobs();
         change(knobs);
-        controller_.turn(knobs, name, gesture);
+        model_.settings.turn(knobs, name, gesture);
     }
     void focus(double value) {
         turn([=](Knobs& knobs) { knobs.views.focus = value; });
     }
     QString exportTo(Product product, const fs::path& file) {
-        QSignalSpy ended(&controller_, &Controller::exportEnded);
-        EXPECT_TRUE(controller_.startExport(product, file));
+        QSignalSpy ended(&model_.exports, &Exports::ended);
+        EXPECT_TRUE(model_.exports.start(product, file));
         EXPECT_TRUE(waitFor([&ended] { return ended.count() > 0; }));
         if (ended.isEmpty()) return "no end";
         said_ = ended.at(0).at(0).toString();
@@ -94,8 +94,8 @@ class ViewerController : public ::testing::Test {
     // Exports until the first sign of progress.
     void cancelExportTo(Product product, const fs::path& file) {
         const auto connection =
-            QObject::connect(&controller_, &Controller::exportProgress, &controller_,
-                             [this] { controller_.cancelExport(); });
+            QObject::connect(&model_.exports, &Exports::progress, &model_.exports,
+                             [this] { model_.exports.cancel(); });
         EXPECT_EQ(exportTo(product, file), "");
         EXPECT_EQ(said_, "");
         QObject::disconnect(connection);
@@ -110,7 +110,7 @@ class ViewerController : public ::testing::Test {
         return options << "--fit"
                        << "cover";
     }
-    // Runs the tool on the photo and its depth image, for the controller's display.
+    // Runs the tool on the photo and its depth image, for the model's display.
     void photo2native(const QStringList& options, const char* output) const {
         const QStringList call{"-y", "-c", writeSample(folder_ / "c.json", {150, 200}), "-d"};
         ASSERT_EQ(
@@ -121,7 +121,7 @@ class ViewerController : public ::testing::Test {
     }
 
     TemporaryDirectory folder_;
-    Controller controller_{sampleDisplay({150, 200})};
+    Model model_{sampleDisplay({150, 200})};
     QString said_; // by the last export
 };
 
@@ -163,11 +163,11 @@ TEST(ViewerWorker, WorkWithoutEndLeavesTurnsToTheOthers) {
     ends = true;
 }
 
-TEST_F(ViewerController, ShowsAPhotoFromTheMiddleAndFromTheSide) {
+TEST_F(ViewerModel, ShowsAPhotoFromTheMiddleAndFromTheSide) {
     openPhoto();
     ASSERT_EQ(picture().size(), cv::Size(300, 400));
     EXPECT_TRUE(samePicture(picture(), detailedPhoto({300, 400})));
-    controller_.setPosition(1);
+    model_.stage.setPosition(1);
     ASSERT_TRUE(waitForFrame());
     cv::Mat expected;
     cv::Mat depth;
@@ -176,26 +176,26 @@ TEST_F(ViewerController, ShowsAPhotoFromTheMiddleAndFromTheSide) {
     EXPECT_TRUE(samePicture(picture(), expected));
 }
 
-TEST_F(ViewerController, EveryModeShowsItsPicture) {
+TEST_F(ViewerModel, EveryModeShowsItsPicture) {
     openPhoto();
     for (const Mode mode : modesOf(Kind::Scene)) {
-        controller_.setMode(mode);
+        model_.stage.setMode(mode);
         ASSERT_TRUE(waitForFrame()) << int(mode);
         EXPECT_FALSE(picture().empty());
     }
-    controller_.setMode(Mode::Native);
+    model_.stage.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
     EXPECT_EQ(picture().size(), cv::Size(150, 200)); // px by px, not enlarged
-    EXPECT_EQ(controller_.frame().target, picture().size());
+    EXPECT_EQ(model_.stage.frame().target, picture().size());
     const cv::Mat native = picture().clone();
-    controller_.setMode(Mode::Lens);
+    model_.stage.setMode(Mode::Lens);
     ASSERT_TRUE(waitForFrame());
     cv::Mat seen;
     const Calibration calibration = sampleDisplay({150, 200}).calibration;
     simulateView(native, calibration, eyeAtAngle(calibration, 0), seen);
     cv::resize(seen, seen, {300, 400}, 0, 0, cv::INTER_LINEAR);
     EXPECT_TRUE(samePicture(picture(), seen));
-    controller_.setArea({75, 100}); // zoomed out: light is averaged, as an eye does
+    model_.stage.setArea({75, 100}); // zoomed out: light is averaged, as an eye does
     ASSERT_TRUE(waitFor([this] { return picture().size() == cv::Size(75, 100); }));
     LensEye eye = eyeAtAngle(calibration, 0);
     eye.blur = eyeBlur(calibration);
@@ -205,7 +205,7 @@ TEST_F(ViewerController, EveryModeShowsItsPicture) {
 }
 
 // The box (depth 1) stands 3 % of the width apart, the wall behind it lies at the focus.
-TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
+TEST_F(ViewerModel, TwoEyesSeeTheWholePhotoFromBothSides) {
     openPhoto();
     focus(0);
     turn([](Knobs& knobs) { // of no effect
@@ -214,9 +214,9 @@ TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
     });
     tools::EyesOptions eyes;
     eyes.strengthPercent = 4;
-    controller_.setEyes(eyes);
-    controller_.setArea({600, 1000});
-    controller_.setMode(Mode::Stereo);
+    model_.stage.setEyes(eyes);
+    model_.stage.setArea({600, 1000});
+    model_.stage.setMode(Mode::Stereo);
     const auto isShown = [&](const cv::Size& size) {
         return waitFor([&] { return shown() && picture().size() == size; });
     };
@@ -235,24 +235,24 @@ TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
     EXPECT_TRUE(samePicture(readPhoto(folder_ / "eyes.png"), picture()));
 
     eyes.swapped = true;
-    controller_.setEyes(eyes);
-    ASSERT_TRUE(waitFor([&] { return controller_.frame().setup.eyes.swapped; }));
+    model_.stage.setEyes(eyes);
+    ASSERT_TRUE(waitFor([&] { return model_.stage.frame().setup.eyes.swapped; }));
     EXPECT_TRUE(samePicture(picture()(cv::Rect(300, 0, 300, 400)), left));
     eyes = {EyesPicture::Rows};
     eyes.strengthPercent = 4;
-    controller_.setEyes(eyes);
-    controller_.setArea({300, 400});
+    model_.stage.setEyes(eyes);
+    model_.stage.setArea({300, 400});
     ASSERT_TRUE(isShown({300, 400}));
     for (int y = 0; y < 400; ++y)
         ASSERT_TRUE(samePicture(picture().row(y), (y % 2 == 0 ? left : right).row(y))) << y;
 
     // on a screen each eye's picture has its own bars
     eyes.picture = EyesPicture::SideBySideHalf;
-    controller_.setEyes(eyes);
+    model_.stage.setEyes(eyes);
     cv::Mat onScreen;
-    QObject::connect(&controller_, &Controller::nativeReady, &controller_,
+    QObject::connect(&model_.stage, &Stage::nativeReady, &model_.stage,
                      [&](const cv::Mat& native) { onScreen = native; });
-    controller_.setPresenting(true, {800, 400});
+    model_.stage.setPresenting(true, {800, 400});
     ASSERT_TRUE(waitFor([&] { return !onScreen.empty(); }));
     ASSERT_EQ(onScreen.size(), cv::Size(800, 400));
     cv::Mat squeezed;
@@ -263,13 +263,13 @@ TEST_F(ViewerController, TwoEyesSeeTheWholePhotoFromBothSides) {
     EXPECT_EQ(cv::norm(onScreen(cv::Rect(675, 0, 125, 400))), 0);
 }
 
-TEST_F(ViewerController, ThePictureForTwoEyesIsThatOfTheTool) {
+TEST_F(ViewerModel, ThePictureForTwoEyesIsThatOfTheTool) {
     openPhoto();
     focus(0.25);
     ASSERT_TRUE(waitForFrame());
     for (const auto& [layout, picture] : {std::pair("anaglyph", EyesPicture::Anaglyph),
                                           std::pair("tb-half", EyesPicture::TopBottomHalf)}) {
-        controller_.setEyes({picture});
+        model_.stage.setEyes({picture});
         EXPECT_EQ(exportTo(Product::Eyes, folder_ / "plain.png"), "");
         EXPECT_TRUE(said_.contains("only by its name, as plain_")) << said_.toStdString();
         photo2native(
@@ -279,12 +279,12 @@ TEST_F(ViewerController, ThePictureForTwoEyesIsThatOfTheTool) {
     }
 }
 
-TEST_F(ViewerController, TheDepthCurveBendsTheDepthOnce) {
+TEST_F(ViewerModel, TheDepthCurveBendsTheDepthOnce) {
     cv::Mat depth = boxDepth({300, 400});
     depth.rowRange(320, 400) = 128;
     writeImage(folder_ / "photo-depth.png", depth);
     openPhoto();
-    controller_.setMode(Mode::Depth);
+    model_.stage.setMode(Mode::Depth);
     const auto shownAt = [this](int x, int y) {
         EXPECT_TRUE(waitForFrame());
         return int(picture().at<cv::Vec3b>(y, x)[0]);
@@ -301,154 +301,155 @@ TEST_F(ViewerController, TheDepthCurveBendsTheDepthOnce) {
                   "");
     }
     EXPECT_FALSE(beginAlike(folder_ / "bent.mkv", folder_ / "sway.mkv"));
-    controller_.focusAt(0.5, 370.0 / 400); // a depth after the curve
-    EXPECT_NEAR(controller_.knobs().views.focus, 0.25, 0.011);
+    model_.stage.focusAt(0.5, 370.0 / 400); // a depth after the curve
+    EXPECT_NEAR(model_.settings.knobs().views.focus, 0.25, 0.011);
     for (int i = 0; i < 3; ++i)
-        controller_.undoStack().undo();
+        model_.settings.undoStack().undo();
     EXPECT_NEAR(shownAt(150, 370), 128, 1);
 }
 
-TEST_F(ViewerController, ANativeInASmallWindowIsPanned) {
+TEST_F(ViewerModel, ANativeInASmallWindowIsPanned) {
     openPhoto();
-    controller_.setMode(Mode::Native);
+    model_.stage.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
     const cv::Mat native = picture().clone();
-    controller_.setArea({100, 100});
+    model_.stage.setArea({100, 100});
     ASSERT_TRUE(waitFor([this] { return picture().size() == cv::Size(100, 100); }));
     EXPECT_TRUE(samePicture(picture(), native(cv::Rect(25, 50, 100, 100))));
-    QSignalSpy frames(&controller_, &Controller::frameReady);
-    controller_.panBy({1000, -1000}); // to the left lower corner, no further
+    QSignalSpy frames(&model_.stage, &Stage::frameReady);
+    model_.stage.panBy({1000, -1000}); // to the left lower corner, no further
     ASSERT_TRUE(waitFor([&frames] { return frames.count() > 0; }));
     EXPECT_TRUE(samePicture(picture(), native(cv::Rect(0, 100, 100, 100))));
 }
 
-TEST_F(ViewerController, AClickFocusesOnWhatIsSeenThere) {
+TEST_F(ViewerModel, AClickFocusesOnWhatIsSeenThere) {
     openPhoto();
-    controller_.focusAt(0.5, 0.5);
-    EXPECT_EQ(controller_.knobs().views.focus, 1);
-    controller_.focusAt(0.1, 0.1);
-    EXPECT_EQ(controller_.knobs().views.focus, 0);
-    EXPECT_EQ(controller_.undoStack().count(), 2);
+    model_.stage.focusAt(0.5, 0.5);
+    EXPECT_EQ(model_.settings.knobs().views.focus, 1);
+    model_.stage.focusAt(0.1, 0.1);
+    EXPECT_EQ(model_.settings.knobs().views.focus, 0);
+    EXPECT_EQ(model_.settings.undoStack().count(), 2);
     // from the side the near box is seen beside its place: 5 % of the width to the left
     focus(0);
-    controller_.setPosition(1);
+    model_.stage.setPosition(1);
     ASSERT_TRUE(waitForFrame());
-    controller_.focusAt(0.22, 0.5);
-    EXPECT_EQ(controller_.knobs().views.focus, 1);
+    model_.stage.focusAt(0.22, 0.5);
+    EXPECT_EQ(model_.settings.knobs().views.focus, 1);
 }
 
-TEST_F(ViewerController, KnobsAreUndoneGestureByGesture) {
-    const Knobs first = controller_.knobs();
+TEST_F(ViewerModel, KnobsAreUndoneGestureByGesture) {
+    const Knobs first = model_.settings.knobs();
     Knobs knobs = first;
     for (int i = 1; i <= 5; ++i) {
         knobs.views.strengthPercent = 10 + i;
-        controller_.turn(knobs, "strength", 7);
+        model_.settings.turn(knobs, "strength", 7);
     }
     focus(0.9);
-    EXPECT_EQ(controller_.undoStack().count(), 2);
-    controller_.undoStack().undo();
-    EXPECT_EQ(controller_.knobs(), knobs);
-    controller_.undoStack().undo();
-    EXPECT_EQ(controller_.knobs(), first);
-    controller_.undoStack().redo();
-    EXPECT_EQ(controller_.knobs(), knobs);
-    controller_.resetKnobs();
-    EXPECT_EQ(controller_.knobs(), Knobs());
-    controller_.undoStack().undo();
-    EXPECT_EQ(controller_.knobs(), knobs);
+    EXPECT_EQ(model_.settings.undoStack().count(), 2);
+    model_.settings.undoStack().undo();
+    EXPECT_EQ(model_.settings.knobs(), knobs);
+    model_.settings.undoStack().undo();
+    EXPECT_EQ(model_.settings.knobs(), first);
+    model_.settings.undoStack().redo();
+    EXPECT_EQ(model_.settings.knobs(), knobs);
+    model_.settings.reset();
+    EXPECT_EQ(model_.settings.knobs(), Knobs());
+    model_.settings.undoStack().undo();
+    EXPECT_EQ(model_.settings.knobs(), knobs);
 }
 
-TEST_F(ViewerController, WhileAKnobMovesTheNativeIsADraft) {
+TEST_F(ViewerModel, WhileAKnobMovesTheNativeIsADraft) {
     openPhoto();
-    controller_.setArea({150, 200});
-    controller_.setMode(Mode::Native);
+    model_.stage.setArea({150, 200});
+    model_.stage.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
     for (const double strength : {11.0, 12.0})
         turn([=](Knobs& knobs) { knobs.views.strengthPercent = strength; }, "strength", 7);
     ASSERT_TRUE(waitForFrame());
     const cv::Mat draft = picture().clone();
-    EXPECT_TRUE(controller_.frame().setup.isDraft);
-    ASSERT_TRUE(waitFor([this] { return shown() && !controller_.frame().setup.isDraft; }));
+    EXPECT_TRUE(model_.stage.frame().setup.isDraft);
+    ASSERT_TRUE(waitFor([this] { return shown() && !model_.stage.frame().setup.isDraft; }));
     EXPECT_FALSE(samePicture(picture(), draft)); // the filter is on again
-    controller_.undoStack().undo();
+    model_.settings.undoStack().undo();
     ASSERT_TRUE(waitForFrame());
-    EXPECT_FALSE(controller_.frame().setup.isDraft);
+    EXPECT_FALSE(model_.stage.frame().setup.isDraft);
 }
 
-TEST_F(ViewerController, ABrokenFileIsNamedAndTheNextOneOpens) {
+TEST_F(ViewerModel, ABrokenFileIsNamedAndTheNextOneOpens) {
     spill(folder_ / "broken.png", "\x89PNG\r\n\x1a\nand nothing more");
-    controller_.open(std::vector<fs::path>{folder_ / "broken.png"});
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
-    EXPECT_TRUE(controller_.problem().contains("broken.png: "))
-        << controller_.problem().toStdString();
-    EXPECT_EQ(controller_.document(), nullptr);
+    model_.files.open(std::vector<fs::path>{folder_ / "broken.png"});
+    ASSERT_TRUE(waitFor([this] { return !model_.stage.isBusy(); }));
+    EXPECT_TRUE(model_.stage.problem().contains("broken.png: "))
+        << model_.stage.problem().toStdString();
+    EXPECT_EQ(model_.files.document(), nullptr);
     openPhoto();
-    EXPECT_TRUE(controller_.problem().isEmpty());
-    EXPECT_EQ(controller_.sources().size(), 2U);
-    controller_.close(0);
-    EXPECT_EQ(controller_.current(), 0);
-    EXPECT_TRUE(controller_.document() != nullptr);
-    controller_.close(0);
-    EXPECT_EQ(controller_.current(), -1);
-    EXPECT_EQ(controller_.document(), nullptr);
+    EXPECT_TRUE(model_.stage.problem().isEmpty());
+    EXPECT_EQ(model_.files.sources().size(), 2U);
+    model_.files.close(0);
+    EXPECT_EQ(model_.files.current(), 0);
+    EXPECT_TRUE(model_.files.document() != nullptr);
+    model_.files.close(0);
+    EXPECT_EQ(model_.files.current(), -1);
+    EXPECT_EQ(model_.files.document(), nullptr);
 }
 
-TEST_F(ViewerController, AFolderOfPhotosIsReplacedByItsFiles) {
+TEST_F(ViewerModel, AFolderOfPhotosIsReplacedByItsFiles) {
     fs::create_directory(folder_ / "in");
     for (int i = 0; i < 3; ++i)
         writeImage(folder_ / ("in/p" + std::to_string(i) + ".png"), scenery({90, 60}, 7 * i + 1));
     spill(folder_ / "in/notes.txt", "x");
     open({"photo.png", "in"});
-    ASSERT_EQ(controller_.sources().size(), 2U);
-    controller_.select(1);
+    ASSERT_EQ(model_.files.sources().size(), 2U);
+    model_.files.select(1);
     ASSERT_TRUE(settled());
-    ASSERT_EQ(controller_.sources().size(), 4U);
-    EXPECT_EQ(controller_.current(), 1);
-    EXPECT_EQ(controller_.document()->source.file, folder_ / "in/p0.png");
-    EXPECT_EQ(controller_.document()->kind, Kind::Scene);
-    ASSERT_EQ(controller_.document()->notes.size(), 1U);
-    EXPECT_TRUE(holds(controller_.document()->notes[0].text, "not opened: 1 .txt file"));
-    EXPECT_EQ(controller_.sources()[3].file, folder_ / "in/p2.png");
-    controller_.select(2); // said once
+    ASSERT_EQ(model_.files.sources().size(), 4U);
+    EXPECT_EQ(model_.files.current(), 1);
+    EXPECT_EQ(model_.files.document()->source.file, folder_ / "in/p0.png");
+    EXPECT_EQ(model_.files.document()->kind, Kind::Scene);
+    ASSERT_EQ(model_.files.document()->notes.size(), 1U);
+    EXPECT_TRUE(holds(model_.files.document()->notes[0].text, "not opened: 1 .txt file"));
+    EXPECT_EQ(model_.files.sources()[3].file, folder_ / "in/p2.png");
+    model_.files.select(2); // said once
     ASSERT_TRUE(settled());
-    EXPECT_TRUE(controller_.document()->notes.empty());
+    EXPECT_TRUE(model_.files.document()->notes.empty());
 
     fs::create_directory(folder_ / "empty");
-    controller_.open(std::vector<fs::path>{folder_ / "empty"});
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
-    EXPECT_NE(controller_.problem().indexOf("holds no pictures and no videos"), -1);
+    model_.files.open(std::vector<fs::path>{folder_ / "empty"});
+    ASSERT_TRUE(waitFor([this] { return !model_.stage.isBusy(); }));
+    EXPECT_NE(model_.stage.problem().indexOf("holds no pictures and no videos"), -1);
 }
 
-TEST_F(ViewerController, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {
+TEST_F(ViewerModel, ClosingAnotherFileLeavesTheCurrentOneAsItIs) {
     openPhoto();
     for (int i = 0; i < 2; ++i)
-        controller_.open(std::vector<fs::path>{folder_ / "photo.png"});
-    controller_.select(1);
+        model_.files.open(std::vector<fs::path>{folder_ / "photo.png"});
+    model_.files.select(1);
     ASSERT_TRUE(settled());
-    const auto document = controller_.document();
+    const auto document = model_.files.document();
     for (const int other : {0, 1}) {
-        controller_.close(other);
-        EXPECT_EQ(controller_.current(), 0);
-        EXPECT_FALSE(controller_.isBusy());
+        model_.files.close(other);
+        EXPECT_EQ(model_.files.current(), 0);
+        EXPECT_FALSE(model_.stage.isBusy());
     }
-    EXPECT_EQ(controller_.document(), document);
+    EXPECT_EQ(model_.files.document(), document);
 }
 
-TEST_F(ViewerController, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
+TEST_F(ViewerModel, ANativeForAnotherPanelIsSaidWhenItIsLookedAt) {
     writeImage(folder_ / "n.png", detailedPhoto({64, 64}));
-    controller_.open(Source{folder_ / "n.png", {}, Reading::Native});
-    ASSERT_TRUE(waitFor([this] { return !controller_.problem().isEmpty(); }));
-    EXPECT_TRUE(controller_.problem().contains("expected the panel's 150 x 200 px"));
-    controller_.setMode(Mode::Native);
-    ASSERT_TRUE(waitFor([this] { return controller_.problem().isEmpty(); }));
+    model_.files.open(std::vector<Source>{Source{folder_ / "n.png", {}, Reading::Native}});
+    ASSERT_TRUE(waitFor([this] { return !model_.stage.problem().isEmpty(); }));
+    EXPECT_TRUE(model_.stage.problem().contains("expected the panel's 150 x 200 px"));
+    model_.stage.setMode(Mode::Native);
+    ASSERT_TRUE(waitFor([this] { return model_.stage.problem().isEmpty(); }));
     EXPECT_EQ(picture().size(), cv::Size(64, 64));
 }
 
-TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
+TEST_F(ViewerModel, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
     const cv::Mat quilt = detailedPhoto({90, 80});
     writeImage(folder_ / "q_qs3x2a1.5.png", quilt);
-    controller_.setMode(Mode::Native);
-    controller_.open(Source{folder_ / "q_qs3x2a1.5.png", {}, Reading::Automatic});
+    model_.stage.setMode(Mode::Native);
+    model_.files.open(
+        std::vector<Source>{Source{folder_ / "q_qs3x2a1.5.png", {}, Reading::Automatic}});
     ASSERT_TRUE(waitForFrame());
     const QuiltLayout layout{3, 2, {30, 40}, 6};
     cv::Mat native;
@@ -460,7 +461,7 @@ TEST_F(ViewerController, ViewsOfAQuiltKeepTheShapeThatItsNameTells) {
 }
 
 // Every product of the viewer, as photo2native makes it with the same settings.
-TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
+TEST_F(ViewerModel, ExportsWhatTheToolsWrite) {
     ALTIRO3D_TAKES(3);
     cv::Mat photo = detailedPhoto({320, 200});
     cv::GaussianBlur(photo, photo, {15, 15}, 4); // sharp is only the subject, on the right
@@ -472,7 +473,7 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     writeImage(folder_ / "photo-depth.png", depth);
     Display display = sampleDisplay({150, 200});
     display.quilt = {3, 2, {60, 80}, 6};
-    controller_.setDisplay(display);
+    model_.files.setDisplay(display);
     openPhoto();
     const auto expectSame = [&](QStringList options, bool hasQuilt = true) {
         SCOPED_TRACE(options.join(' ').toStdString());
@@ -502,14 +503,14 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
             EXPECT_TRUE(slurp(folder_ / ours) == slurp(folder_ / theirs)) << ours;
         EXPECT_TRUE(beginAlike(folder_ / "sway.mkv", folder_ / "tool.mkv"));
     };
-    Knobs knobs = controller_.knobs();
+    Knobs knobs = model_.settings.knobs();
     knobs.views.strengthPercent = 7.5;
     knobs.views.focus = 0.25;
-    controller_.turn(knobs, "strength");
+    model_.settings.turn(knobs, "strength");
     expectSame({"--strength", "7.5", "--focus", "0.25"});
-    controller_.moveFrame({0.3, 0}, 1); // the left part comes in
-    controller_.zoomFrame({0.2, 0.9}, 1.7, 2);
-    const Framing framing = controller_.knobs().framing;
+    model_.stage.moveFrame({0.3, 0}, 1); // the left part comes in
+    model_.stage.zoomFrame({0.2, 0.9}, 1.7, 2);
+    const Framing framing = model_.settings.knobs().framing;
     EXPECT_LT(framing.centre.x, 0.5);
     EXPECT_DOUBLE_EQ(framing.zoom, 1.7);
     const auto text = [](double value) { return QString::number(value, 'g', 17); };
@@ -519,27 +520,27 @@ TEST_F(ViewerController, ExportsWhatTheToolsWrite) {
     expectSame({"--strength", "7.5", "--focus", "0.25", "--depth-curve", "1.7", "--zoom",
                 text(framing.zoom), "--center",
                 text(framing.centre.x) + "," + text(framing.centre.y)});
-    controller_.undoStack().undo();
+    model_.settings.undoStack().undo();
     knobs.choices = {true, true, true};
-    controller_.turn(knobs, "all");
+    model_.settings.turn(knobs, "all");
     ASSERT_TRUE(waitForFrame());
-    const Knobs chosen = controller_.frame().setup.knobs;
+    const Knobs chosen = model_.stage.frame().setup.knobs;
     EXPECT_GT(chosen.framing.centre.x, 0.6);
     EXPECT_GT(chosen.views.focus, 0.8);
     EXPECT_NE(chosen.views.strengthPercent, 7.5);
     expectSame({"--fit", "auto", "--focus", "auto", "--strength", "auto"});
     // the user takes over from what is shown
-    const Framing shownFrame = controller_.frame().setup.knobs.framing;
-    controller_.moveFrame({0.1, 0}, 1);
-    EXPECT_FALSE(controller_.knobs().choices.framing);
-    EXPECT_LT(controller_.knobs().framing.centre.x, shownFrame.centre.x);
-    EXPECT_GT(controller_.knobs().framing.centre.x, 0.5);
+    const Framing shownFrame = model_.stage.frame().setup.knobs.framing;
+    model_.stage.moveFrame({0.1, 0}, 1);
+    EXPECT_FALSE(model_.settings.knobs().choices.framing);
+    EXPECT_LT(model_.settings.knobs().framing.centre.x, shownFrame.centre.x);
+    EXPECT_GT(model_.settings.knobs().framing.centre.x, 0.5);
     ASSERT_TRUE(waitForFrame());
-    controller_.focusAt(0.05, 0.05);
-    EXPECT_FALSE(controller_.knobs().choices.focus);
-    EXPECT_TRUE(controller_.knobs().choices.strength);
-    controller_.undoStack().undo();
-    EXPECT_TRUE(controller_.knobs().choices.focus);
+    model_.stage.focusAt(0.05, 0.05);
+    EXPECT_FALSE(model_.settings.knobs().choices.focus);
+    EXPECT_TRUE(model_.settings.knobs().choices.strength);
+    model_.settings.undoStack().undo();
+    EXPECT_TRUE(model_.settings.knobs().choices.focus);
 }
 
 TEST(ViewerStudio, AVideoKeepsWhatWasChosenForItsFirstPicture) {
@@ -630,63 +631,63 @@ TEST(ViewerStudio, APhotoAFrameAndTheViewerGiveOneNative) {
     }
 }
 
-TEST_F(ViewerController, ContentFollowsTheMouse) {
+TEST_F(ViewerModel, ContentFollowsTheMouse) {
     // 600 x 400 on 3 : 4: half of the width is seen, px by px
     const cv::Mat photo = detailedPhoto({600, 400});
     writeImage(folder_ / "photo.png", photo);
     writeImage(folder_ / "photo-depth.png", cv::Mat(400, 600, CV_8UC1, cv::Scalar(90)));
     openPhoto();
     EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(150, 0, 300, 400))));
-    controller_.moveFrame({40 / 300.0, 0.2}, 1); // only along the axis that is cut
+    model_.stage.moveFrame({40 / 300.0, 0.2}, 1); // only along the axis that is cut
     ASSERT_TRUE(waitForFrame());
     EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(110, 0, 300, 400))));
-    controller_.moveFrame({-9, 0}, 1); // to the photo's end, and back from there
-    controller_.moveFrame({10 / 300.0, 0}, 1);
+    model_.stage.moveFrame({-9, 0}, 1); // to the photo's end, and back from there
+    model_.stage.moveFrame({10 / 300.0, 0}, 1);
     ASSERT_TRUE(waitForFrame());
     EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(290, 0, 300, 400))));
-    controller_.zoomFrame({1, 0}, 2, 2); // the right upper corner stays
+    model_.stage.zoomFrame({1, 0}, 2, 2); // the right upper corner stays
     ASSERT_TRUE(waitForFrame());
     const PhotoFit fit = fitPhoto({600, 400}, 0.75, {300, 400}, FitMode::Cover,
-                                  framingOf(controller_.frame().setup));
+                                  framingOf(model_.stage.frame().setup));
     EXPECT_EQ(fit.source, cv::Rect(440, 0, 150, 200));
-    controller_.resetFrame();
+    model_.stage.resetFrame();
     ASSERT_TRUE(waitForFrame());
     EXPECT_TRUE(samePicture(picture(), photo(cv::Rect(150, 0, 300, 400))));
-    EXPECT_EQ(controller_.undoStack().count(), 3); // a drag, a zoom, a reset
+    EXPECT_EQ(model_.settings.undoStack().count(), 3); // a drag, a zoom, a reset
 }
 
-TEST_F(ViewerController, ASmallPhotoIsShownWithTheZoomOfALargeOne) {
+TEST_F(ViewerModel, ASmallPhotoIsShownWithTheZoomOfALargeOne) {
     openPhoto();
     for (int i = 0; i < 20; ++i)
-        controller_.zoomFrame({0.3, 0.4}, 2, 1);
-    EXPECT_NEAR(controller_.knobs().framing.zoom, 300 / 16.0, 0.01); // 16 columns are left
+        model_.stage.zoomFrame({0.3, 0.4}, 2, 1);
+    EXPECT_NEAR(model_.settings.knobs().framing.zoom, 300 / 16.0, 0.01); // 16 columns are left
     ASSERT_TRUE(waitForFrame());
-    EXPECT_EQ(controller_.problem(), "");
+    EXPECT_EQ(model_.stage.problem(), "");
     for (const cv::Size size : {cv::Size(1, 1), cv::Size(15, 400), cv::Size(40, 30)}) {
         writeImage(folder_ / "small.png", detailedPhoto(size));
         open({"small.png"});
-        EXPECT_EQ(controller_.problem(), "") << size;
-        controller_.moveFrame({0.1, 0.1}, 2);
+        EXPECT_EQ(model_.stage.problem(), "") << size;
+        model_.stage.moveFrame({0.1, 0.1}, 2);
         ASSERT_TRUE(waitForFrame());
-        EXPECT_EQ(controller_.problem(), "") << size;
+        EXPECT_EQ(model_.stage.problem(), "") << size;
     }
 }
 
-TEST_F(ViewerController, TheNativeByMethodRealIsThatOfTheTool) {
+TEST_F(ViewerModel, TheNativeByMethodRealIsThatOfTheTool) {
     openPhoto();
-    controller_.setMode(Mode::Native);
+    model_.stage.setMode(Mode::Native);
     ASSERT_TRUE(waitForFrame());
     const cv::Mat usual = picture().clone();
     turn([](Knobs& knobs) { knobs.views.method = ViewMethod::Real; }); // makes whole views only
     EXPECT_EQ(exportTo(Product::Native, folder_ / "r.png"), "");
     photo2native({"-g"}, "tool-r.png");
     EXPECT_EQ(slurp(folder_ / "r.png"), slurp(folder_ / "tool-r.png"));
-    controller_.undoStack().undo();
+    model_.settings.undoStack().undo();
     ASSERT_TRUE(waitForFrame());
     EXPECT_TRUE(samePicture(picture(), usual));
 }
 
-TEST_F(ViewerController, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
+TEST_F(ViewerModel, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
     writeImage(folder_ / "photo-depth.png", cv::Mat(400, 300, CV_8UC1, cv::Scalar(90)));
     openPhoto();
     for (const auto& [value, text] : {std::pair{0.25, "0.25"}, std::pair{0.75, "0.75"}}) {
@@ -696,13 +697,13 @@ TEST_F(ViewerController, FlatDepthLiesAtTheFocusAsTheToolsHaveIt) {
         photo2native({"--focus", text, "--save-depth", at("tool-d.png")}, "tool-n.png");
         EXPECT_EQ(slurp(folder_ / "n.png"), slurp(folder_ / "tool-n.png")) << text;
         EXPECT_EQ(slurp(folder_ / "d.png"), slurp(folder_ / "tool-d.png")) << text;
-        controller_.setPosition(1);
+        model_.stage.setPosition(1);
         ASSERT_TRUE(waitForFrame());
         EXPECT_TRUE(samePicture(picture(), detailedPhoto({300, 400}))) << text; // nothing moves
     }
 }
 
-TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
+TEST_F(ViewerModel, ASwayVideoIsThereWholeOrNotAtAll) {
     openPhoto();
     EXPECT_EQ(exportTo(Product::SwayVideo, folder_ / "sway.mp4"), "");
     VideoReader reader(folder_ / "sway.mp4");
@@ -716,7 +717,7 @@ TEST_F(ViewerController, ASwayVideoIsThereWholeOrNotAtAll) {
         EXPECT_FALSE(holds(entry.path().string(), "cancelled")) << entry.path();
 }
 
-TEST_F(ViewerController, ViewsDoNotMixWithThoseOfAnotherPicture) {
+TEST_F(ViewerModel, ViewsDoNotMixWithThoseOfAnotherPicture) {
     openPhoto();
     fs::create_directory(folder_ / "views");
     const cv::Mat mine(3, 4, CV_8UC3, cv::Scalar(1, 2, 3));
@@ -729,22 +730,22 @@ TEST_F(ViewerController, ViewsDoNotMixWithThoseOfAnotherPicture) {
     EXPECT_FALSE(fs::exists(folder_ / "cancelled"));
 }
 
-TEST_F(ViewerController, SaysWhyNothingCanBeExportedYet) {
-    EXPECT_TRUE(controller_.exportObstacle().contains("Nothing is open"));
+TEST_F(ViewerModel, SaysWhyNothingCanBeExportedYet) {
+    EXPECT_TRUE(model_.exports.obstacle().contains("Nothing is open"));
     openPhoto();
-    EXPECT_EQ(controller_.exportObstacle(), "");
+    EXPECT_EQ(model_.exports.obstacle(), "");
     turn([](Knobs& knobs) { knobs.depth = "tiny"; });
-    EXPECT_TRUE(controller_.exportObstacle().contains("still being estimated"));
-    EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "n.png"));
+    EXPECT_TRUE(model_.exports.obstacle().contains("still being estimated"));
+    EXPECT_FALSE(model_.exports.start(Product::Native, folder_ / "n.png"));
     ASSERT_TRUE(waitForFrame());
-    EXPECT_TRUE(controller_.startExport(Product::Native, folder_ / "n.png"));
-    EXPECT_TRUE(controller_.exportObstacle().contains("Another export"));
-    EXPECT_FALSE(controller_.startExport(Product::Native, folder_ / "second.png"));
-    ASSERT_TRUE(waitFor([this] { return !controller_.isExporting(); }));
-    EXPECT_EQ(controller_.exportObstacle(), "");
+    EXPECT_TRUE(model_.exports.start(Product::Native, folder_ / "n.png"));
+    EXPECT_TRUE(model_.exports.obstacle().contains("Another export"));
+    EXPECT_FALSE(model_.exports.start(Product::Native, folder_ / "second.png"));
+    ASSERT_TRUE(waitFor([this] { return !model_.exports.areRunning(); }));
+    EXPECT_EQ(model_.exports.obstacle(), "");
     // and what cannot be written is named
     EXPECT_TRUE(exportTo(Product::Native, folder_ / "none/n.png").contains("none/n.png"));
-    EXPECT_FALSE(controller_.isExporting());
+    EXPECT_FALSE(model_.exports.areRunning());
 }
 
 // When each picture of a video was shown, ms, and its grey; at least so many.
@@ -837,40 +838,40 @@ TEST(ViewerVideo, SaysWhyAVideoCannotBeRead) {
     EXPECT_TRUE(holds(problem.get_future().get(), "v.mp4"));
 }
 
-TEST_F(ViewerController, VideosOfAllKindsPlay) {
+TEST_F(ViewerModel, VideosOfAllKindsPlay) {
     writeGreys(folder_ / "n.mkv", {150, 200}, 10);
     writeGreys(folder_ / "q_qs2x2a0.75.mkv", {150, 200}, 10);
     writeGreys(folder_ / "flat.mkv", {90, 120}, 10);
     const std::pair<const char*, Kind> videos[] = {
         {"n.mkv", Kind::Native}, {"q_qs2x2a0.75.mkv", Kind::Quilt}, {"flat.mkv", Kind::Scene}};
     for (const auto& [name, kind] : videos) {
-        controller_.open(std::vector<fs::path>{folder_ / name});
-        ASSERT_TRUE(waitFor([&] { return !controller_.isBusy(); }));
-        ASSERT_NE(controller_.document(), nullptr) << controller_.problem().toStdString();
-        EXPECT_EQ(controller_.document()->kind, kind) << name;
+        model_.files.open(std::vector<fs::path>{folder_ / name});
+        ASSERT_TRUE(waitFor([&] { return !model_.stage.isBusy(); }));
+        ASSERT_NE(model_.files.document(), nullptr) << model_.stage.problem().toStdString();
+        EXPECT_EQ(model_.files.document()->kind, kind) << name;
         std::set<int> greys;
         QObject watcher;
-        QObject::connect(&controller_, &Controller::frameReady, &watcher, [&] {
+        QObject::connect(&model_.stage, &Stage::frameReady, &watcher, [&] {
             if (!picture().empty())
                 greys.insert(picture().at<cv::Vec3b>(picture().rows / 2, 70)[1]);
         });
         EXPECT_TRUE(waitFor([&] { return greys.size() >= 4; })) << name;
-        controller_.setPlaying(false);
+        model_.files.setPlaying(false);
         const auto standsStill = [this] { // while 20 frames are made of its last picture
-            const auto before = controller_.videoCounts().shown;
+            const auto before = model_.files.videoCounts().shown;
             for (int width = 280; width < 300; ++width) {
-                QSignalSpy frames(&controller_, &Controller::frameReady);
-                controller_.setArea({width, 400});
+                QSignalSpy frames(&model_.stage, &Stage::frameReady);
+                model_.stage.setArea({width, 400});
                 if (!waitFor([&] { return frames.count() > 0; })) return false;
             }
-            return controller_.videoCounts().shown == before;
+            return model_.files.videoCounts().shown == before;
         };
         ASSERT_TRUE(waitFor(standsStill)) << name; // a picture was on its way
-        const auto counts = controller_.videoCounts();
-        controller_.setPlaying(true);
-        EXPECT_TRUE(waitFor([&] { return controller_.videoCounts().shown > counts.shown; }));
+        const auto counts = model_.files.videoCounts();
+        model_.files.setPlaying(true);
+        EXPECT_TRUE(waitFor([&] { return model_.files.videoCounts().shown > counts.shown; }));
     }
-    controller_.close(controller_.current());
+    model_.files.close(model_.files.current());
 }
 
 // A directory of networks, while it lives.
@@ -887,7 +888,7 @@ class Networks {
     QByteArray before_;
 };
 
-TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
+TEST_F(ViewerModel, ANetworkMakesTheDepthOfPhotosAndVideos) {
     ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
     const fs::path file = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
     const Networks networks(file.parent_path());
@@ -903,23 +904,23 @@ TEST_F(ViewerController, ANetworkMakesTheDepthOfPhotosAndVideos) {
     expected = scene.depth;
 
     fs::remove(folder_ / "photo-depth.png");
-    Controller controller(sampleDisplay({150, 200}));
-    controller.setArea({300, 400});
+    Model model(sampleDisplay({150, 200}));
+    model.stage.setArea({300, 400});
     Knobs knobs;
     knobs.depth = "fastdepth";
-    controller.restoreKnobs(knobs);
-    controller.open(std::vector<fs::path>{folder_ / "photo.png"});
-    const auto isFrom = [&controller](const std::string& source) {
-        return waitFor([&] { return controller.frame().setup.depthSource == source; });
+    model.settings.restore(knobs);
+    model.files.open(std::vector<fs::path>{folder_ / "photo.png"});
+    const auto isFrom = [&model](const std::string& source) {
+        return waitFor([&] { return model.stage.frame().setup.depthSource == source; });
     };
-    EXPECT_TRUE(isFrom("fastdepth")) << controller.problem().toStdString();
-    EXPECT_TRUE(samePicture(controller.frame().setup.depth, expected));
+    EXPECT_TRUE(isFrom("fastdepth")) << model.stage.problem().toStdString();
+    EXPECT_TRUE(samePicture(model.stage.frame().setup.depth, expected));
 
     writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
-    controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});
+    model.files.open(std::vector<fs::path>{folder_ / "flat.mkv"});
     EXPECT_TRUE(isFrom("fastdepth, as often as the video needs it"));
     knobs.depth = "altiro3d"; // while it plays
-    controller.turn(knobs, "depth");
+    model.settings.turn(knobs, "depth");
     EXPECT_TRUE(isFrom("altiro3d, as often as the video needs it"));
 }
 
@@ -940,138 +941,138 @@ TEST(ViewerDepth, TheStandardNetworkIsUsedByItself) {
     EXPECT_EQ(DepthMaker().choose(kBestDepth, false), hasOnnxRuntime() ? "other" : kBestDepth);
 }
 
-TEST_F(ViewerController, ANetworkThatIsNoneIsAMessage) {
+TEST_F(ViewerModel, ANetworkThatIsNoneIsAMessage) {
     const TemporaryDirectory models;
     spill(models / "model-small.onnx", "no network");
     const Networks networks(models.path());
     fs::remove(folder_ / "photo-depth.png");
     writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
-    Controller controller(sampleDisplay({150, 200}));
-    controller.setArea({300, 400});
+    Model model(sampleDisplay({150, 200}));
+    model.stage.setArea({300, 400});
     for (const char* name : {"photo.png", "flat.mkv"}) {
-        controller.open(std::vector<fs::path>{folder_ / name});
-        EXPECT_TRUE(waitFor([&] { return controller.problem().contains("model-small.onnx"); }))
-            << controller.problem().toStdString();
-        EXPECT_FALSE(controller.canFrame()) << "no picture is shown";
+        model.files.open(std::vector<fs::path>{folder_ / name});
+        EXPECT_TRUE(waitFor([&] { return model.stage.problem().contains("model-small.onnx"); }))
+            << model.stage.problem().toStdString();
+        EXPECT_FALSE(model.stage.canFrame()) << "no picture is shown";
     }
     spill(models / "catalog.json", R"({"networks": []})");
-    Controller other(sampleDisplay({150, 200}));
-    other.setArea({300, 400});
-    other.open(std::vector<fs::path>{folder_ / "photo.png"});
-    EXPECT_TRUE(waitFor([&] { return other.problem().contains("no network is installed"); }))
-        << other.problem().toStdString();
+    Model other(sampleDisplay({150, 200}));
+    other.stage.setArea({300, 400});
+    other.files.open(std::vector<fs::path>{folder_ / "photo.png"});
+    EXPECT_TRUE(waitFor([&] { return other.stage.problem().contains("no network is installed"); }))
+        << other.stage.problem().toStdString();
 }
 
-TEST_F(ViewerController, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
+TEST_F(ViewerModel, WhyAVideoStoppedIsSaidUntilItPlaysAgain) {
     writeGreys(folder_ / "flat.mkv", {90, 120}, 10);
-    controller_.open(std::vector<fs::path>{folder_ / "flat.mkv"});
-    ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && controller_.document(); }));
+    model_.files.open(std::vector<fs::path>{folder_ / "flat.mkv"});
+    ASSERT_TRUE(waitFor([this] { return !model_.stage.isBusy() && model_.files.document(); }));
     fs::rename(folder_ / "flat.mkv", folder_ / "away.mkv"); // as if its USB drive were removed
-    controller_.setSwinging(true);
-    ASSERT_TRUE(waitFor([this] { return controller_.problem().contains("flat.mkv"); }));
-    QSignalSpy frames(&controller_, &Controller::frameReady);
+    model_.stage.setSwinging(true);
+    ASSERT_TRUE(waitFor([this] { return model_.stage.problem().contains("flat.mkv"); }));
+    QSignalSpy frames(&model_.stage, &Stage::frameReady);
     ASSERT_TRUE(waitFor([&frames] { return frames.count() >= 3; })); // of the last picture
-    EXPECT_TRUE(controller_.problem().contains("flat.mkv"));
+    EXPECT_TRUE(model_.stage.problem().contains("flat.mkv"));
     fs::rename(folder_ / "away.mkv", folder_ / "flat.mkv");
     turn([](Knobs& knobs) { knobs.depth = "tiny"; });
-    EXPECT_TRUE(waitFor([this] { return controller_.videoCounts().shown >= 3; }));
-    EXPECT_EQ(controller_.problem(), "");
+    EXPECT_TRUE(waitFor([this] { return model_.files.videoCounts().shown >= 3; }));
+    EXPECT_EQ(model_.stage.problem(), "");
 }
 
 // A network that is a named pipe: it takes as long as the pipe is open for writing.
-TEST_F(ViewerController, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
+TEST_F(ViewerModel, OtherFilesAreChosenWhileAVideoWaitsForItsDepth) {
     const TemporaryDirectory models;
     ASSERT_EQ(mkfifo((models / "model-small.onnx").c_str(), 0600), 0);
     const Networks networks(models.path());
     writeGreys(folder_ / "flat.mkv", {90, 120}, 25);
-    Controller controller(sampleDisplay({150, 200}));
+    Model model(sampleDisplay({150, 200}));
     Knobs knobs;
     knobs.depth = "midas-small";
-    controller.restoreKnobs(knobs);
-    controller.setArea({300, 400});
-    controller.open(std::vector<fs::path>{folder_ / "flat.mkv"});
-    ASSERT_TRUE(waitFor([&] { return controller.document() != nullptr; }));
+    model.settings.restore(knobs);
+    model.stage.setArea({300, 400});
+    model.files.open(std::vector<fs::path>{folder_ / "flat.mkv"});
+    ASSERT_TRUE(waitFor([&] { return model.files.document() != nullptr; }));
     int pipe = -1;
     ASSERT_TRUE(waitFor([&] { // a thread reads it
         pipe = ::open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
         return pipe >= 0;
     }));
     for (int i = 0; i < 3; ++i) // does not wait for that thread, which waits for this one
-        controller.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
+        model.files.open(std::vector<fs::path>{folder_ / "photo.png", folder_ / "photo-depth.png"});
     knobs.depth = kBestDepth;
-    controller.turn(knobs, "depth");
-    EXPECT_TRUE(controller.isBusy());
+    model.settings.turn(knobs, "depth");
+    EXPECT_TRUE(model.stage.isBusy());
     EXPECT_TRUE(waitFor([&] {
         close(std::exchange(pipe, -1)); // nothing was in it; others may have begun to read it
         pipe = ::open((models / "model-small.onnx").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
-        return !controller.isBusy() && controller.document() && !controller.document()->video;
+        return !model.stage.isBusy() && model.files.document() && !model.files.document()->video;
     }));
     close(pipe);
 }
 
-TEST_F(ViewerController, LateFramesOfTheFileBeforeTakeNoMessageAway) {
+TEST_F(ViewerModel, LateFramesOfTheFileBeforeTakeNoMessageAway) {
     spill(folder_ / "broken.jpg", "no picture");
-    controller_.open(std::vector<fs::path>{folder_ / "broken.jpg"});
+    model_.files.open(std::vector<fs::path>{folder_ / "broken.jpg"});
     openPhoto();
-    controller_.setSwinging(true); // requests frames continuously
+    model_.stage.setSwinging(true); // requests frames continuously
     QObject watcher;
-    QObject::connect(&controller_, &Controller::documentChanged, &watcher, [this] {
-        EXPECT_FALSE(!controller_.document() && controller_.problem().isEmpty());
+    QObject::connect(&model_.stage, &Stage::stateChanged, &watcher, [this] {
+        EXPECT_FALSE(!model_.files.document() && model_.stage.problem().isEmpty());
     });
     for (int i = 0; i < 10; ++i) {
-        controller_.select(0);
-        controller_.setPosition(0.1 * i); // while the file is being read
-        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy(); }));
-        EXPECT_FALSE(controller_.problem().isEmpty()) << i;
-        EXPECT_EQ(controller_.document(), nullptr);
-        controller_.select(1);
-        ASSERT_TRUE(waitFor([this] { return !controller_.isBusy() && controller_.document(); }));
+        model_.files.select(0);
+        model_.stage.setPosition(0.1 * i); // while the file is being read
+        ASSERT_TRUE(waitFor([this] { return !model_.stage.isBusy(); }));
+        EXPECT_FALSE(model_.stage.problem().isEmpty()) << i;
+        EXPECT_EQ(model_.files.document(), nullptr);
+        model_.files.select(1);
+        ASSERT_TRUE(waitFor([this] { return !model_.stage.isBusy() && model_.files.document(); }));
     }
 }
 
-TEST_F(ViewerController, EndsCleanlyInTheMiddleOfItsWork) {
+TEST_F(ViewerModel, EndsCleanlyInTheMiddleOfItsWork) {
     writeImage(folder_ / "large.png", detailedPhoto({2000, 1500}));
     for (int frames = 0; frames < 4; ++frames) {
-        Controller controller(sampleDisplay());
-        QSignalSpy made(&controller, &Controller::frameReady);
-        controller.setArea({600, 800});
-        controller.open(std::vector<fs::path>{folder_ / "large.png"});
-        controller.setSwinging(true);
+        Model model(sampleDisplay());
+        QSignalSpy made(&model.stage, &Stage::frameReady);
+        model.stage.setArea({600, 800});
+        model.files.open(std::vector<fs::path>{folder_ / "large.png"});
+        model.stage.setSwinging(true);
         EXPECT_TRUE(waitFor([&] { return made.count() >= frames; }));
     }
     fs::create_directory(folder_ / "exports");
     for (int steps = 0; steps < 4; ++steps) {
-        Controller controller(sampleDisplay());
-        QSignalSpy progress(&controller, &Controller::exportProgress);
-        controller.setArea({600, 800});
-        controller.open(std::vector<fs::path>{folder_ / "large.png"});
-        ASSERT_TRUE(waitFor([&] { return controller.exportObstacle().isEmpty(); }));
-        controller.setSwinging(true);
-        EXPECT_TRUE(controller.startExport(Product::SwayVideo, folder_ / "exports/e.mp4"));
+        Model model(sampleDisplay());
+        QSignalSpy progress(&model.exports, &Exports::progress);
+        model.stage.setArea({600, 800});
+        model.files.open(std::vector<fs::path>{folder_ / "large.png"});
+        ASSERT_TRUE(waitFor([&] { return model.exports.obstacle().isEmpty(); }));
+        model.stage.setSwinging(true);
+        EXPECT_TRUE(model.exports.start(Product::SwayVideo, folder_ / "exports/e.mp4"));
         EXPECT_TRUE(waitFor([&] { return progress.count() >= steps; }));
-        EXPECT_TRUE(controller.isExporting());
+        EXPECT_TRUE(model.exports.areRunning());
     }
     EXPECT_TRUE(fs::is_empty(folder_ / "exports"));
 }
 
 // A change of a setting is visible at once because it costs one frame of bounded size and nothing
 // is read or estimated again.
-TEST_F(ViewerController, AKnobOnALargePhotoCostsOneSmallFrame) {
+TEST_F(ViewerModel, AKnobOnALargePhotoCostsOneSmallFrame) {
     writeImage(folder_ / "mega.png", detailedPhoto({1734, 2312}));
     writeImage(folder_ / "mega-depth.png", boxDepth({1734, 2312}));
-    controller_.setArea({867, 1156});
+    model_.stage.setArea({867, 1156});
     open({"mega.png", "mega-depth.png"});
-    controller_.setPosition(0.7);
+    model_.stage.setPosition(0.7);
     ASSERT_TRUE(waitForFrame());
-    const auto document = controller_.document();
-    QSignalSpy frames(&controller_, &Controller::frameReady);
+    const auto document = model_.files.document();
+    QSignalSpy frames(&model_.stage, &Stage::frameReady);
     for (int i = 1; i <= 4; ++i) {
-        focus(controller_.knobs().views.focus + 0.01);
+        focus(model_.settings.knobs().views.focus + 0.01);
         ASSERT_TRUE(waitForFrame());
         EXPECT_EQ(frames.count(), i);
         EXPECT_GT(picture().total(), 600000U);
         EXPECT_LE(picture().total(), 867U * 1156);
-        EXPECT_EQ(controller_.document(), document);
+        EXPECT_EQ(model_.files.document(), document);
     }
 }
 

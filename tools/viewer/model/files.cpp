@@ -122,7 +122,7 @@ void Files::takeFiles(const Source& folder, const FolderFiles& found) {
 
 void Files::setDisplay(Display display) {
     display_ = std::make_shared<const Display>(std::move(display));
-    emit displayChanged();
+    emit stateChanged();
     if (current_ >= 0) readCurrent(); // the kind of a picture depends on the display
 }
 

@@ -62,13 +62,12 @@ class Files : public QObject {
 
   signals:
     void sourcesChanged();
-    /// isReading() or problem() has changed.
+    /// isReading(), problem() or display() has changed.
     void stateChanged();
     /// document() is that of another reading, or there is none.
     void opened();
     /// document() has another picture of the video.
     void pictureCame();
-    void displayChanged();
     void playingChanged(bool playing);
     void playSettingsChanged();
 

@@ -50,14 +50,18 @@ struct Request {
     bool fills = false;
 };
 
+/// The depth of a photo.
+struct PhotoDepth {
+    cv::Mat depth{};           ///< [any size, CV_32FC1, 0..1], covers all of the photo.
+    HiddenLayer hidden{};      ///< Of a stereo pair, as long as its depth is used.
+    bool flat = false;         ///< The depth has no range, see depthOf().
+    std::string depthSource{}; ///< For people; empty without depth.
+};
+
 /// A request with the depth of its photo, which is all that its picture is made of.
-struct Setup : Request {
-    cv::Mat depth{};      ///< Of a photo: [any size, CV_32FC1, 0..1], covers all of it.
-    HiddenLayer hidden{}; ///< Of a stereo pair, as long as its depth is used.
-    bool flat = false;    ///< The depth has no range, see depthOf().
+struct Setup : Request, PhotoDepth {
     DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
-    std::string from{};        ///< The depth's source; another one for every other depth.
-    std::string depthSource{}; ///< The same, for people; empty without depth.
+    std::string from{};                     ///< Another one for every other depth of the document.
 };
 
 /// The depth of a photo; without a range it lies at the focus, as in the tools, so that all views

@@ -154,7 +154,7 @@ void Stage::requestFrame() {
             frame = studio_.render(request);
         } catch (const std::exception& error) {
             problem = QString::fromStdString(tools::sentenceOf(error));
-            frame.setup = {request};
+            static_cast<Request&>(frame.setup) = request;
             frame.knobs = request.knobs;
         }
         later(this, [this, frame, problem, number] {
@@ -219,30 +219,30 @@ bool Stage::canFrame() const {
            (shown.mode == Mode::Sway || shown.mode == Mode::Depth || shown.mode == Mode::Lens);
 }
 
-FramedPhoto Stage::framedPhoto() const {
-    return {files_.document()->picture.size(), files_.display()->aspect(), settings_.knobs().fit};
-}
-
-Knobs Stage::withFrame() const {
+void Stage::changeFrame(const QString& what, int gesture,
+                        const std::function<Framing(const Framing&, const FramedPhoto&)>& change) {
+    if (!canFrame()) return;
     Knobs knobs = settings_.knobs();
+    // from the frame that is shown, which the user moves from now on
     if (knobs.choices.framing) knobs.framing = frame_.setup.knobs.framing;
     knobs.choices.framing = false;
     knobs.isFramingChosen = false;
-    return knobs;
+    knobs.framing = change(
+        knobs.framing, {files_.document()->picture.size(), files_.display()->aspect(), knobs.fit});
+    settings_.turn(knobs, what, gesture);
 }
 
 void Stage::moveFrame(cv::Point2d by, int gesture) {
-    if (!canFrame()) return;
-    Knobs knobs = withFrame();
-    knobs.framing = moved(knobs.framing, framedPhoto(), by);
-    settings_.turn(knobs, tr("frame"), gesture);
+    changeFrame(tr("frame"), gesture, [by](const Framing& framing, const FramedPhoto& photo) {
+        return moved(framing, photo, by);
+    });
 }
 
 void Stage::zoomFrame(cv::Point2d at, double factor, int gesture) {
-    if (!canFrame()) return;
-    Knobs knobs = withFrame();
-    knobs.framing = zoomed(knobs.framing, framedPhoto(), at, factor);
-    settings_.turn(knobs, tr("zoom"), gesture);
+    changeFrame(tr("zoom"), gesture,
+                [at, factor](const Framing& framing, const FramedPhoto& photo) {
+                    return zoomed(framing, photo, at, factor);
+                });
 }
 
 void Stage::resetFrame() {

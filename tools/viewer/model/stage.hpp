@@ -84,7 +84,7 @@ class Stage : public QObject {
     void setSaved(quint64 revision); ///< Of painted depth: was exported.
 
   signals:
-    /// Files::document(), problem() or isBusy() has changed.
+    /// Files::document(), Files::display(), problem() or isBusy() has changed.
     void stateChanged();
     void modeChanged();
     void swingingChanged(bool swinging);
@@ -109,9 +109,8 @@ class Stage : public QObject {
     void requestNative();
     void requestAll();
     void takeFrame(const Frame& frame, const QString& problem);
-    /// The settings with the frame that is shown, which the user moves from now on.
-    Knobs withFrame() const;
-    FramedPhoto framedPhoto() const;
+    void changeFrame(const QString& what, int gesture,
+                     const std::function<Framing(const Framing&, const FramedPhoto&)>& change);
 
     PaintKey paintKey() const; // of the current photo
     PhotoFit shownFit() const;

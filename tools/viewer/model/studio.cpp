@@ -42,13 +42,6 @@ class Kept {
 using DocumentPointer = std::shared_ptr<const Document>;
 using DisplayPointer = std::shared_ptr<const Display>;
 
-struct DepthMap {
-    cv::Mat depth;
-    HiddenLayer hidden;
-    bool flat = false; // without a range
-    std::string source;
-};
-
 cv::Mat sized(const cv::Mat& picture, cv::Size size) {
     if (picture.size() == size) return picture;
     cv::Mat result;
@@ -92,9 +85,9 @@ cv::Mat window(const cv::Mat& picture, cv::Size area, cv::Point& pan) {
 struct Studio::State {
     std::shared_ptr<DepthMaker> depthMaker;
 
-    Kept<std::tuple<DocumentPointer, std::string>, DepthMap> depth;
-    using FitKey = std::tuple<std::string, DocumentPointer, DisplayPointer, FitMode, Framing, int,
-                              int, int, double, double>;
+    Kept<std::tuple<DocumentPointer, std::string>, PhotoDepth> depth;
+    using FitKey =
+        std::tuple<std::string, DocumentPointer, cv::Rect, cv::Rect, cv::Size, int, double, double>;
     // A fitted scene, and the flaws of its depth, which a video keeps for a scene.
     struct Fitted {
         Kept<FitKey, Scene> scene;
@@ -113,26 +106,27 @@ struct Studio::State {
     Kept<NativeKey, cv::Mat> native;
     Kept<NativeKey, double> hidden;
 
-    DepthMap makeDepth(const Document& document, const std::string& from) {
-        DepthMap map;
+    PhotoDepth makeDepth(const Document& document, const std::string& from) {
+        PhotoDepth map;
         if (!document.depth.empty()) {
             map.depth = document.depth;
-            map.source =
+            map.depthSource =
                 (from == kGivenDepth ? "both eyes" : from) + ", as often as the video needs it";
         } else if (from == kGivenDepth) {
             document.readDepth(map.depth);
             map.hidden = document.hidden;
             scaleHiddenDepth(document.rawDepth, map.depth, map.hidden);
-            map.source = !document.source.depth.empty() ? document.source.depth.filename().string()
-                         : document.depthOrigin.empty() ? "in the picture"
-                                                        : document.depthOrigin;
+            map.depthSource = !document.source.depth.empty()
+                                  ? document.source.depth.filename().string()
+                              : document.depthOrigin.empty() ? "in the picture"
+                                                             : document.depthOrigin;
         } else {
             Scene scene;
             depthMaker->use(from, [&](DepthSource& source) {
                 source.readScene(document.picture, DepthNormalization().flatDepth, scene);
             });
             map.depth = scene.depth;
-            map.source = from;
+            map.depthSource = from;
         }
         map.flat = !document.video && isFlat(map.depth);
         return map;
@@ -141,14 +135,13 @@ struct Studio::State {
     FitKey fitKey(const std::string& from, const Setup& setup, cv::Size size) const {
         // the bars of Contain lie at the focus, and so does flat depth
         const bool atFocus = setup.knobs.fit == FitMode::Contain || setup.flat;
+        const PhotoFit fit = fitOf(setup, size);
         return {from,
                 setup.document,
-                setup.display,
-                setup.knobs.fit,
-                framingOf(setup),
-                size.width,
-                size.height,
-                fitOf(setup, size).fittedSize().width, // with margins, which depend on the strength
+                fit.source,
+                fit.filled(),
+                fit.size,
+                fit.leftMargin,
                 atFocus ? setup.knobs.views.focus : 0,
                 setup.knobs.depthCurve};
     }
@@ -253,7 +246,7 @@ double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double positi
 }
 
 Setup Studio::prepare(const Request& request) {
-    Setup setup{request};
+    Setup setup{request, {}};
     const Document& document = *request.document;
     if (document.kind != Kind::Scene) return setup;
     setup.from = state_->depthMaker->choose(request.knobs.depth, document.hasDepth());
@@ -266,12 +259,8 @@ Setup Studio::prepare(const Request& request) {
         setup.from += " painted " + std::to_string(request.painted.revision);
         return setup;
     }
-    const DepthMap& map = state_->depth.get(
+    static_cast<PhotoDepth&>(setup) = state_->depth.get(
         {request.document, setup.from}, [&] { return state_->makeDepth(document, setup.from); });
-    setup.depth = map.depth;
-    setup.hidden = map.hidden;
-    setup.flat = map.flat;
-    setup.depthSource = map.source;
     return setup;
 }
 

@@ -160,7 +160,6 @@ void MainWindow::connectModel() {
         knobs_->show(model_.settings.knobs());
         showLayout();
     });
-    connect(&model_.files, &Files::displayChanged, this, &MainWindow::showLayout);
     connect(&model_.stage, &Stage::modeChanged, this, &MainWindow::showAction);
     connect(&model_.settings, &Settings::knobsChanged, this, &MainWindow::showAction);
     connect(&model_.files, &Files::playSettingsChanged, this, &MainWindow::showAction);

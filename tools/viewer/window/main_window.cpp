@@ -45,7 +45,7 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     setWindowIcon(QIcon::fromTheme("altiro3D", QIcon(":/altiro3D.svg")));
     setAcceptDrops(true);
     picture_->setAccessibleName(tr("Picture"));
-    setCentralWidget(withVideoBar(picture_, model_.files));
+    setCentralWidget(withVideoBar(picture_, files_));
     buildStrip();
     auto* knobDock = new QDockWidget(tr("Settings"));
     knobDock->setObjectName("knobDock");
@@ -77,14 +77,12 @@ MainWindow::MainWindow(const Display& display, const std::vector<std::string>& w
     showSources();
     showDocument();
     std::vector<std::string> sentences = warnings;
-    if (const std::string& note = model_.settings.storeNote(); !note.empty())
-        sentences.push_back(note);
+    if (const std::string& note = settings_.storeNote(); !note.empty()) sentences.push_back(note);
     if (!sentences.empty()) say(linesOf(sentences), 15000);
 }
 
 MainWindow::~MainWindow() {
-    for (QObject* part : std::initializer_list<QObject*>{&model_.settings, &model_.files,
-                                                         &model_.stage, &model_.exports})
+    for (QObject* part : std::initializer_list<QObject*>{&settings_, &files_, &stage_, &exports_})
         part->disconnect(this); // later signals must not reach the destroyed window
 }
 
@@ -99,12 +97,12 @@ void MainWindow::buildStrip() {
     setCorner(Qt::BottomLeftCorner, Qt::LeftDockWidgetArea);
     setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
     connect(strip_, &PhotoStrip::chosen, this, [this](int index) {
-        if (index != model_.files.current()) model_.files.select(index);
+        if (index != files_.current()) files_.select(index);
     });
 }
 
 void MainWindow::showStrip() {
-    stripDock_->setVisible(showsStrip_->isChecked() && model_.files.sources().size() > 1);
+    stripDock_->setVisible(showsStrip_->isChecked() && files_.sources().size() > 1);
 }
 
 void MainWindow::buildStatus() {
@@ -128,7 +126,7 @@ void MainWindow::buildStatus() {
         said_.clear();
         showStatus();
     });
-    connect(cancel_, &QToolButton::clicked, this, [this] { model_.exports.cancel(); });
+    connect(cancel_, &QToolButton::clicked, this, [this] { exports_.cancel(); });
 }
 
 void MainWindow::say(const QString& text, int milliseconds) {
@@ -147,109 +145,107 @@ void MainWindow::showStatus() {
 }
 
 void MainWindow::connectModel() {
-    connect(&model_.files, &Files::sourcesChanged, this, &MainWindow::showSources);
-    connect(&model_.stage, &Stage::stateChanged, this, &MainWindow::showDocument);
-    connect(&model_.stage, &Stage::frameReady, this, &MainWindow::showFrame);
-    connect(&model_.stage, &Stage::modeChanged, this, &MainWindow::showModes);
-    connect(&model_.stage, &Stage::eyesChanged, this, &MainWindow::showEyes);
+    connect(&files_, &Files::sourcesChanged, this, &MainWindow::showSources);
+    connect(&stage_, &Stage::stateChanged, this, &MainWindow::showDocument);
+    connect(&stage_, &Stage::frameReady, this, &MainWindow::showFrame);
+    connect(&stage_, &Stage::modeChanged, this, &MainWindow::showModes);
+    connect(&stage_, &Stage::eyesChanged, this, &MainWindow::showEyes);
     connect(knobs_, &KnobPanel::eyesStrengthTurned, this, [this](double strength) {
         changeEyes([strength](tools::EyesOptions& eyes) { eyes.strengthPercent = strength; });
     });
-    connect(&model_.stage, &Stage::swingingChanged, swing_, &QAction::setChecked);
-    connect(&model_.settings, &Settings::knobsChanged, this, [this] {
-        knobs_->show(model_.settings.knobs());
+    connect(&stage_, &Stage::swingingChanged, swing_, &QAction::setChecked);
+    connect(&settings_, &Settings::knobsChanged, this, [this] {
+        knobs_->show(settings_.knobs());
         showLayout();
     });
-    connect(&model_.stage, &Stage::modeChanged, this, &MainWindow::showAction);
-    connect(&model_.settings, &Settings::knobsChanged, this, &MainWindow::showAction);
-    connect(&model_.files, &Files::playSettingsChanged, this, &MainWindow::showAction);
-    connect(&model_.files, &Files::sourcesChanged, this, &MainWindow::showAction);
-    connect(&model_.files, &Files::playingChanged, this, &MainWindow::showAction);
-    connect(&model_.exports, &Exports::progress, this,
+    connect(&stage_, &Stage::modeChanged, this, &MainWindow::showAction);
+    connect(&settings_, &Settings::knobsChanged, this, &MainWindow::showAction);
+    connect(&files_, &Files::playSettingsChanged, this, &MainWindow::showAction);
+    connect(&files_, &Files::sourcesChanged, this, &MainWindow::showAction);
+    connect(&files_, &Files::playingChanged, this, &MainWindow::showAction);
+    connect(&exports_, &Exports::progress, this,
             [this](double done) { progress_->setValue(qRound(done * 100)); });
-    connect(&model_.exports, &Exports::ended, this,
-            [this](const QString& file, const QString& problem) {
-                showProgress(false);
-                const bool closes = std::exchange(closesWhenSaved_, false);
-                if (!problem.isEmpty())
-                    warn(this, tr("Export"), problem);
-                else if (file.isEmpty())
-                    say(tr("Cancelled"), 8000);
-                else
-                    say(tr("Written: %1").arg(file), 15000);
-                if (closes && problem.isEmpty() && !file.isEmpty()) close();
-            });
-    connect(&model_.exports, &Exports::allEnded, this, &MainWindow::endExportAll);
-    connect(&model_.exports, &Exports::videoEnded, this, &MainWindow::endVideoExport);
+    connect(&exports_, &Exports::ended, this, [this](const QString& file, const QString& problem) {
+        showProgress(false);
+        const bool closes = std::exchange(closesWhenSaved_, false);
+        if (!problem.isEmpty())
+            warn(this, tr("Export"), problem);
+        else if (file.isEmpty())
+            say(tr("Cancelled"), 8000);
+        else
+            say(tr("Written: %1").arg(file), 15000);
+        if (closes && problem.isEmpty() && !file.isEmpty()) close();
+    });
+    connect(&exports_, &Exports::allEnded, this, &MainWindow::endExportAll);
+    connect(&exports_, &Exports::videoEnded, this, &MainWindow::endVideoExport);
 
-    connect(knobs_, &KnobPanel::turned, &model_.settings, &Settings::turn);
-    connect(knobs_, &KnobPanel::resetWanted, &model_.settings, &Settings::reset);
+    connect(knobs_, &KnobPanel::turned, &settings_, &Settings::turn);
+    connect(knobs_, &KnobPanel::resetWanted, &settings_, &Settings::reset);
     connect(knobs_, &KnobPanel::numberLeft, this, [this] { picture_->setFocus(); });
     connect(knobs_, &KnobPanel::calibrationWanted, this, &MainWindow::calibrationDialog);
     connect(knobs_, &KnobPanel::depthImageWanted, this, &MainWindow::openDepthDialog);
     connect(knobs_, &KnobPanel::betterDepthWanted, this, &MainWindow::betterDepthDialog);
     connect(knobs_, &KnobPanel::readingChosen, this, [this](Reading reading) {
-        if (const auto& document = model_.files.document())
-            model_.files.reopen(reading, document->source.depth);
+        if (const auto& document = files_.document())
+            files_.reopen(reading, document->source.depth);
     });
 
     connect(picture_, &PictureView::resized, this, [this] {
         const QSize size = picture_->deviceSize();
-        model_.stage.setArea({size.width(), size.height()});
+        stage_.setArea({size.width(), size.height()});
     });
-    connect(picture_, &PictureView::clicked, &model_.stage, &Stage::focusAt);
+    connect(picture_, &PictureView::clicked, &stage_, &Stage::focusAt);
     connect(picture_, &PictureView::dragged, this, [this](const QPoint& by, int gesture) {
         const QSize size = picture_->target();
-        model_.stage.panBy({by.x(), by.y()});
-        model_.stage.moveFrame({double(by.x()) / size.width(), double(by.y()) / size.height()},
-                               gesture);
+        stage_.panBy({by.x(), by.y()});
+        stage_.moveFrame({double(by.x()) / size.width(), double(by.y()) / size.height()}, gesture);
     });
     connect(picture_, &PictureView::wheeled, this,
             [this](double x, double y, double notches, int gesture) {
                 constexpr double kNotchesToDouble = 4;
-                model_.stage.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
+                stage_.zoomFrame({x, y}, std::exp2(notches / kNotchesToDouble), gesture);
             });
     connect(picture_, &PictureView::hovered, this, [this](double x) {
         if (!follow_->isChecked() || paintBar_->paint()) return;
-        model_.stage.setSwinging(false);
-        model_.stage.setPosition(x);
+        stage_.setSwinging(false);
+        stage_.setPosition(x);
     });
 }
 
 void MainWindow::showSources() {
-    if (model_.files.sources().size() != 1) endWelcome();
-    if (model_.files.sources().empty()) hasSample_ = false;
-    if (hasSample_ && model_.files.sources().size() > 1) { // leaves when the user opens something
+    if (files_.sources().size() != 1) endWelcome();
+    if (files_.sources().empty()) hasSample_ = false;
+    if (hasSample_ && files_.sources().size() > 1) { // leaves when the user opens something
         hasSample_ = false;
-        later(this, [this] { model_.files.close(0); });
+        later(this, [this] { files_.close(0); });
     }
-    strip_->setSources(model_.files.sources());
-    strip_->setCurrent(model_.files.current());
+    strip_->setSources(files_.sources());
+    strip_->setCurrent(files_.current());
     showStrip();
 }
 
 void MainWindow::showDocument() {
-    const auto& document = model_.files.document();
-    strip_->setCurrent(model_.files.current());
-    const bool any = model_.files.current() >= 0;
+    const auto& document = files_.document();
+    strip_->setCurrent(files_.current());
+    const bool any = files_.current() >= 0;
     const Source* source =
-        any ? &model_.files.sources()[static_cast<std::size_t>(model_.files.current())] : nullptr;
+        any ? &files_.sources()[static_cast<std::size_t>(files_.current())] : nullptr;
     setWindowTitle(any ? tr("%1 – altiro3D").arg(toName(source->file.filename())) : tr("altiro3D"));
-    if (!model_.stage.problem().isEmpty()) {
+    if (!stage_.problem().isEmpty()) {
         picture_->setWords(document ? tr("This cannot be shown") : tr("This file cannot be opened"),
-                           model_.stage.problem());
+                           stage_.problem());
     } else if (!any) {
         picture_->setWords(tr("Drop a photo here"),
                            tr("or press Ctrl+O. Photos, photos with depth, quilts, Natives, "
                               "videos and folders can be opened."));
-    } else if (!document && model_.stage.isBusy()) {
+    } else if (!document && stage_.isBusy()) {
         picture_->setWords(tr("Opening…"), toName(source->file.filename()));
     }
-    if (!any || !model_.stage.problem().isEmpty()) {
+    if (!any || !stage_.problem().isEmpty()) {
         facts_.clear();
         showStatus();
     }
-    const bool current = document && model_.stage.problem().isEmpty();
+    const bool current = document && stage_.problem().isEmpty();
     if (current && document != told_) {
         if (said_ == notes_) said_.clear(); // of the file before
         showStatus();
@@ -260,33 +256,32 @@ void MainWindow::showDocument() {
     }
     told_ = document;
     knobs_->show(document.get(),
-                 current ? QString::fromStdString(model_.stage.frame().setup.depthSource)
-                         : QString());
+                 current ? QString::fromStdString(stage_.frame().setup.depthSource) : QString());
     showLayout();
     const bool scene = document && document->kind == Kind::Scene;
     depthImage_->setEnabled(scene && !document->video);
     closeFile_->setEnabled(any);
     const std::vector<Product> products =
         current ? productsOf(document->kind) : std::vector<Product>();
-    for (const auto& [product, exportAction] : exports_) {
-        exportAction->setEnabled(!model_.exports.areRunning() &&
+    for (const auto& [product, exportAction] : products_) {
+        exportAction->setEnabled(!exports_.areRunning() &&
                                  std::count(products.begin(), products.end(), product) > 0);
     }
     exportVideo_->setEnabled(current && document->video && document->kind != Kind::Native &&
-                             !model_.exports.areRunning());
-    exportAll_->setEnabled(any && !model_.exports.areRunning());
+                             !exports_.areRunning());
+    exportAll_->setEnabled(any && !exports_.areRunning());
     copyKnobs_->setEnabled(any);
-    next_->setEnabled(model_.files.current() + 1 < static_cast<int>(model_.files.sources().size()));
-    previous_->setEnabled(model_.files.current() > 0);
-    busy_->setText(model_.stage.isBusy() ? tr("Working…") : QString());
+    next_->setEnabled(files_.current() + 1 < static_cast<int>(files_.sources().size()));
+    previous_->setEnabled(files_.current() > 0);
+    busy_->setText(stage_.isBusy() ? tr("Working…") : QString());
     showModes();
 }
 
 void MainWindow::showFrame() {
-    const Frame& frame = model_.stage.frame();
-    if (!model_.stage.problem().isEmpty()) return; // the words say so
+    const Frame& frame = stage_.frame();
+    if (!stage_.problem().isEmpty()) return; // the words say so
     if (frame.picture.empty()) {
-        if (model_.files.current() < 0) showDocument();
+        if (files_.current() < 0) showDocument();
         return;
     }
     picture_->setPicture(qt::toImage(frame.picture), {frame.target.width, frame.target.height});
@@ -298,7 +293,7 @@ void MainWindow::showFrame() {
                                                : Qt::ArrowCursor);
     const auto& document = frame.setup.document;
     knobs_->showParallax(frame.parallaxPixels, frame.hiddenPercent);
-    if (frame.knobs == model_.settings.knobs()) knobs_->showChosen(frame.setup.knobs);
+    if (frame.knobs == settings_.knobs()) knobs_->showChosen(frame.setup.knobs);
     knobs_->show(document.get(), QString::fromStdString(frame.setup.depthSource));
     QString text = QString::fromStdString(document->facts());
     const cv::Size size = document->picture.size();
@@ -307,7 +302,7 @@ void MainWindow::showFrame() {
     if (document->kind == Kind::Scene && !cut.empty() && mode != Mode::Stereo)
         text += tr("; %1, \"Shape\" shows all of it").arg(QString::fromStdString(cut));
     if (document->video) {
-        const auto all = model_.files.videoCounts().dropped;
+        const auto all = files_.videoCounts().dropped;
         droppedBefore_ = std::min(droppedBefore_, all); // of the video before
         const auto dropped = all - droppedBefore_;
         if (dropped > 0) text += tr(", %1 pictures dropped").arg(dropped);
@@ -337,25 +332,24 @@ void MainWindow::showFrame() {
 }
 
 void MainWindow::showAction() {
-    droppedBefore_ = model_.files.videoCounts().dropped;
+    droppedBefore_ = files_.videoCounts().dropped;
     showFrame();
 }
 
 void MainWindow::showLayout() {
-    const auto& document = model_.files.document();
+    const auto& document = files_.document();
     const bool quilt = document && document->kind == Kind::Quilt;
-    knobs_->show(*model_.files.display(),
-                 quilt ? document->layout
-                       : layoutOf(model_.settings.knobs(), *model_.files.display()));
+    knobs_->show(*files_.display(),
+                 quilt ? document->layout : layoutOf(settings_.knobs(), *files_.display()));
 }
 
 void MainWindow::showModes() {
-    const auto& document = model_.files.document();
+    const auto& document = files_.document();
     const std::vector<Mode> available = modesOf(document ? document->kind : Kind::Scene);
     for (QAction* action : modes_->actions()) {
         const auto mode = static_cast<Mode>(action->data().toInt());
         action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);
-        action->setChecked(mode == model_.stage.mode());
+        action->setChecked(mode == stage_.mode());
     }
     showEyes();
 }
@@ -363,8 +357,8 @@ void MainWindow::showModes() {
 void MainWindow::closeEvent(QCloseEvent* event) {
     if (!mayLosePaintedDepth()) return event->ignore();
     writeSettings();
-    model_.stage.setSwinging(false);
-    model_.exports.cancel();
+    stage_.setSwinging(false);
+    exports_.cancel();
     onDisplay_.reset();
     slides_.reset();
     event->accept();
@@ -403,7 +397,7 @@ void MainWindow::buildPaintBar() {
     paintBar_->toggleViewAction()->setVisible(false); // the Edit menu shows it
     connect(paintBar_, &PaintBar::changed, this, &MainWindow::usePaintBar);
     connect(paintBar_, &PaintBar::saveWanted, this, [this] { exportDialog(Product::Depth); });
-    connect(paintBar_, &PaintBar::discardWanted, this, [this] { model_.stage.unpaint(); });
+    connect(paintBar_, &PaintBar::discardWanted, this, [this] { stage_.unpaint(); });
     connect(paintBar_, &QToolBar::visibilityChanged, this, [this](bool visible) {
         if (!isVisible() || isMinimized()) return; // the window itself hides
         paintBar_->choose(visible ? std::optional(PaintTool::Nearer) : std::nullopt);
@@ -416,33 +410,33 @@ void MainWindow::buildPaintBar() {
         connect(new QShortcut(key, this), &QShortcut::activated, this, what);
     connect(picture_, &PictureView::strokeBegan, this, &MainWindow::paint);
     connect(picture_, &PictureView::strokeMoved, this, [this](double x, double y) {
-        model_.stage.continueStroke({x, y});
+        stage_.continueStroke({x, y});
     });
-    connect(picture_, &PictureView::strokeEnded, this, [this] { model_.stage.endStroke(); });
+    connect(picture_, &PictureView::strokeEnded, this, [this] { stage_.endStroke(); });
 }
 
 void MainWindow::usePaintBar() {
     if (paintBar_->paint()) {
-        swingsAfterPaint_ = swingsAfterPaint_ || model_.stage.isSwinging();
+        swingsAfterPaint_ = swingsAfterPaint_ || stage_.isSwinging();
         // strokes are drawn on the view from the middle
-        if (model_.stage.mode() != Mode::Depth) model_.stage.setMode(Mode::Sway);
-        model_.stage.setSwinging(false);
-        if (model_.stage.position() != 0) model_.stage.setPosition(0);
+        if (stage_.mode() != Mode::Depth) stage_.setMode(Mode::Sway);
+        stage_.setSwinging(false);
+        if (stage_.position() != 0) stage_.setPosition(0);
     } else if (std::exchange(swingsAfterPaint_, false)) {
-        model_.stage.setSwinging(true);
+        stage_.setSwinging(true);
     }
     showPointer();
 }
 
 void MainWindow::showPointer() {
     const auto paint = paintBar_->paint();
-    const Mode mode = model_.stage.frame().setup.mode;
-    paintBar_->setPainted(model_.stage.isPainted());
+    const Mode mode = stage_.frame().setup.mode;
+    paintBar_->setPainted(stage_.isPainted());
     if (!paint || (mode != Mode::Sway && mode != Mode::Depth))
         return picture_->setPointer(PictureView::Pointer::Frame, 0);
     picture_->setPointer(paint->tool == PaintTool::Lasso ? PictureView::Pointer::Lasso
                                                          : PictureView::Pointer::Brush,
-                         model_.stage.brushRadius(paint->radius));
+                         stage_.brushRadius(paint->radius));
 }
 
 void MainWindow::paint(double x, double y, bool shift) {
@@ -455,19 +449,19 @@ void MainWindow::paint(double x, double y, bool shift) {
         else if (paint->tool == PaintTool::Farther)
             paint->tool = PaintTool::Nearer;
     }
-    if (model_.stage.beginStroke(*paint, {x, y})) return;
-    if (model_.stage.position() != 0) {
-        model_.stage.setSwinging(false);
-        model_.stage.setPosition(0);
+    if (stage_.beginStroke(*paint, {x, y})) return;
+    if (stage_.position() != 0) {
+        stage_.setSwinging(false);
+        stage_.setPosition(0);
         say(tr("The camera is back in the middle, where depth can be painted"), 8000);
-    } else if (!model_.stage.canPaint()) {
+    } else if (!stage_.canPaint()) {
         say(tr("Depth can be painted on photos, not on videos, quilts and Natives"), 8000);
     }
 }
 
 // Asks if depth was painted and not saved.
 bool MainWindow::mayLosePaintedDepth() {
-    const auto files = model_.stage.unsavedDepths();
+    const auto files = stage_.unsavedDepths();
     if (files.empty()) return true;
     QMessageBox box(QMessageBox::Question, tr("Painted depth"),
                     tr("The depth that you have painted is not saved. Close anyway?"),
@@ -477,9 +471,9 @@ bool MainWindow::mayLosePaintedDepth() {
     box.setDefaultButton(QMessageBox::Cancel);
     const int answer = box.exec();
     if (answer != QMessageBox::Save) return answer == QMessageBox::Discard;
-    if (model_.stage.isPainted()) {
+    if (stage_.isPainted()) {
         exportDialog(Product::Depth);
-        closesWhenSaved_ = model_.exports.areRunning(); // else it was cancelled
+        closesWhenSaved_ = exports_.areRunning(); // else it was cancelled
     } else {
         open({files.front()}); // to be saved when it is seen
     }

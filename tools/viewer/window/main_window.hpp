@@ -123,6 +123,10 @@ class MainWindow : public QMainWindow {
     void writeSettings() const;
 
     Model model_;
+    Settings& settings_ = model_.settings;
+    Files& files_ = model_.files;
+    Stage& stage_ = model_.stage;
+    Exports& exports_ = model_.exports;
     PictureView* picture_;
     KnobPanel* knobs_ = nullptr;
     PhotoStrip* strip_ = nullptr;
@@ -138,7 +142,7 @@ class MainWindow : public QMainWindow {
     bool swingsAfterPaint_ = false;
     QAction* follow_ = nullptr;
     QAction* dark_ = nullptr;
-    std::vector<std::pair<Product, QAction*>> exports_;
+    std::vector<std::pair<Product, QAction*>> products_;
     QAction* depthImage_ = nullptr;
     QAction* closeFile_ = nullptr;
     PaintBar* paintBar_ = nullptr;

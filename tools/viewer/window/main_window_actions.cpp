@@ -127,9 +127,9 @@ QAction* MainWindow::toggle(QMenu& menu, const char* name, const QString& text,
 }
 
 void MainWindow::changeEyes(const std::function<void(tools::EyesOptions&)>& change) {
-    tools::EyesOptions eyes = model_.stage.eyes();
+    tools::EyesOptions eyes = stage_.eyes();
     change(eyes);
-    model_.stage.setEyes(eyes);
+    stage_.setEyes(eyes);
 }
 
 void MainWindow::buildFileMenu(QToolBar& bar) {
@@ -152,10 +152,10 @@ void MainWindow::buildFileMenu(QToolBar& bar) {
         {Product::SwayVideo, {}},
         {Product::Eyes, {}}};
     for (const auto& [product, keys] : products)
-        exports_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
-                                              [this, p = product] { exportDialog(p); }));
-    exports_.front().second->setIconText(tr("Export"));
-    bar.addAction(exports_.front().second);
+        products_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
+                                               [this, p = product] { exportDialog(p); }));
+    products_.front().second->setIconText(tr("Export"));
+    bar.addAction(products_.front().second);
     bar.addSeparator();
     exportVideo_ = action(file, "exportVideo", tr("Export &video…"),
                           QKeySequence(tr("Ctrl+Shift+E")), [this] { exportVideo(); });
@@ -163,15 +163,15 @@ void MainWindow::buildFileMenu(QToolBar& bar) {
                         [this] { exportAllDialog(); });
     file.addSeparator();
     closeFile_ = action(file, tr("&Close file"), QKeySequence(tr("Ctrl+W")),
-                        [this] { model_.files.close(model_.files.current()); });
+                        [this] { files_.close(files_.current()); });
     action(file, tr("&Quit"), QKeySequence(tr("Ctrl+Q")), [this] { close(); });
 }
 
 void MainWindow::buildEditMenu() {
     QMenu& edit = *menuBar()->addMenu(tr("&Edit"));
-    QAction* undo = model_.settings.undoStack().createUndoAction(this, tr("&Undo"));
+    QAction* undo = settings_.undoStack().createUndoAction(this, tr("&Undo"));
     undo->setShortcut(QKeySequence::Undo);
-    QAction* redo = model_.settings.undoStack().createRedoAction(this, tr("&Redo"));
+    QAction* redo = settings_.undoStack().createRedoAction(this, tr("&Redo"));
     redo->setShortcuts({QKeySequence(tr("Ctrl+Shift+Z")), QKeySequence(tr("Ctrl+Y"))});
     edit.addAction(undo);
     edit.addAction(redo);
@@ -180,14 +180,13 @@ void MainWindow::buildEditMenu() {
            [this] { paintBar_->setVisible(!paintBar_->isVisible()); });
     action(edit, "betterDepthMenu", tr("&Better depth…"), {}, [this] { betterDepthDialog(); });
     edit.addSeparator();
-    action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0),
-           [this] { model_.stage.resetFrame(); });
+    action(edit, tr("Reset the &frame"), QKeySequence(Qt::Key_0), [this] { stage_.resetFrame(); });
     copyKnobs_ = action(edit, tr("&Copy settings to all files"), {}, [this] {
-        model_.settings.copyTo(model_.files.sources());
+        settings_.copyTo(files_.sources());
         say(tr("All open files have these settings, each with its own frame"), 8000);
     });
     action(edit, tr("Reset &all settings"), QKeySequence(tr("Ctrl+R")),
-           [this] { model_.settings.reset(); });
+           [this] { settings_.reset(); });
 }
 
 void MainWindow::buildViewMenu(QToolBar& bar) {
@@ -196,7 +195,7 @@ void MainWindow::buildViewMenu(QToolBar& bar) {
     int number = 1;
     for (const ModeWords& words : kModes) {
         QAction* mode = action(view, tr(words.text), QKeySequence(QString::number(number++)),
-                               [this, m = words.mode] { model_.stage.setMode(m); });
+                               [this, m = words.mode] { stage_.setMode(m); });
         mode->setCheckable(true);
         mode->setData(int(words.mode));
         mode->setToolTip(tr("%1 (%2)").arg(tr(words.tip)).arg(number - 1));
@@ -207,7 +206,7 @@ void MainWindow::buildViewMenu(QToolBar& bar) {
     bar.addSeparator();
     buildEyesMenu(view);
     swing_ = toggle(view, "", tr("S&wing automatically"), QKeySequence(Qt::Key_Space),
-                    [this](bool on) { model_.stage.setSwinging(on); });
+                    [this](bool on) { stage_.setSwinging(on); });
     swing_->setIconText(tr("Swing"));
     swing_->setToolTip(tr("The camera swings automatically (Space)"));
     follow_ = toggle(view, "", tr("&Follow the mouse"), QKeySequence(Qt::Key_M), [](bool) {});
@@ -215,14 +214,14 @@ void MainWindow::buildViewMenu(QToolBar& bar) {
     follow_->setToolTip(tr("The camera follows the mouse (M)"));
     bar.addActions({swing_, follow_});
     QAction* play = toggle(view, "", tr("&Play the video"), QKeySequence(Qt::Key_P),
-                           [this](bool on) { model_.files.setPlaying(on); });
-    play->setChecked(model_.files.isPlaying());
-    connect(&model_.files, &Files::playingChanged, play, &QAction::setChecked);
+                           [this](bool on) { files_.setPlaying(on); });
+    play->setChecked(files_.isPlaying());
+    connect(&files_, &Files::playingChanged, play, &QAction::setChecked);
     view.addSeparator();
     next_ = action(view, tr("&Next file"), QKeySequence(Qt::Key_PageDown),
-                   [this] { model_.files.select(model_.files.current() + 1); });
+                   [this] { files_.select(files_.current() + 1); });
     previous_ = action(view, tr("P&revious file"), QKeySequence(Qt::Key_PageUp),
-                       [this] { model_.files.select(model_.files.current() - 1); });
+                       [this] { files_.select(files_.current() - 1); });
     view.addSeparator();
     for (const QDockWidget* dock : findChildren<QDockWidget*>())
         if (dock != stripDock_) view.addAction(dock->toggleViewAction());
@@ -263,11 +262,11 @@ void MainWindow::buildEyesMenu(QMenu& view) {
 }
 
 void MainWindow::showEyes() {
-    const tools::EyesOptions& eyes = model_.stage.eyes();
+    const tools::EyesOptions& eyes = stage_.eyes();
     for (QAction* entry : eyesPictures_->actions())
         entry->setChecked(entry->data().toInt() == int(eyes.picture));
     swapEyes_->setChecked(eyes.swapped);
-    knobs_->showEyes(model_.stage.mode() == Mode::Stereo, eyes.strengthPercent);
+    knobs_->showEyes(stage_.mode() == Mode::Stereo, eyes.strengthPercent);
 }
 
 void MainWindow::buildDisplayMenu(QToolBar& bar) {
@@ -316,12 +315,12 @@ void MainWindow::buildHelpMenu() {
 
 void MainWindow::open(const std::vector<fs::path>& files) {
     if (files.empty()) return;
-    model_.stage.setMode(Mode::Sway);
+    stage_.setMode(Mode::Sway);
     const QString first = pathOf(toName(files.front()));
-    const auto& sources = model_.files.sources();
+    const auto& sources = files_.sources();
     for (std::size_t i = 0; i < sources.size() && files.size() == 1; ++i)
-        if (pathOf(toName(sources[i].file)) == first) return model_.files.select(int(i));
-    model_.files.open(files);
+        if (pathOf(toName(sources[i].file)) == first) return files_.select(int(i));
+    files_.open(files);
     for (const fs::path& file : files)
         if (tools::isDirectory(file)) remember(file);
 }
@@ -380,19 +379,19 @@ void MainWindow::readSettings() {
         const QString recipe = settings.value("recipe").toString();
         if (!recipe.isEmpty())
             static_cast<Recipe&>(knobs) = parseRecipe(recipe.toStdString(), "recipe");
-        model_.settings.restore(knobs);
+        settings_.restore(knobs);
     } catch (const Error&) {
         // then the defaults stay
     }
-    tools::EyesOptions eyes = model_.stage.eyes();
+    tools::EyesOptions eyes = stage_.eyes();
     for (const EyesPicture picture : kEyesPictures)
         if (settings.value("eyes") == QVariant(altiro3D::nameOf(picture).option))
             eyes.picture = picture;
     eyes.swapped = settings.value("swapEyes").toBool();
     const double between = settings.value("eyesStrength", eyes.strengthPercent).toDouble();
     if (between >= 0 && between <= kMaxEyesStrength) eyes.strengthPercent = between;
-    model_.stage.setEyes(eyes);
-    model_.stage.setSwinging(settings.value("swing", true).toBool());
+    stage_.setEyes(eyes);
+    stage_.setSwinging(settings.value("swing", true).toBool());
     showsStrip_->setChecked(settings.value("strip", true).toBool());
     follow_->setChecked(settings.value("follow", false).toBool());
     dark_->setChecked(settings.value("dark", false).toBool());
@@ -404,10 +403,10 @@ void MainWindow::readSettings() {
 
 void MainWindow::writeSettings() const {
     QSettings settings;
-    const Knobs& knobs = model_.settings.standardKnobs();
+    const Knobs& knobs = settings_.standardKnobs();
     settings.setValue("recipe", QString::fromStdString(recipeText(knobs)));
     settings.setValue("depth", QString::fromStdString(knobs.depth));
-    const tools::EyesOptions& eyes = model_.stage.eyes();
+    const tools::EyesOptions& eyes = stage_.eyes();
     settings.setValue("eyes", altiro3D::nameOf(eyes.picture).option);
     settings.setValue("swapEyes", eyes.swapped);
     settings.setValue("eyesStrength", eyes.strengthPercent);

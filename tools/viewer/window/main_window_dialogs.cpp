@@ -89,11 +89,11 @@ void MainWindow::openDirectoryDialog() {
 }
 
 void MainWindow::openDepthDialog() {
-    const auto& document = model_.files.document();
+    const auto& document = files_.document();
     if (!document || document->video) return;
     const QString name = QFileDialog::getOpenFileName(this, tr("Depth image, near is white"),
                                                       toName(document->source.file.parent_path()));
-    if (!name.isEmpty()) model_.files.reopen(Reading::Photo, toPath(name));
+    if (!name.isEmpty()) files_.reopen(Reading::Photo, toPath(name));
 }
 
 void MainWindow::showNetworks() {
@@ -119,14 +119,13 @@ void MainWindow::betterDepthDialog() {
         }
         NetworkDialog dialog(*network, networkFolder(), this);
         if (dialog.exec() != QDialog::Accepted) return;
-        model_.stage.findNetworks();
+        stage_.findNetworks();
         showNetworks();
-        if (const auto& document = model_.files.document();
-            document && document->kind == Kind::Scene &&
-            model_.settings.knobs().depth != kGivenDepth) {
-            Knobs knobs = model_.settings.knobs();
+        if (const auto& document = files_.document();
+            document && document->kind == Kind::Scene && settings_.knobs().depth != kGivenDepth) {
+            Knobs knobs = settings_.knobs();
             knobs.depth = kBestDepth; // a photo's own depth takes precedence
-            model_.settings.turn(knobs, tr("depth"));
+            settings_.turn(knobs, tr("depth"));
         }
         say(tr("The network %1 is installed and used").arg(QString::fromStdString(network->name)),
             15000);
@@ -149,14 +148,14 @@ void MainWindow::calibrationDialog() {
 }
 
 void MainWindow::useCalibration(const Calibration& calibration, const fs::path& file) {
-    const Display& before = *model_.files.display();
+    const Display& before = *files_.display();
     Display display = displayOf(calibration, file.string());
     display.invert = before.invert;
     // a quilt that was chosen (-q, -r) stays, where it is for such a panel
     if (display.panelSize() == before.panelSize() &&
         before.quilt != defaultQuilt(before.calibration))
         display.quilt = before.quilt;
-    model_.files.setDisplay(std::move(display));
+    files_.setDisplay(std::move(display));
 }
 
 bool MainWindow::chooseEyes() {
@@ -172,22 +171,22 @@ bool MainWindow::chooseEyes() {
 }
 
 void MainWindow::exportDialog(Product product) {
-    if (const QString why = model_.exports.obstacle(); !why.isEmpty()) return say(why, 10000);
+    if (const QString why = exports_.obstacle(); !why.isEmpty()) return say(why, 10000);
     if (product == Product::Eyes && !chooseEyes()) return;
-    fs::path from = model_.files.document()->source.file;
+    fs::path from = files_.document()->source.file;
     if (!from.has_filename()) from = from.parent_path();
-    const std::string ending = product == Product::Eyes ? tools::eyesEnding(model_.stage.eyes())
+    const std::string ending = product == Product::Eyes ? tools::eyesEnding(stage_.eyes())
                                                         : entryOf(kProducts, product).ending;
     fs::path proposed = from.parent_path() / (from.stem().string() + ending);
     try {
-        proposed = productFile(model_.exports.setup(), product, proposed);
+        proposed = productFile(exports_.setup(), product, proposed);
     } catch (const Error&) {
         // the name tells another layout: the user will think of one
     }
     const QString title = tr("Export %1").arg(nameOf(product));
     const fs::path typed = fileToSave(this, title, proposed, entryOf(kProducts, product).formats);
     if (typed.empty()) return;
-    if (const QString why = model_.exports.obstacle(); !why.isEmpty())
+    if (const QString why = exports_.obstacle(); !why.isEmpty())
         return say(why, 10000); // a video may have changed meanwhile
     if (product != Product::Views && product != Product::SwayVideo && !canWriteImage(typed))
         return warn(this, title,
@@ -195,7 +194,7 @@ void MainWindow::exportDialog(Product product) {
                         .arg(toName(typed)));
     fs::path file;
     try {
-        file = productFile(model_.exports.setup(), product, typed);
+        file = productFile(exports_.setup(), product, typed);
     } catch (const Error& error) {
         return warn(this, title, error);
     }
@@ -207,7 +206,7 @@ void MainWindow::exportDialog(Product product) {
         if (!agrees(this, title, tr("%1. Write it anyway?").arg(QString::fromStdString(loss))))
             return;
     }
-    if (model_.exports.start(product, file)) showProgress(true);
+    if (exports_.start(product, file)) showProgress(true);
 }
 
 void MainWindow::showProgress(bool runs) {
@@ -219,9 +218,8 @@ void MainWindow::showProgress(bool runs) {
 
 void MainWindow::exportVideo() {
     const QString title = tr("Export video");
-    if (const QString why = model_.exports.videoObstacle(); !why.isEmpty())
-        return warn(this, title, why);
-    const fs::path from = model_.files.document()->source.file;
+    if (const QString why = exports_.videoObstacle(); !why.isEmpty()) return warn(this, title, why);
+    const fs::path from = files_.document()->source.file;
     const fs::path file = fileToSave(
         this, title, from.parent_path() / (from.stem().string() + "_native.mp4"), kVideoFormats);
     if (file.empty()) return;
@@ -235,12 +233,10 @@ void MainWindow::exportVideo() {
         agrees(this, title,
                tr("An export to %1 was not finished. Go on with it? \"No\" begins again.")
                    .arg(toName(file)));
-    if (!model_.exports.startVideo(file, goesOn)) return;
+    if (!exports_.startVideo(file, goesOn)) return;
     videoExport_ = new VideoExportDialog(toName(file), this);
-    connect(&model_.exports, &Exports::videoProgress, videoExport_.data(),
-            &VideoExportDialog::tell);
-    connect(videoExport_.data(), &VideoExportDialog::cancelWanted, &model_.exports,
-            &Exports::cancel);
+    connect(&exports_, &Exports::videoProgress, videoExport_.data(), &VideoExportDialog::tell);
+    connect(videoExport_.data(), &VideoExportDialog::cancelWanted, &exports_, &Exports::cancel);
     videoExport_->show();
     showDocument();
 }
@@ -269,14 +265,14 @@ void MainWindow::exportAllDialog() {
     const fs::path folder = toPath(name);
     std::error_code error;
     int there = 0;
-    for (const BatchItem& item : model_.exports.batch(folder))
+    for (const BatchItem& item : exports_.batch(folder))
         there += int(fs::exists(item.native, error));
     if (there > 0 &&
         !agrees(this, title,
                 tr("%1 of the files exist already in %2. Replace them?").arg(there).arg(name)))
         return;
     QSettings().setValue("exportFolder", name);
-    if (model_.exports.startAll(folder)) showProgress(true);
+    if (exports_.startAll(folder)) showProgress(true);
 }
 
 void MainWindow::endExportAll(const BatchReport& report) {
@@ -309,7 +305,7 @@ std::optional<std::size_t> MainWindow::chosenScreen(const std::vector<qt::Screen
 QScreen* MainWindow::displayScreen() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
     const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
-    const Display& own = *model_.files.display();
+    const Display& own = *files_.display();
     std::optional<std::size_t> screen = chosenScreen(screens);
     const qt::FoundDisplay* display = nullptr; // on that screen
     if (screen) {
@@ -330,7 +326,7 @@ QScreen* MainWindow::displayScreen() {
         useCalibration(*display->calibration, display->calibrationFile);
     const std::vector<std::string> problems =
         display != nullptr ? display->problems
-                           : qt::problemsOf(screens[*screen], model_.files.display()->panelSize());
+                           : qt::problemsOf(screens[*screen], files_.display()->panelSize());
     if (!problems.empty()) say(linesOf(problems), 15000);
     return QGuiApplication::screens()[static_cast<int>(*screen)];
 }
@@ -338,19 +334,19 @@ QScreen* MainWindow::displayScreen() {
 qt::NativeWidget* MainWindow::showOn(QScreen& screen) {
     onDisplay_ = std::make_unique<qt::NativeWidget>();
     connect(onDisplay_.get(), &qt::NativeWidget::left, this,
-            [this] { model_.stage.setPresenting(false); });
+            [this] { stage_.setPresenting(false); });
     onDisplay_->showOn(screen);
     return onDisplay_.get();
 }
 
 void MainWindow::showSlides() {
-    SlideShowDialog dialog(model_.files.sources().size(), this);
+    SlideShowDialog dialog(files_.sources().size(), this);
     if (dialog.exec() != QDialog::Accepted) return;
     std::vector<fs::path> names;
     if (!dialog.folder().isEmpty()) {
         names.push_back(toPath(dialog.folder()));
     } else {
-        for (const Source& source : model_.files.sources())
+        for (const Source& source : files_.sources())
             for (const fs::path& name : {source.file, source.depth})
                 if (!name.empty()) names.push_back(name);
     }
@@ -359,17 +355,17 @@ void MainWindow::showSlides() {
     try {
         slideProblems_.clear();
         slides_ = std::make_unique<SlidePresenter>(
-            dialog.settings(), ShowFiles(names), model_.files.display(), qt::factsOf(*screen),
+            dialog.settings(), ShowFiles(names), files_.display(), qt::factsOf(*screen),
             [this](const std::string& problem) { slideProblems_.push_back(problem); });
     } catch (const std::exception& error) {
         return warn(this, tr("Slide show"), error);
     }
     onDisplay_.reset();
-    model_.stage.setPresenting(false);
-    model_.files.setPlaying(false);
+    stage_.setPresenting(false);
+    files_.setPlaying(false);
     connect(slides_.get(), &SlidePresenter::ended, this, &MainWindow::endSlides,
             Qt::QueuedConnection);
-    slides_->setPlaySettings(model_.files.playSettings());
+    slides_->setPlaySettings(files_.playSettings());
     slides_->start(*screen);
 }
 
@@ -381,15 +377,15 @@ void MainWindow::endSlides() {
 }
 
 void MainWindow::showOnDisplay() {
-    if (!model_.files.document()) return say(tr("Open a file first"), 8000);
+    if (!files_.document()) return say(tr("Open a file first"), 8000);
     QScreen* const screen = displayScreen();
     if (screen == nullptr) return;
-    connect(&model_.stage, &Stage::nativeReady, showOn(*screen), &qt::NativeWidget::setNative);
-    model_.stage.setPresenting(true);
+    connect(&stage_, &Stage::nativeReady, showOn(*screen), &qt::NativeWidget::setNative);
+    stage_.setPresenting(true);
 }
 
 void MainWindow::showForEyes() {
-    const auto& document = model_.files.document();
+    const auto& document = files_.document();
     if (!document || document->kind == Kind::Native)
         return say(document ? tr("A Native is for a display of lenses; open a photo or a quilt")
                             : tr("Open a file first"),
@@ -397,15 +393,15 @@ void MainWindow::showForEyes() {
     const auto chosen = chosenScreen(screenFacts());
     if (!chosen && !screen_.isEmpty()) return;
     QScreen& on = chosen ? *QGuiApplication::screens()[static_cast<int>(*chosen)] : *screen();
-    connect(&model_.stage, &Stage::nativeReady, showOn(on), &qt::NativeWidget::setNative);
-    model_.stage.setPresenting(true, qt::factsOf(on).size);
+    connect(&stage_, &Stage::nativeReady, showOn(on), &qt::NativeWidget::setNative);
+    stage_.setPresenting(true, qt::factsOf(on).size);
 }
 
 void MainWindow::showTestPicture() {
     QScreen* const screen = displayScreen();
     if (screen == nullptr) return;
-    model_.stage.setPresenting(false);
-    showOn(*screen)->setNative(makeTestPicture(*model_.files.display()));
+    stage_.setPresenting(false);
+    showOn(*screen)->setNative(makeTestPicture(*files_.display()));
     QMessageBox::information(this, tr("Test picture"), linesOf(testPictureAdvice()));
 }
 
@@ -420,16 +416,16 @@ void MainWindow::lensByEye() {
     };
     std::optional<std::size_t> lens = chosenScreen(screens);
     if (!lens && !screen_.isEmpty()) return;
-    const Display& display = *model_.files.display();
+    const Display& display = *files_.display();
     const auto displays = qt::findDisplays(screens, calibrations());
     const auto chosen =
         qt::chooseDisplay(displays, screens, display.calibration, display.panelSize());
     if (!lens && chosen) lens = displays[*chosen].screen;
     const std::size_t shown = lens.value_or(besides(own));
-    model_.stage.setPresenting(false);
+    stage_.setPresenting(false);
     onDisplay_.reset();
     try {
-        LensByEyeDialog dialog(*model_.files.display(), *all[static_cast<int>(shown)], this);
+        LensByEyeDialog dialog(*files_.display(), *all[static_cast<int>(shown)], this);
         connect(&dialog, &LensByEyeDialog::saved, this, &MainWindow::useCalibration);
         const std::size_t panel = shown == own ? besides(own) : own;
         dialog.standOn(*all[static_cast<int>(panel)]);
@@ -446,17 +442,17 @@ void MainWindow::welcome(const QString& display) {
     welcome_ = new WelcomeCard(
         display, [this] { openDialog(); }, [this] { endWelcome(); });
     static_cast<QBoxLayout*>(picture_->parentWidget()->layout())->insertWidget(0, welcome_);
-    model_.files.open(std::vector<fs::path>{sample});
+    files_.open(std::vector<fs::path>{sample});
     hasSample_ = true;
     try { // the depth of its own is better than what photos get
-        Knobs knobs = model_.settings.knobs();
+        Knobs knobs = settings_.knobs();
         if (const auto network = standardNetwork()) knobs.depth = network->profile.name;
-        model_.settings.turn(knobs, tr("depth"));
-        model_.settings.undoStack().clear();
+        settings_.turn(knobs, tr("depth"));
+        settings_.undoStack().clear();
     } catch (const Error&) {
         // the list of networks tells it
     }
-    model_.stage.setSwinging(true);
+    stage_.setSwinging(true);
 }
 
 void MainWindow::endWelcome() {

@@ -406,7 +406,7 @@ void KnobPanel::show(const Knobs& knobs) {
 
 void KnobPanel::showChosen(const Knobs& chosen) {
     updating_ = true;
-    Recipe numbers = chosen;
+    Knobs numbers = chosen;
     numbers.choices = {};
     for (const char* name : {"strength", "focus"})
         findChild<KnobSlider*>(name)->setValue(textOf(recipeField(name), numbers).toDouble());

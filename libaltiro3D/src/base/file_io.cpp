@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "base/posix_file.hpp"
+#include "base/text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -71,10 +72,8 @@ int writeAll(int number, const std::vector<Bytes>& parts) {
 // The number of the descriptor of this process that a path such as `/proc/self/fd/N` names.
 std::optional<int> ownDescriptor(const fs::path& path) {
     const std::string name = path.filename().string();
-    if (name.empty() || name.size() > 6) return std::nullopt;
-    if (!std::all_of(name.begin(), name.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+    if (name.empty() || name.size() > 6 || !std::all_of(name.begin(), name.end(), isDigit))
         return std::nullopt;
-    }
     std::error_code error;
     const fs::path directory = fs::canonical(path.parent_path(), error);
     const std::string self = "/proc/" + std::to_string(::getpid());
@@ -82,10 +81,6 @@ std::optional<int> ownDescriptor(const fs::path& path) {
         return std::nullopt;
     }
     return std::stoi(name);
-}
-
-bool isOwnDescriptor(const fs::path& path) {
-    return ownDescriptor(path).has_value();
 }
 
 // A temporary file beside the target, which is then renamed to it. It has no name until name(), so
@@ -214,7 +209,8 @@ FileWriter::FileWriter(const fs::path& path) : impl_(std::make_unique<Impl>()) {
     Impl& self = *impl_;
     if (path.empty()) failWrite("(no name)", ENOENT);
     self.path = path;
-    self.target = followLinks(path, isOwnDescriptor);
+    self.target =
+        followLinks(path, [](const fs::path& at) { return ownDescriptor(at).has_value(); });
     const fs::path& target = self.target;
     if (const std::optional<int> own = ownDescriptor(target)) {
         // Reopening the name would lose the position in a file that is being appended to.

@@ -101,12 +101,10 @@ ImageFormat imageFormat(string_view bytes) {
     if (startsWith(bytes, string_view("\xff\xd8", 2))) return ImageFormat::Jpeg;
     // Canon's CR2 has its own mark inside a TIFF header.
     const bool isCr2 = bytes.size() >= 10 && bytes.substr(8, 2) == "CR";
-    if (!isCr2) {
-        for (const string_view mark : {string_view("II*\0", 4), string_view("MM\0*", 4),
-                                       string_view("II+\0", 4), string_view("MM\0+", 4)}) {
-            if (startsWith(bytes, mark)) return ImageFormat::Tiff;
-        }
-    }
+    const string_view start = bytes.substr(0, 4);
+    for (const string_view mark : {string_view("II*\0", 4), string_view("MM\0*", 4),
+                                   string_view("II+\0", 4), string_view("MM\0+", 4)})
+        if (start == mark && !isCr2) return ImageFormat::Tiff;
     if (startsWith(bytes, "RIFF") && bytes.size() >= 12 && bytes.substr(8, 4) == "WEBP") {
         return ImageFormat::WebP;
     }

@@ -14,12 +14,6 @@ namespace altiro3D {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-constexpr int kMaxLinks = 40; // the kernel's limit
-
-} // namespace
-
 void failWrite(const fs::path& path, int number) {
     std::string problem = "cannot be written: " + std::generic_category().message(number);
     if (number == ENOENT) problem += "; its directory must exist";
@@ -59,7 +53,8 @@ bool lockFile(const FileHandle& file) {
 
 fs::path followLinks(const fs::path& path, bool (*isEnd)(const fs::path&)) {
     fs::path current = path;
-    for (int i = 0; i < kMaxLinks; ++i) {
+    constexpr int kMost = 40; // the kernel's limit
+    for (int i = 0; i < kMost; ++i) {
         if (isEnd != nullptr && isEnd(current)) return current;
         std::error_code error;
         if (!fs::is_symlink(fs::symlink_status(current, error))) return current;

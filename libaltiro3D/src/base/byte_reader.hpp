@@ -45,6 +45,43 @@ class ByteReader {
     bool littleEndian_;
 };
 
+/// Reads bits, the most significant one of a byte first; those beyond the end are 0.
+class BitReader {
+  public:
+    explicit BitReader(std::string_view bytes) : reader_(bytes, false) {}
+
+    std::uint64_t bits(unsigned count) {
+        std::uint64_t value = 0;
+        for (; count > 0; --count, ++at_)
+            value = value << 1 | (reader_.u8(at_ / 8) >> (7 - at_ % 8) & 1U);
+        return value;
+    }
+    void skip(unsigned count) { at_ += count; }
+    /// Exponential-Golomb code ue(v).
+    std::uint64_t code() {
+        unsigned zeros = 0;
+        while (zeros < 32 && bits(1) == 0)
+            ++zeros;
+        return (std::uint64_t{1} << zeros) - 1 + bits(zeros);
+    }
+
+  private:
+    ByteReader reader_;
+    std::uint64_t at_ = 0;
+};
+
+/// A NAL unit of H.264 or HEVC without its emulation prevention bytes (0 0 3 stands for 0 0).
+inline std::string withoutPrevention(std::string_view nal) {
+    std::string bytes;
+    int zeros = 0;
+    for (const char c : nal) {
+        const bool isPrevention = zeros >= 2 && c == 3;
+        zeros = c == 0 ? zeros + 1 : 0;
+        if (!isPrevention) bytes.push_back(c);
+    }
+    return bytes;
+}
+
 /// The contents of a zlib stream; empty if it is damaged or has more than `maxBytes`.
 inline std::string inflated(std::string_view packed, std::size_t maxBytes) {
     struct Inflater {

@@ -73,14 +73,6 @@ std::string iccOfWebP(string_view bytes) {
     return profile;
 }
 
-ColourFacts ofTiff(string_view bytes) {
-    const TiffFile file(bytes);
-    ColourFacts facts;
-    facts.icc = file.iccProfile();
-    if (file.isLight()) facts.gamma = 1;
-    return facts;
-}
-
 // The attribute "chromaticities": x and y of red, green, blue and white. If missing, those of sRGB.
 ColourFacts ofExr(string_view bytes) {
     constexpr string_view kAttribute("chromaticities\0chromaticities\0\x20\0\0\0", 34);
@@ -121,7 +113,11 @@ ColourFacts readColourFacts(string_view bytes, ImageFormat format) {
     try {
         if (isHeif(format)) return readColourFacts(HeifFile(bytes));
         if (format == ImageFormat::Png) return ofPng(bytes);
-        if (format == ImageFormat::Tiff) return ofTiff(bytes);
+        if (format == ImageFormat::Tiff) {
+            const TiffLight light = tiffLight(bytes);
+            facts.icc = light.icc;
+            facts.gamma = light.isLinear ? 1 : 0;
+        }
         if (format == ImageFormat::Exr) return ofExr(bytes);
         if (format == ImageFormat::Hdr) return ofHdr(bytes);
         if (format == ImageFormat::Jpeg) facts.icc = iccOfJpeg(bytes);

@@ -1,4 +1,5 @@
 #include "base/checks.hpp"
+#include "base/owned.hpp"
 #include "base/pixel_rows.hpp"
 #include "image/colour.hpp"
 
@@ -29,18 +30,9 @@ constexpr int kMaxSameLevels = 2;       // levels of 255 by which equal profiles
 constexpr int kPq = 16;
 constexpr int kHlg = 18;
 
-struct Close {
-    void operator()(void* profile) const { cmsCloseProfile(profile); }
-};
-struct Delete {
-    void operator()(void* transform) const { cmsDeleteTransform(transform); }
-};
-struct Free {
-    void operator()(cmsToneCurve* curve) const { cmsFreeToneCurve(curve); }
-};
-using Profile = std::unique_ptr<void, Close>;
-using Transform = std::unique_ptr<void, Delete>;
-using Curve = std::unique_ptr<cmsToneCurve, Free>;
+using Profile = std::unique_ptr<void, Free<cmsCloseProfile>>;
+using Transform = std::unique_ptr<void, Free<cmsDeleteTransform>>;
+using Curve = std::unique_ptr<cmsToneCurve, Free<cmsFreeToneCurve>>;
 
 Chromaticities chromaticitiesOf(int primaries) {
     return primaries == 5                     ? kRec601Pal
@@ -150,19 +142,6 @@ float finite(float value) {
     return std::isnan(value) ? 0 : std::clamp(value, -kLargest, kLargest);
 }
 
-bool apply(const Profile& profile, bool isGrey, cv::Mat& picture) {
-    constexpr cmsUInt32Number kGrey[] = {TYPE_GRAY_8, TYPE_GRAY_16, TYPE_GRAY_FLT};
-    constexpr cmsUInt32Number kColours[] = {TYPE_BGR_8, TYPE_BGR_16, TYPE_BGR_FLT};
-    const int depth = picture.depth();
-    const int type = depth == CV_8U ? 0 : depth == CV_16U ? 1 : 2;
-    if (depth == CV_32F) picture = mapped<float, float>(picture, finite);
-    const cv::Mat result =
-        converted(picture, profile, isGrey ? kGrey[type] : kColours[type], depth);
-    if (result.empty()) return false;
-    picture = result;
-    return true;
-}
-
 Profile profileOf(std::string_view icc) {
     return Profile(cmsOpenProfileFromMem(icc.data(), static_cast<cmsUInt32Number>(icc.size())));
 }
@@ -195,9 +174,18 @@ void convertByProfile(cv::Mat& picture, const Profile& profile, Notes* notes) {
     if (changesLittle(profile, isGreyProfile)) return;
     if (!isGreyProfile && picture.channels() == 1)
         cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
-    if (!apply(profile, isGreyProfile, picture))
+    constexpr cmsUInt32Number kGrey[] = {TYPE_GRAY_8, TYPE_GRAY_16, TYPE_GRAY_FLT};
+    constexpr cmsUInt32Number kColours[] = {TYPE_BGR_8, TYPE_BGR_16, TYPE_BGR_FLT};
+    const int depth = picture.depth();
+    const int type = depth == CV_8U ? 0 : depth == CV_16U ? 1 : 2;
+    if (depth == CV_32F) picture = mapped<float, float>(picture, finite);
+    const cv::Mat result =
+        converted(picture, profile, isGreyProfile ? kGrey[type] : kColours[type], depth);
+    if (result.empty())
         addNote(notes, NoteCode::AsItIs,
                 "the colour profile cannot be used: the colours are read as sRGB");
+    else
+        picture = result;
 }
 
 constexpr double kPqPeak = 10000; // cd/m²
@@ -237,11 +225,6 @@ cv::Matx33d toXyz(const Chromaticities& c) {
     return primaries * cv::Matx33d::diag(share);
 }
 
-cv::Vec3f luminanceOf(const cv::Matx33d& xyz) {
-    return {static_cast<float>(xyz(1, 0)), static_cast<float>(xyz(1, 1)),
-            static_cast<float>(xyz(1, 2))};
-}
-
 constexpr int kSteps = 65536;
 using Table = std::vector<float>;
 
@@ -264,7 +247,7 @@ class ToneMapper {
     ToneMapper(int primaries, int transfer)
         : isHlg_(transfer == kHlg),
           toSrgb_(toXyz(kSrgb).inv() * toXyz(chromaticitiesOf(primaries))),
-          luminance_(luminanceOf(toXyz(chromaticitiesOf(primaries)))),
+          luminance_(cv::Matx33f(toXyz(chromaticitiesOf(primaries))).row(1)),
           linear_(tableOf([&](double v) { return linearLight(v, transfer); })),
           // light is looked up by its square root, which spends more steps on the dark
           system_(tableOf([](double root) { return std::pow(root * root, 0.2); })),
@@ -283,7 +266,7 @@ class ToneMapper {
             float g = linear_[from[1] * kStep];
             float b = linear_[from[0] * kStep];
             if (isHlg_) { // BT.2100: the display's light is L^(gamma - 1) times the scene's
-                const float y = luminance_[0] * r + luminance_[1] * g + luminance_[2] * b;
+                const float y = luminance_(0) * r + luminance_(1) * g + luminance_(2) * b;
                 const float system =
                     looked(system_, std::sqrt(y)) * static_cast<float>(kHlgPeak / kPqPeak);
                 r *= system;
@@ -304,7 +287,7 @@ class ToneMapper {
   private:
     bool isHlg_;
     cv::Matx33f toSrgb_;
-    cv::Vec3f luminance_;
+    cv::Matx13f luminance_;
     Table linear_;
     Table system_;
     Table factor_;

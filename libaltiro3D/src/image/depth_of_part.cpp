@@ -18,34 +18,20 @@ namespace {
 
 constexpr std::size_t kMinLevels = 4; // levels of 256 between the percentiles 0.5 and 99.5
 
-// Relative inverse depth of a sample v of 0..1.
+// Relative inverse depth of samples v of 0..1.
 //   RangeInverse: v = (1/near - 1/Z) / (1/near - 1/far)       -> 1 - v
 //   RangeLinear:  Z = near + v (far - near), (1/Z - 1/far) / (1/near - 1/far)
 //                                                             -> near (1 - v) / Z
-class Nearness {
-  public:
-    explicit Nearness(const DepthPart& part)
-        : isNearBright_(part.isNearBright),
-          isLinear_(part.isDistance && part.nearest > 0 && part.farthest > part.nearest &&
-                    std::isfinite(part.farthest / part.nearest)),
-          ratio_(isLinear_ ? part.farthest / part.nearest : 1) {}
-    float operator()(double v) const {
-        if (isNearBright_) return static_cast<float>(v);
-        return static_cast<float>(isLinear_ ? (1 - v) / (1 + v * (ratio_ - 1)) : 1 - v);
-    }
-
-  private:
-    bool isNearBright_;
-    bool isLinear_;
-    double ratio_;
-};
-
 cv::Mat depthMapOf(const DepthPart& part, const cv::Mat& samples) {
-    const Nearness nearness(part);
+    const double ratio = part.isDistance && part.nearest > 0 ? part.farthest / part.nearest : 0;
+    const bool isLinear = ratio > 1 && std::isfinite(ratio);
     const int levels = samples.depth() == CV_8U ? 256 : 65536;
-    std::vector<float> table(static_cast<std::size_t>(levels));
-    for (int i = 0; i < levels; ++i)
-        table[static_cast<std::size_t>(i)] = nearness(i / (levels - 1.0));
+    std::vector<float> table;
+    for (int i = 0; i < levels; ++i) {
+        const double v = i / (levels - 1.0);
+        const double far = isLinear ? (1 - v) / (1 + v * (ratio - 1)) : 1 - v;
+        table.push_back(static_cast<float>(part.isNearBright ? v : far));
+    }
     const auto look = [&](auto sample) { return table[sample]; };
     return levels == 256 ? mapped<std::uint8_t, float>(samples, look)
                          : mapped<std::uint16_t, float>(samples, look);

@@ -10,27 +10,27 @@
 
 namespace altiro3D {
 
-/// The bytes of a depth picture inside a JPEG, and what they mean.
-struct DepthPart {
-    EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth;
-    std::string_view coded;    ///< A JPEG or PNG inside the file; empty: `decoded`.
-    std::string decoded;       ///< A JPEG or PNG that was base64.
-    bool isNearBright = false; ///< Large = near.
-    bool isDistance = false;   ///< The numbers grow with the distance, from nearest to farthest.
-    double nearest = 0;        ///< With isDistance: distance of 0; 0 = not stated.
-    double farthest = 0;       ///< With isDistance: distance of the largest number; 0 = not stated.
-    int orientation = 1;       ///< 1..8, EXIF; that of the photo, if the part states none.
+/// The bytes of a further picture inside a JPEG.
+struct CodedPart {
+    std::string_view coded; ///< A JPEG or PNG inside the file; empty: `decoded`.
+    int orientation = 1;    ///< 1..8, EXIF; that of the photo, if the part states none.
+    std::string decoded;    ///< A JPEG or PNG that was base64; empty: there is none.
 
     /// The coded picture, wherever it is.
     std::string_view picture() const { return coded.empty() ? std::string_view(decoded) : coded; }
 };
 
-/// The right eye's picture inside a JPEG.
-struct SecondEye {
-    std::string_view coded; ///< A JPEG or PNG in the file; empty: `decoded`.
-    int orientation = 1;    ///< 1..8, EXIF; that of the photo, if the picture states none.
-    std::string decoded;    ///< A JPEG that was base64: of Cardboard Camera; empty: there is none.
+/// A depth picture and what it means.
+struct DepthPart : CodedPart {
+    EmbeddedDepthForm form = EmbeddedDepthForm::DynamicDepth;
+    bool isNearBright = false; ///< Large = near.
+    bool isDistance = false;   ///< The numbers grow with the distance, from nearest to farthest.
+    double nearest = 0;        ///< With isDistance: distance of 0; 0 = not stated.
+    double farthest = 0;       ///< With isDistance: distance of the largest number; 0 = not stated.
 };
+
+/// The right eye's picture; decoded if it is of Cardboard Camera.
+using SecondEye = CodedPart;
 
 /// Finds depth in a JPEG file: Dynamic Depth, GDepth, Apple's, in this order.
 /// Any bytes give a result. The result points into the bytes.

@@ -38,19 +38,16 @@ cv::Size uprightSize(const ImageHeader& header) {
 }
 
 std::optional<EmbeddedDepth> depthOfHeif(string_view bytes, ImageFormat format, Notes* notes) {
-    DepthPart part;
-    part.form =
+    const EmbeddedDepthForm form =
         format == ImageFormat::Avif ? EmbeddedDepthForm::Avif : EmbeddedDepthForm::AppleHeic;
     try {
-        const std::optional<HeifDepth> depth = HeifFile(bytes).decodeDepth(kMaxDepthPixels);
+        std::optional<HeifDepth> depth = HeifFile(bytes).decodeDepth(kMaxDepthPixels);
         if (!depth) return std::nullopt;
-        part.isNearBright = !depth->isDistance;
-        part.isDistance = depth->isDistance;
-        part.nearest = depth->zNear;
-        part.farthest = depth->zFar;
-        return depthOfPart(part, depth->samples, uprightSize(readImageHeader(bytes, "")), notes);
+        depth->part.form = form;
+        return depthOfPart(depth->part, depth->samples, uprightSize(readImageHeader(bytes, "")),
+                           notes);
     } catch (const PictureFailure& failure) {
-        addUnusedDepth(notes, nameOf(part.form), failure.what());
+        addUnusedDepth(notes, nameOf(form), failure.what());
         return std::nullopt;
     }
 }

@@ -4,9 +4,7 @@
 #include "base/image_format.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <map>
-#include <tuple>
 
 namespace altiro3D {
 
@@ -54,11 +52,18 @@ std::string listed(const std::vector<std::string>& names) {
     return text + (names.size() > kMost ? ", ..." : "");
 }
 
-std::vector<std::string> namesOf(const std::vector<ExrChannel>& channels) {
-    std::vector<std::string> names;
-    std::transform(channels.begin(), channels.end(), std::back_inserter(names),
-                   [](const ExrChannel& channel) { return channel.full; });
-    return names;
+// What may be meant, by rank: the smaller, the more surely; else in the order of the file.
+using Ranked = std::multimap<int, std::vector<ExrChannel>>;
+
+ExrChoice firstOf(const Ranked& found) {
+    ExrChoice choice;
+    for (const auto& [rank, channels] : found) {
+        if (choice.channels.empty())
+            choice.channels = channels;
+        else
+            choice.others.push_back(channels.back().full);
+    }
+    return choice;
 }
 
 // Converts failures of OpenEXR, whose library is loaded separately.
@@ -83,7 +88,7 @@ ExrChoice chooseExrColours(const std::vector<ExrChannel>& channels) {
         if (distanceRank(name, false) == 1) continue; // Depth.R
         layers[{channel.part, name.layer}][name.base] = &channel;
     }
-    std::vector<std::tuple<int, std::vector<ExrChannel>>> found;
+    Ranked found;
     for (const auto& [key, layer] : layers) {
         const auto has = [&layer = layer](const char* base) { return layer.count(base) > 0; };
         const std::string pass = NameParts(key.second + ".r").pass;
@@ -93,25 +98,16 @@ ExrChoice chooseExrColours(const std::vector<ExrChannel>& channels) {
         if (has("r") && has("g") && has("b")) {
             std::vector<ExrChannel> colours{*layer.at("b"), *layer.at("g"), *layer.at("r")};
             if (has("a")) colours.push_back(*layer.at("a"));
-            found.emplace_back(rank, colours);
+            found.emplace(rank, colours);
         } else if (has("y") && !has("x")) {
-            found.emplace_back(3 + rank, std::vector<ExrChannel>{*layer.at("y")});
+            found.emplace(3 + rank, std::vector<ExrChannel>{*layer.at("y")});
         }
     }
-    std::stable_sort(found.begin(), found.end(),
-                     [](const auto& a, const auto& b) { return std::get<0>(a) < std::get<0>(b); });
-    ExrChoice choice;
-    for (const auto& [rank, colours] : found) {
-        if (choice.channels.empty())
-            choice.channels = colours;
-        else
-            choice.others.push_back(colours.back().full);
-    }
-    return choice;
+    return firstOf(found);
 }
 
 ExrChoice chooseExrDistance(const std::vector<ExrChannel>& channels) {
-    std::vector<std::pair<int, const ExrChannel*>> found;
+    Ranked found;
     for (const ExrChannel& channel : channels) {
         const NameParts name(channel.full);
         const bool isOfVector =
@@ -122,18 +118,9 @@ ExrChoice chooseExrDistance(const std::vector<ExrChannel>& channels) {
                        others.base == "x";
             });
         const int rank = distanceRank(name, isOfVector);
-        if (rank < 10) found.emplace_back(rank, &channel);
+        if (rank < 10) found.emplace(rank, std::vector<ExrChannel>{channel});
     }
-    std::stable_sort(found.begin(), found.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    ExrChoice choice;
-    for (const auto& [rank, channel] : found) {
-        if (choice.channels.empty())
-            choice.channels = {*channel};
-        else
-            choice.others.push_back(channel->full);
-    }
-    return choice;
+    return firstOf(found);
 }
 
 std::vector<ExrChannel> exrChannels(std::string_view bytes) {
@@ -166,8 +153,11 @@ cv::Mat decodeExr(std::string_view bytes, bool asDepth, Notes* notes) {
     const bool isNamed = distance.channels.empty() || asDepth;
     if (choice.channels.empty() && channels.size() == 1 && isNamed) choice.channels = channels;
     if (choice.channels.empty()) {
+        std::vector<std::string> names;
+        for (const ExrChannel& channel : channels)
+            names.push_back(channel.full);
         throw PictureFailure(
-            "its channels are " + listed(namesOf(channels)) +
+            "its channels are " + listed(names) +
             (asDepth ? "; of these, none is named as depth, such as Z or Depth.Z"
                      : "; of these, none are colours, such as R, G and B; if it is depth, give it "
                        "with its photo"));

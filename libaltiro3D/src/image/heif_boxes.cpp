@@ -85,54 +85,10 @@ int sideOf(std::uint64_t value) {
     return static_cast<int>(std::min<std::uint64_t>(value, 0x7fffffff));
 }
 
-// A NAL unit without its emulation prevention bytes (0 0 3 stands for 0 0).
-std::string withoutPrevention(string_view nal) {
-    std::string bytes;
-    int zeros = 0;
-    for (const char c : nal) {
-        if (zeros >= 2 && c == 3) {
-            zeros = 0;
-            continue;
-        }
-        zeros = c == 0 ? zeros + 1 : 0;
-        bytes.push_back(c);
-    }
-    return bytes;
-}
-
-class BitReader {
-  public:
-    explicit BitReader(std::string bytes) : bytes_(std::move(bytes)) {}
-    // 0 beyond the end
-    std::uint64_t bits(unsigned count) {
-        std::uint64_t value = 0;
-        for (; count > 0; --count, ++at_) {
-            const std::size_t byte = at_ / 8;
-            const unsigned bit =
-                byte < bytes_.size()
-                    ? static_cast<unsigned char>(bytes_[byte]) >> (7 - at_ % 8) & 1U
-                    : 0U;
-            value = value << 1 | bit;
-        }
-        return value;
-    }
-    void skip(unsigned count) { at_ += count; }
-    // Exponential-Golomb code ue(v)
-    std::uint64_t code() {
-        unsigned zeros = 0;
-        while (zeros < 32 && bits(1) == 0)
-            ++zeros;
-        return (std::uint64_t{1} << zeros) - 1 + bits(zeros);
-    }
-
-  private:
-    std::string bytes_;
-    std::size_t at_ = 0;
-};
-
 // H.265 7.3.2.2 up to the size.
 cv::Size sizeOfSequence(string_view nal) {
-    BitReader reader(withoutPrevention(nal));
+    const std::string bytes = withoutPrevention(nal);
+    BitReader reader(bytes);
     reader.skip(16 + 4); // header of the unit, parameter set
     const auto layers = static_cast<unsigned>(reader.bits(3));
     reader.skip(1 + 96); // nesting, profile and level
@@ -170,7 +126,7 @@ cv::Size sizeOfSettings(const ByteReader& reader, const Box& settings) {
 
 // The sequence header of an AV1 stream (AV1 5.5.1) up to the size.
 cv::Size sizeOfAv1Sequence(string_view unit) {
-    BitReader reader{std::string(unit)};
+    BitReader reader(unit);
     reader.skip(3 + 1); // profile, still picture
     if (reader.bits(1) != 0) {
         reader.skip(5); // level

@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "base/image_format.hpp"
+#include "base/owned.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -25,14 +26,7 @@ using std::string_view;
 constexpr std::size_t kMaxMessage = 120;
 constexpr std::size_t kMaxMetadataBytes = std::size_t{16} << 20;
 
-struct Release {
-    void operator()(heif_context* context) const { heif_context_free(context); }
-    void operator()(const heif_image_handle* handle) const { heif_image_handle_release(handle); }
-    void operator()(const heif_image* image) const { heif_image_release(image); }
-};
-using Context = std::unique_ptr<heif_context, Release>;
-using Handle = std::shared_ptr<const heif_image_handle>;
-using Image = std::unique_ptr<const heif_image, Release>;
+using Image = std::unique_ptr<const heif_image, Free<heif_image_release>>;
 
 void require(const heif_error& error) {
     if (error.code == heif_error_Ok) return;
@@ -97,10 +91,10 @@ cv::Mat pictureOf(heif_context& context, const heif_image_handle& handle) {
     return picture;
 }
 
-Context contextOf(string_view bytes, heif_error& error) {
+std::shared_ptr<heif_context> contextOf(string_view bytes, heif_error& error) {
     static const heif_error initialized = heif_init(nullptr); // loads decoders that are plugins
     static_cast<void>(initialized);
-    Context context(heif_context_alloc());
+    std::shared_ptr<heif_context> context(heif_context_alloc(), heif_context_free);
     if (!context) throw std::bad_alloc();
     error = heif_context_read_from_memory_without_copy(context.get(), bytes.data(), bytes.size(),
                                                        nullptr);
@@ -109,53 +103,45 @@ Context contextOf(string_view bytes, heif_error& error) {
 
 } // namespace
 
-struct HeifFile::Impl {
-    std::string repaired; // copy of a file of iOS 18
-    Context context;
-    Handle handle; // the main picture
-
-    // @throws PictureFailure (no such picture)
-    Handle handleOf(std::optional<std::uint32_t> item) const {
-        if (!item) return handle;
-        heif_image_handle* opened = nullptr;
-        require(heif_context_get_image_handle(context.get(), *item, &opened));
-        return Handle(opened, Release());
-    }
-};
+// @throws PictureFailure (no such picture)
+HeifFile::Handle HeifFile::handleOf(std::optional<std::uint32_t> item) const {
+    if (!item) return handle_;
+    heif_image_handle* opened = nullptr;
+    require(heif_context_get_image_handle(context_.get(), *item, &opened));
+    return Handle(opened, heif_image_handle_release);
+}
 
 bool hasHeif() {
     return true;
 }
 
-HeifFile::HeifFile(string_view bytes) : impl_(std::make_unique<Impl>()) {
+HeifFile::HeifFile(string_view bytes) {
     heif_error error{};
-    impl_->context = contextOf(bytes, error);
+    context_ = contextOf(bytes, error);
     if (error.code != heif_error_Ok) {
-        impl_->repaired = repairedHeif(bytes);
-        if (!impl_->repaired.empty()) impl_->context = contextOf(impl_->repaired, error);
+        repaired_ = repairedHeif(bytes);
+        if (!repaired_.empty()) context_ = contextOf(repaired_, error);
     }
     require(error);
     const std::string problem = heifProblem(bytes, kMaxImagePixels);
     if (!problem.empty()) throw PictureFailure(problem);
     heif_image_handle* handle = nullptr;
-    require(heif_context_get_primary_image_handle(impl_->context.get(), &handle));
-    impl_->handle.reset(handle, Release());
+    require(heif_context_get_primary_image_handle(context_.get(), &handle));
+    handle_.reset(handle, heif_image_handle_release);
 }
 
-HeifFile::~HeifFile() = default;
-
 cv::Size HeifFile::size() const {
-    return {std::max(0, heif_image_handle_get_width(impl_->handle.get())),
-            std::max(0, heif_image_handle_get_height(impl_->handle.get()))};
+    return {std::max(0, heif_image_handle_get_width(handle_.get())),
+            std::max(0, heif_image_handle_get_height(handle_.get()))};
 }
 
 unsigned HeifFile::pictures() const {
-    const int count = heif_context_get_number_of_top_level_images(impl_->context.get());
+    const int count = heif_context_get_number_of_top_level_images(context_.get());
     return static_cast<unsigned>(std::max(1, count));
 }
 
 std::string HeifFile::iccProfile(std::optional<std::uint32_t> item) const {
-    const Handle handle = impl_->handleOf(item);
+    const Handle handle = handleOf(item);
     const heif_color_profile_type type = heif_image_handle_get_color_profile_type(handle.get());
     if (type != heif_color_profile_type_prof && type != heif_color_profile_type_rICC) return {};
     std::string profile(heif_image_handle_get_raw_color_profile_size(handle.get()), '\0');
@@ -165,7 +151,7 @@ std::string HeifFile::iccProfile(std::optional<std::uint32_t> item) const {
 }
 
 std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> item) const {
-    const Handle handle = impl_->handleOf(item);
+    const Handle handle = handleOf(item);
     heif_color_profile_nclx* nclx = nullptr;
     const heif_error error = heif_image_handle_get_nclx_color_profile(handle.get(), &nclx);
     if (error.code != heif_error_Ok || nclx == nullptr) return std::nullopt;
@@ -175,22 +161,22 @@ std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> item) c
 }
 
 bool HeifFile::isPremultiplied() const {
-    return heif_image_handle_is_premultiplied_alpha(impl_->handle.get()) != 0;
+    return heif_image_handle_is_premultiplied_alpha(handle_.get()) != 0;
 }
 
 cv::Mat HeifFile::decode(std::optional<std::uint32_t> item) const {
-    const Handle handle = impl_->handleOf(item);
+    const Handle handle = handleOf(item);
     if (item) requireSize(*handle, "its picture " + std::to_string(*item), kMaxImagePixels);
-    return pictureOf(*impl_->context, *handle);
+    return pictureOf(*context_, *handle);
 }
 
 std::optional<HeifDepth> HeifFile::decodeDepth(double maxPixels) const {
-    const heif_image_handle* const photo = impl_->handle.get();
+    const heif_image_handle* const photo = handle_.get();
     heif_item_id id = 0;
     if (heif_image_handle_get_list_of_depth_image_IDs(photo, &id, 1) < 1) return std::nullopt;
     heif_image_handle* opened = nullptr;
     require(heif_image_handle_get_depth_image_handle(photo, id, &opened));
-    const Handle handle(opened, Release());
+    const Handle handle(opened, heif_image_handle_release);
     requireSize(*handle, "its depth image", maxPixels);
     HeifDepth depth;
     const Image image = decoded(*handle, heif_colorspace_undefined, heif_chroma_undefined);
@@ -199,18 +185,17 @@ std::optional<HeifDepth> HeifFile::decodeDepth(double maxPixels) const {
     const heif_depth_representation_info* info = nullptr;
     if (heif_image_handle_get_depth_image_representation_info(photo, id, &info) != 0 &&
         info != nullptr) {
-        depth.isDistance =
+        depth.part.isDistance =
             info->depth_representation_type == heif_depth_representation_type_uniform_Z;
-        if (info->has_z_near != 0) depth.zNear = info->z_near;
-        if (info->has_z_far != 0) depth.zFar = info->z_far;
+        if (info->has_z_near != 0) depth.part.nearest = info->z_near;
+        if (info->has_z_far != 0) depth.part.farthest = info->z_far;
         heif_depth_representation_info_free(info);
     }
+    depth.part.isNearBright = !depth.part.isDistance;
     return depth;
 }
 
 #else // without libheif: every file fails
-
-struct HeifFile::Impl {};
 
 bool hasHeif() {
     return false;
@@ -219,8 +204,6 @@ bool hasHeif() {
 HeifFile::HeifFile(std::string_view /*bytes*/) {
     throw PictureFailure("this build has no libheif");
 }
-
-HeifFile::~HeifFile() = default;
 
 cv::Size HeifFile::size() const {
     return {};

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "image/depth_parts.hpp"
+
 #include <cstdint>
 #include <memory>
 #include <opencv2/core/mat.hpp>
@@ -7,6 +9,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+
+struct heif_context;
+struct heif_image_handle;
 
 namespace altiro3D {
 
@@ -21,10 +26,8 @@ struct ColourCode {
 
 /// The depth image of a HEIC or AVIF file.
 struct HeifDepth {
-    cv::Mat samples;         ///< [rows x cols, CV_8UC1 or CV_16UC1, whole range], upright.
-    bool isDistance = false; ///< The samples grow with the distance, from zNear to zFar.
-    double zNear = 0;        ///< Distance of the smallest sample; 0 = not stated.
-    double zFar = 0;         ///< Distance of the largest sample; 0 = not stated.
+    cv::Mat samples; ///< [rows x cols, CV_8UC1 or CV_16UC1, whole range], upright.
+    DepthPart part;  ///< What they mean, without form and bytes.
 };
 
 /// A HEIC or AVIF file in memory, read by libheif. Its turns, mirroring and crops are applied. One
@@ -38,7 +41,6 @@ class HeifFile {
     /// @param bytes the whole file; must outlive the object
     /// @throws PictureFailure
     explicit HeifFile(std::string_view bytes);
-    ~HeifFile();
     HeifFile(const HeifFile&) = delete;
     HeifFile& operator=(const HeifFile&) = delete;
 
@@ -69,8 +71,12 @@ class HeifFile {
     std::optional<HeifDepth> decodeDepth(double maxPixels) const;
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    using Handle = std::shared_ptr<const heif_image_handle>;
+    Handle handleOf(std::optional<std::uint32_t> item) const;
+
+    std::string repaired_; // copy of a file of iOS 18
+    std::shared_ptr<heif_context> context_;
+    Handle handle_; // the main picture
 };
 
 /// Repairs a HEIC file of iOS 18 for libheif before 1.19, which accepts one target per reference

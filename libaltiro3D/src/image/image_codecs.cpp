@@ -1,6 +1,7 @@
 #include "image/image_codecs.hpp"
 
 #include "base/byte_reader.hpp"
+#include "base/owned.hpp"
 #include "image/file_walk.hpp"
 #include "image/image_header.hpp"
 #include "image/opencv_codecs.hpp"
@@ -23,7 +24,7 @@ namespace {
 constexpr int kJpegQuality = 95;
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30; // as OpenCV
 
-using TurboJpeg = std::unique_ptr<void, decltype(&tjDestroy)>;
+using TurboJpeg = std::unique_ptr<void, Free<tjDestroy>>;
 
 // Whether libjpeg's warning is about padding: bytes before a segment of the head, or equal bytes
 // before the end. A damaged scan may also end early, but leaves other bytes.
@@ -43,12 +44,10 @@ bool isPadding(const std::string& warning, std::string_view bytes) {
     return before.find_first_not_of(before.front()) == std::string_view::npos;
 }
 
-// Empty if the file is unusual or damaged: OpenCV shows more of some.
-// @param damage as for decodeImage()
-// @param cmyk inks are wanted, else grey or colours
-cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* damage = nullptr,
-                   bool cmyk = false) {
-    const TurboJpeg jpeg(tjInitDecompress(), tjDestroy);
+} // namespace
+
+cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* damage, bool cmyk) {
+    const TurboJpeg jpeg(tjInitDecompress());
     const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
     int columns = 0;
     int rows = 0;
@@ -73,26 +72,23 @@ cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* 
     return {};
 }
 
-struct PngSource {
-    std::string_view left;
-};
+namespace {
 
 void readPngBytes(png_structp png, png_bytep to, std::size_t count) {
-    auto& source = *static_cast<PngSource*>(png_get_io_ptr(png));
-    if (count > source.left.size()) png_error(png, "cut off");
-    source.left.copy(reinterpret_cast<char*>(to), count);
-    source.left.remove_prefix(count);
+    auto& left = *static_cast<std::string_view*>(png_get_io_ptr(png));
+    if (count > left.size()) png_error(png, "cut off");
+    left.copy(reinterpret_cast<char*>(to), count);
+    left.remove_prefix(count);
 }
 
 void failPng(png_structp png, png_const_charp /*message*/) {
     png_longjmp(png, 1);
 }
 
-void ignorePngWarning(png_structp /*png*/, png_const_charp /*message*/) {}
-
 struct PngReader {
     png_structp png =
-        png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, failPng, ignorePngWarning);
+        png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, failPng,
+                               [](png_structp, png_const_charp) {}); // ignores warnings
     png_infop info = png != nullptr ? png_create_info_struct(png) : nullptr;
 
     PngReader() = default;
@@ -122,8 +118,7 @@ bool readPngRows(const PngReader& reader, unsigned char** rows) {
 cv::Mat decodePng(std::string_view bytes) {
     const PngReader reader;
     if (reader.info == nullptr) return {};
-    PngSource source{bytes};
-    png_set_read_fn(reader.png, &source, readPngBytes);
+    png_set_read_fn(reader.png, &bytes, readPngBytes);
     if (!readPngHeader(reader)) return {};
     const int bits = png_get_bit_depth(reader.png, reader.info);
     const bool isTransparent = png_get_valid(reader.png, reader.info, PNG_INFO_tRNS) != 0;
@@ -254,12 +249,8 @@ cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels ch
                                               : cv::IMREAD_UNCHANGED);
 }
 
-cv::Mat decodeCmykJpeg(std::string_view bytes) {
-    return decodeJpeg(bytes, ImageChannels::AsStored, nullptr, true);
-}
-
 std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed) {
-    const TurboJpeg jpeg(tjInitCompress(), tjDestroy);
+    const TurboJpeg jpeg(tjInitCompress());
     if (jpeg == nullptr) return {};
     const bool isGrey = image.channels() == 1;
     unsigned char* encoded = nullptr;
@@ -270,15 +261,9 @@ std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed) {
                                    : unmixed ? TJSAMP_444
                                              : TJSAMP_420,
                                    unmixed ? 100 : kJpegQuality, TJFLAG_ACCURATEDCT);
-    const std::unique_ptr<unsigned char, void (*)(unsigned char*)> owner(encoded, tjFree);
+    const std::unique_ptr<unsigned char, Free<tjFree>> owner(encoded);
     if (status != 0) return {};
     return {encoded, encoded + size};
-}
-
-std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& extension) {
-    std::vector<unsigned char> bytes;
-    if (!openCvCodecs().encode(extension, image, bytes)) bytes.clear();
-    return bytes;
 }
 
 cv::Mat decodePart(std::string_view bytes, double maxPixels, ImageChannels channels) {

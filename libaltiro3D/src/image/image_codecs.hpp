@@ -24,21 +24,17 @@ enum class ImageChannels {
 cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels channels,
                     std::string* damage = nullptr);
 
-/// Decodes the inks of a CMYK JPEG.
-/// @return CV_8UC4, 0..255 as stored; empty if the JPEG is not CMYK, or damaged
-cv::Mat decodeCmykJpeg(std::string_view bytes);
+/// The same for a JPEG that is neither unusual nor damaged: OpenCV shows more of some.
+/// @param cmyk the inks are wanted [CV_8UC4, 0..255 as stored], else grey or colours
+/// @return empty if the JPEG is another one
+cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* damage = nullptr,
+                   bool cmyk = false);
 
 /// Encodes a JPEG with quality 95 and chroma at half resolution (4:2:0), as OpenCV does.
 /// @param image CV_8UC1 or CV_8UC3
 /// @param unmixed quality 100 with full chroma (4:4:4)
 /// @return the file; empty if it cannot be encoded
 std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed = false);
-
-/// Encodes formats other than JPEG and PNG.
-/// @param extension with its dot
-/// @return the file; empty if it cannot be encoded
-/// @throws cv::Exception
-std::vector<unsigned char> encodeImage(const cv::Mat& image, const std::string& extension);
 
 /// Encodes a picture as PNG (png_encode.cpp) on all threads, to the same bytes for any number.
 ///

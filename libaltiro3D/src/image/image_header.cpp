@@ -103,10 +103,6 @@ void readJpeg(string_view bytes, ImageHeader& header) {
     header.isUnmarkedCmyk = header.isCmyk && !hasAdobe;
 }
 
-void readTiff(string_view bytes, ImageHeader& header) {
-    TiffFile(bytes).describe(header);
-}
-
 // Raw pictures of cameras are TIFF files with other extensions.
 void nameRaw(const std::string& extension, ImageHeader& header) {
     constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
@@ -122,26 +118,21 @@ void readWebP(string_view bytes, ImageHeader& header) {
     const ByteReader reader(bytes, true);
     bool hasPicture = false;
     unsigned frames = 0;
+    const auto setSize = [&](std::uint64_t columns, std::uint64_t rows) { // the first one counts
+        if (header.columns != 0) return;
+        header.columns = columns;
+        header.rows = rows;
+    };
     walkWebP(bytes, [&](string_view name, std::uint64_t data, std::uint64_t size) {
+        hasPicture = hasPicture || name == "VP8 " || name == "VP8L";
         if (name == "VP8X") {
             header.isAnimated = (reader.u8(data) & 2u) != 0;
-            if (header.columns == 0) {
-                header.columns = reader.number(data + 4, 3) + 1;
-                header.rows = reader.number(data + 7, 3) + 1;
-            }
+            setSize(reader.number(data + 4, 3) + 1, reader.number(data + 7, 3) + 1);
         } else if (name == "VP8 ") {
-            hasPicture = true;
-            if (header.columns == 0) {
-                header.columns = reader.u16(data + 6) & 0x3fffu;
-                header.rows = reader.u16(data + 8) & 0x3fffu;
-            }
+            setSize(reader.u16(data + 6) & 0x3fffu, reader.u16(data + 8) & 0x3fffu);
         } else if (name == "VP8L") {
-            hasPicture = true;
-            if (header.columns == 0) {
-                const std::uint32_t sizes = reader.u32(data + 1);
-                header.columns = (sizes & 0x3fffu) + 1;
-                header.rows = (sizes >> 14 & 0x3fffu) + 1;
-            }
+            const std::uint32_t sizes = reader.u32(data + 1);
+            setSize((sizes & 0x3fffu) + 1, (sizes >> 14 & 0x3fffu) + 1);
         } else if (name == "ANMF") {
             ++frames;
         } else if (name == "EXIF") {
@@ -171,20 +162,12 @@ void readBmp(string_view bytes, ImageHeader& header) {
 
 // The next number of a Netpbm header; comments reach from # to the end of the line.
 std::uint64_t netpbmNumber(string_view bytes, std::size_t& at) {
-    while (at < bytes.size() && (bytes[at] < '0' || bytes[at] > '9')) {
-        if (bytes[at] == '#') {
-            while (at < bytes.size() && bytes[at] != '\n' && bytes[at] != '\r')
-                ++at;
-        } else {
-            ++at;
-        }
-    }
+    while (at < bytes.size() && !isDigit(bytes[at]))
+        at = bytes[at] == '#' ? std::min(bytes.find_first_of("\n\r", at), bytes.size()) : at + 1;
     std::uint64_t value = 0;
-    while (at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9') {
+    for (; at < bytes.size() && isDigit(bytes[at]); ++at)
         value = std::min<std::uint64_t>(value * 10 + static_cast<unsigned>(bytes[at] - '0'),
                                         std::uint64_t{1} << 40);
-        ++at;
-    }
     return value;
 }
 
@@ -312,8 +295,8 @@ void readUnknown(string_view bytes, ImageHeader& header) {
 
 ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
     using Reader = void (*)(string_view, ImageHeader&);
-    constexpr Reader kReaders[] = {readUnknown,  readPng,    readJpeg,   readTiff, readWebP,
-                                   readBmp,      readNetpbm, readNetpbm, readExr,  readHdr,
+    constexpr Reader kReaders[] = {readUnknown,  readPng,    readJpeg,   describeTiff, readWebP,
+                                   readBmp,      readNetpbm, readNetpbm, readExr,      readHdr,
                                    readJpeg2000, readHeif,   readHeif};
     ImageHeader header;
     header.format = imageFormat(bytes);

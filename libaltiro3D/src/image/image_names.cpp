@@ -25,22 +25,17 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kSeparators = "-_. ";
+constexpr std::string_view kDigits = "0123456789";
 constexpr std::array<std::string_view, 4> kWords = {"depth", "depthmap", "depth_map", "disparity"};
 constexpr std::string_view kWith = "with"; // a_with_depth.jpg is a photo that holds its depth
 
-bool endsWithAnyCase(std::string_view text, std::string_view smallEnding) {
-    if (text.size() < smallEnding.size()) return false;
-    text.remove_prefix(text.size() - smallEnding.size());
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        if (lowerCase(text[i]) != smallEnding[i]) return false;
-    }
-    return true;
-}
-
 // Whether it ends with a separator and the word.
 bool endsWithWord(std::string_view text, std::string_view smallWord) {
-    if (!endsWithAnyCase(text, smallWord) || text.size() == smallWord.size()) return false;
-    return kSeparators.find(text[text.size() - smallWord.size() - 1]) != std::string_view::npos;
+    if (text.size() <= smallWord.size()) return false;
+    const std::size_t at = text.size() - smallWord.size();
+    return kSeparators.find(text[at - 1]) != std::string_view::npos &&
+           std::equal(smallWord.begin(), smallWord.end(), text.begin() + at,
+                      [](char small, char c) { return small == lowerCase(c); });
 }
 
 // Words that say how both eyes are arranged.
@@ -225,26 +220,18 @@ bool naturalLess(const std::string& a, const std::string& b) {
             ++j;
             continue;
         }
-        while (i < a.size() && a[i] == '0')
-            ++i;
-        while (j < b.size() && b[j] == '0')
-            ++j;
-        const auto digitsEnd = [](const std::string& text, std::size_t at) {
-            while (at < text.size() && isDigit(text[at]))
-                ++at;
-            return at;
+        const auto digitsOf = [](std::string_view text, std::size_t& at) { // without zeros in front
+            const std::size_t end = std::min(text.find_first_not_of(kDigits, at), text.size());
+            const std::size_t begin = std::min(text.find_first_not_of('0', at), end);
+            at = end;
+            return text.substr(begin, end - begin);
         };
-        const std::size_t endA = digitsEnd(a, i);
-        const std::size_t endB = digitsEnd(b, j);
-        if (endA - i != endB - j) return endA - i < endB - j;
-        const int order = a.compare(i, endA - i, b, j, endB - j);
-        if (order != 0) return order < 0;
-        i = endA;
-        j = endB;
+        const std::string_view left = digitsOf(a, i);
+        const std::string_view right = digitsOf(b, j);
+        if (left.size() != right.size()) return left.size() < right.size();
+        if (left != right) return left < right;
     }
-    const std::size_t restA = a.size() - i;
-    const std::size_t restB = b.size() - j;
-    if ((restA == 0) != (restB == 0)) return restA == 0;
+    if ((i == a.size()) != (j == b.size())) return i == a.size();
     return a < b; // differ only in case or leading zeros: a fixed order
 }
 

@@ -46,32 +46,28 @@ std::string extensionOf(const std::string& rawName) {
 
 [[noreturn]] void refuseUnknown(const fs::path& path, const ImageHeader& header) {
     const std::string& name = header.otherFormat;
-    if (name == "HTML") {
+    const std::string formats = readableFormats();
+    const auto unsupported = [&](const std::string& problem) {
+        return Error(ErrorCode::Unsupported, path.string(), problem);
+    };
+    if (name == "HTML")
         throw Error(ErrorCode::BadFormat, path.string(),
                     "is a web page, expected a picture; download the picture itself");
-    }
-    if (name.size() > 6 && name.compare(name.size() - 6, 6, " video") == 0) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    "is a video (" + name.substr(0, name.size() - 6) + "), expected a picture");
-    }
-    if (name == "ZIP" || name == "gzip") {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    "is a " + name + " archive, expected a picture; unpack it first");
-    }
-    if (name.rfind("camera raw", 0) == 0 || name == "DNG") {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    "is a raw picture of a camera (" + extensionOf(name) +
-                        "), which is not read, expected " + readableFormats() +
-                        "; export it from a photo program first");
-    }
-    if (!name.empty()) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    name + " pictures are not read, expected " + readableFormats() +
-                        "; convert it first");
-    }
+    if (name.size() > 6 && name.compare(name.size() - 6, 6, " video") == 0)
+        throw unsupported("is a video (" + name.substr(0, name.size() - 6) +
+                          "), expected a picture");
+    if (name == "ZIP" || name == "gzip")
+        throw unsupported("is a " + name + " archive, expected a picture; unpack it first");
+    if (name.rfind("camera raw", 0) == 0 || name == "DNG")
+        throw unsupported("is a raw picture of a camera (" + extensionOf(name) +
+                          "), which is not read, expected " + formats +
+                          "; export it from a photo program first");
+    if (!name.empty())
+        throw unsupported(name + " pictures are not read, expected " + formats +
+                          "; convert it first");
     throw Error(ErrorCode::BadFormat, path.string(),
                 std::string("is not a picture that can be read") +
-                    (header.isText ? " (it holds text)" : "") + ", expected " + readableFormats());
+                    (header.isText ? " (it holds text)" : "") + ", expected " + formats);
 }
 
 [[noreturn]] void failDecoder(const fs::path& path, const ImageHeader& header,
@@ -135,14 +131,12 @@ void addNotes(const ImageHeader& header, const std::string& extension, Notes* no
 }
 
 // [1, 2, 3 or 4 channels, CV_8U, CV_16U or CV_32F]; four are BGR and alpha, or inks of 8 bits
-cv::Mat decodeTiff(const std::string& bytes) {
-    TiffFile file(bytes);
-    cv::Mat picture = file.decode();
-    const TiffColours colours = file.colours();
-    if (colours == TiffColours::Lab) return labToSrgb(picture);
-    if (colours == TiffColours::LightXyz) return xyzToRgb(picture);
-    const bool isDeep = colours == TiffColours::Inks && picture.depth() == CV_16U;
-    return isDeep ? toEightBits(picture) : picture;
+cv::Mat tiffPicture(const std::string& bytes) {
+    const auto [samples, colours] = decodeTiff(bytes);
+    if (colours == TiffColours::Lab) return labToSrgb(samples);
+    if (colours == TiffColours::LightXyz) return xyzToRgb(samples);
+    const bool isDeep = colours == TiffColours::Inks && samples.depth() == CV_16U;
+    return isDeep ? toEightBits(samples) : samples;
 }
 
 // Whether colours are converted to sRGB: those of photos are, and numbers of depth images are not.
@@ -179,7 +173,7 @@ void noteHole(std::string_view bytes, ImageFormat format, Notes* notes) {
                 " zeros in a row): a part of the picture may be wrong or missing");
 }
 
-// @throws PictureFailure of HeifFile, TiffFile and decodeExr()
+// @throws PictureFailure of HeifFile, decodeTiff() and decodeExr()
 cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& bytes, Colours colours,
                Notes* notes) {
     if (isHeif(header.format)) {
@@ -187,7 +181,7 @@ cv::Mat decode(const fs::path& path, ImageHeader& header, const std::string& byt
         header.alpha = file.isPremultiplied() ? AlphaKind::Premultiplied : AlphaKind::Straight;
         return file.decode();
     }
-    if (header.format == ImageFormat::Tiff) return decodeTiff(bytes);
+    if (header.format == ImageFormat::Tiff) return tiffPicture(bytes);
     if (header.format == ImageFormat::Exr) {
         cv::Mat picture = decodeExr(bytes, colours == Colours::AsStored, notes);
         if (!picture.empty()) return picture;
@@ -253,7 +247,8 @@ cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string&
     const bool isTiff = header.format == ImageFormat::Tiff;
     const bool isInverted = !isTiff && !header.isUnmarkedCmyk;
     // empty if the file is damaged
-    const cv::Mat inks = isTiff ? decodeTiff(bytes) : decodeCmykJpeg(bytes);
+    const cv::Mat inks =
+        isTiff ? tiffPicture(bytes) : decodeJpeg(bytes, ImageChannels::AsStored, nullptr, true);
     cv::Mat picture;
     if (!inks.empty() && !icc.empty()) picture = inksToSrgb(inks, icc, isInverted);
     if (picture.empty())
@@ -427,10 +422,8 @@ std::string readableFormats() {
            "TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000";
 }
 
-cv::Mat readImage(const PhotoFile& file, Notes* notes) try {
+cv::Mat readImage(const PhotoFile& file, Notes* notes) {
     return readImageParts(file, {}, notes);
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 cv::Mat readImageParts(const PhotoFile& file, const ColourPart& photoPart, Notes* notes) {
@@ -448,7 +441,7 @@ cv::Mat readImageParts(const PhotoFile& file, const ColourPart& photoPart, Notes
     });
 }
 
-cv::Mat readPhoto(const PhotoFile& file, Notes* notes) try {
+cv::Mat readPhoto(const PhotoFile& file, Notes* notes) {
     return reading(file.path(), [&]() -> cv::Mat {
         cv::Mat picture = readImage(file, notes);
         if (picture.depth() == CV_8U) return picture;
@@ -456,8 +449,6 @@ cv::Mat readPhoto(const PhotoFile& file, Notes* notes) try {
         return mapped<float, std::uint8_t>(
             picture, [](float value) { return toWhole<std::uint8_t>(value, 255.0f); });
     });
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 bool isMarkedNative(const PhotoFile& file) {
@@ -467,7 +458,7 @@ bool isMarkedNative(const PhotoFile& file) {
     return readImageHeader(bytes, lowerExtension(file.path())).isNative;
 }
 
-cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) try {
+cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) {
     return reading(file.path(), [&]() -> cv::Mat {
         cv::Mat picture = load(file, Colours::AsStored, notes).picture;
         if (picture.channels() == 3) {
@@ -485,18 +476,14 @@ cv::Mat readDepthSamples(const PhotoFile& file, Notes* notes) try {
         picture.convertTo(depth, CV_32F);
         return depth;
     });
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
-cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) try {
+cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) {
     return reading(file.path(), [&]() -> cv::Mat {
         cv::Mat depth = readDepthSamples(file, notes);
         if (depth.depth() != CV_32F) depth.convertTo(depth, CV_32F);
         return depth;
     });
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -4,6 +4,7 @@
 #include "base/checks.hpp"
 #include "image/image_codecs.hpp"
 #include "image/image_header.hpp"
+#include "image/opencv_codecs.hpp"
 #include "image/picture_halves.hpp"
 #include "image/pixel_values.hpp"
 
@@ -60,7 +61,11 @@ std::vector<unsigned char> encode(const cv::Mat& picture, const Writer& writer,
     if (writer.channels == 3 && suited.channels() == 1) {
         cv::cvtColor(suited, suited, cv::COLOR_GRAY2BGR);
     }
-    if (format != "JPEG") return encodeImage(suited, writer.extension);
+    std::vector<unsigned char> bytes;
+    if (format != "JPEG") {
+        if (!openCvCodecs().encode(writer.extension, suited, bytes)) bytes.clear();
+        return bytes;
+    }
     std::vector<unsigned char> jpeg = encodeJpeg(suited, mark.isUnmixed);
     if (jpeg.size() > 6) // after the start of the image and the JFIF segment
         jpeg.insert(jpeg.begin() + 4 + 256 * jpeg[4] + jpeg[5], mark.segment.begin(),
@@ -119,31 +124,23 @@ std::vector<unsigned char> fileNamed(const fs::path& name, const cv::Mat& pictur
 
 } // namespace
 
-void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) try {
+void writeImage(const fs::path& path, const cv::Mat& picture, ImageMark mark) {
     const std::vector<unsigned char> file = encodePicture(picture, path, mark);
     writeFile(path, {Bytes{file.data(), file.size()}});
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
-void writeEyes(const fs::path& path, const cv::Mat& picture, EyesPicture kind, bool swapped) try {
+void writeEyes(const fs::path& path, const cv::Mat& picture, EyesPicture kind, bool swapped) {
     const std::vector<unsigned char> file = fileNamed(path, picture, eyesMark(kind, swapped));
     writeFile(path, {Bytes{file.data(), file.size()}});
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 std::vector<unsigned char> encodePicture(const cv::Mat& picture, const fs::path& name,
-                                         ImageMark mark) try {
+                                         ImageMark mark) {
     return fileNamed(name, picture, markOf(mark));
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
-std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) try {
+std::vector<unsigned char> encodePicture(const cv::Mat& picture, ImageMark mark) {
     return fileOf("picture", kWriters.front(), picture, markOf(mark));
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 bool canWriteImage(const fs::path& path) {

@@ -23,23 +23,6 @@ namespace altiro3D {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-using Buffer = std::vector<unsigned char>;
-
-constexpr std::size_t kStripBytes = std::size_t{1} << 19;
-constexpr int kStripsInBand = 16; // shared by the threads
-
-constexpr double kPointsPerInch = 72;
-
-Bytes bytesOf(const Buffer& buffer) {
-    return {buffer.data(), buffer.size()};
-}
-
-Bytes bytesOf(std::string_view text) {
-    return {text.data(), text.size()};
-}
-
 // What a format writes before, for and after the rows.
 class RowFormat {
   public:
@@ -58,6 +41,23 @@ class RowFormat {
     int channels_;
     cv::Size2d dpi_;
 };
+
+namespace {
+
+using Buffer = std::vector<unsigned char>;
+
+constexpr std::size_t kStripBytes = std::size_t{1} << 19;
+constexpr int kStripsInBand = 16; // shared by the threads
+
+constexpr double kPointsPerInch = 72;
+
+Bytes bytesOf(const Buffer& buffer) {
+    return {buffer.data(), buffer.size()};
+}
+
+Bytes bytesOf(std::string_view text) {
+    return {text.data(), text.size()};
+}
 
 class PngFormat : public RowFormat {
   public:
@@ -303,31 +303,13 @@ class PdfFormat : public RowFormat {
     std::uint64_t picture_ = 0;
 };
 
+const fs::path& writable(const fs::path& path) {
+    if (RowFile::canWrite(path)) return path;
+    throw Error(ErrorCode::Unsupported, path.string(),
+                "is no format of prints, expected .png, .tif or .pdf");
+}
+
 } // namespace
-
-struct RowFile::Impl {
-    Impl(fs::path name, cv::Size whole, int type) : path(std::move(name)), size(whole), file(path) {
-        const std::size_t row =
-            static_cast<std::size_t>(size.width) * static_cast<std::size_t>(CV_ELEM_SIZE(type));
-        const int strip = static_cast<int>(std::max<std::size_t>(1, kStripBytes / row));
-        band.create(std::min(kStripsInBand * strip, size.height), size.width, type);
-    }
-
-    void requireRows(bool good, int rows) const {
-        if (good) return;
-        throw Error(ErrorCode::Mismatch, path.string(),
-                    "has " + std::to_string(rows) + " rows, expected " +
-                        std::to_string(size.height));
-    }
-
-    fs::path path;
-    cv::Size size;
-    FileWriter file;
-    std::unique_ptr<RowFormat> format;
-    cv::Mat band;
-    int filled = 0;  // rows of the band
-    int written = 0; // rows before it
-};
 
 bool RowFile::canWrite(const fs::path& path) {
     const std::string extension = lowerExtension(path);
@@ -335,51 +317,54 @@ bool RowFile::canWrite(const fs::path& path) {
            extension == ".pdf";
 }
 
-RowFile::RowFile(const fs::path& path, cv::Size size, int type, cv::Size2d dpi, ImageMark mark) {
-    if (!canWrite(path)) {
-        throw Error(ErrorCode::Unsupported, path.string(),
-                    "is no format of prints, expected .png, .tif or .pdf");
-    }
-    impl_ = std::make_unique<Impl>(path, size, type);
+RowFile::RowFile(const fs::path& path, cv::Size size, int type, cv::Size2d dpi, ImageMark mark)
+    : path_(path), size_(size), file_(writable(path)) {
+    const std::size_t row =
+        static_cast<std::size_t>(size.width) * static_cast<std::size_t>(CV_ELEM_SIZE(type));
+    const int strip = static_cast<int>(std::max<std::size_t>(1, kStripBytes / row));
+    band_.create(std::min(kStripsInBand * strip, size.height), size.width, type);
     const int channels = CV_MAT_CN(type);
     const std::string extension = lowerExtension(path);
     if (extension == ".png") {
-        impl_->format = std::make_unique<PngFormat>(impl_->file, size, channels, dpi,
-                                                    mark == ImageMark::Native ? kNativeMark
-                                                                              : std::string_view());
+        format_ = std::make_unique<PngFormat>(file_, size, channels, dpi,
+                                              mark == ImageMark::Native ? kNativeMark
+                                                                        : std::string_view());
     } else if (extension == ".pdf") {
-        impl_->format = std::make_unique<PdfFormat>(impl_->file, size, channels, dpi);
+        format_ = std::make_unique<PdfFormat>(file_, size, channels, dpi);
     } else {
-        impl_->format = std::make_unique<TiffFormat>(impl_->file, size, channels, dpi);
+        format_ = std::make_unique<TiffFormat>(file_, size, channels, dpi);
     }
-    impl_->format->begin();
+    format_->begin();
 }
 
 RowFile::~RowFile() = default;
 
+void RowFile::requireRows(bool good, int rows) const {
+    if (good) return;
+    throw Error(ErrorCode::Mismatch, path_.string(),
+                "has " + std::to_string(rows) + " rows, expected " + std::to_string(size_.height));
+}
+
 void RowFile::write(const cv::Mat& rows) {
-    Impl& self = *impl_;
-    if (rows.cols != self.size.width || rows.type() != self.band.type())
-        throw Error(ErrorCode::Mismatch, self.path.string(), shapeText(rows));
-    self.requireRows(self.written + self.filled + rows.rows <= self.size.height,
-                     self.written + self.filled + rows.rows);
+    if (rows.cols != size_.width || rows.type() != band_.type())
+        throw Error(ErrorCode::Mismatch, path_.string(), shapeText(rows));
+    requireRows(written_ + filled_ + rows.rows <= size_.height, written_ + filled_ + rows.rows);
     for (int from = 0; from < rows.rows;) {
-        const int count = std::min(rows.rows - from, self.band.rows - self.filled);
-        rows.rowRange(from, from + count)
-            .copyTo(self.band.rowRange(self.filled, self.filled + count));
+        const int count = std::min(rows.rows - from, band_.rows - filled_);
+        rows.rowRange(from, from + count).copyTo(band_.rowRange(filled_, filled_ + count));
         from += count;
-        self.filled += count;
-        if (self.filled < self.band.rows && self.written + self.filled < self.size.height) continue;
-        self.format->band(self.band.rowRange(0, self.filled));
-        self.written += self.filled;
-        self.filled = 0;
+        filled_ += count;
+        if (filled_ < band_.rows && written_ + filled_ < size_.height) continue;
+        format_->band(band_.rowRange(0, filled_));
+        written_ += filled_;
+        filled_ = 0;
     }
 }
 
 void RowFile::finish() {
-    impl_->requireRows(impl_->written == impl_->size.height, impl_->written);
-    impl_->format->end();
-    impl_->file.finish();
+    requireRows(written_ == size_.height, written_);
+    format_->end();
+    file_.finish();
 }
 
 } // namespace altiro3D

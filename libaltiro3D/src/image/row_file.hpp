@@ -1,5 +1,6 @@
 #pragma once
 
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 
 #include <filesystem>
@@ -7,6 +8,8 @@
 #include <opencv2/core/mat.hpp>
 
 namespace altiro3D {
+
+class RowFormat;
 
 /// A picture of a physical size, written from top to bottom, so that it need not fit into memory:
 /// PNG (pHYs, sRGB), TIFF (resolution, Deflate, sRGB profile) or a PDF of one page. The file's
@@ -34,8 +37,15 @@ class RowFile {
     static bool canWrite(const std::filesystem::path& path);
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    void requireRows(bool good, int rows) const;
+
+    std::filesystem::path path_;
+    cv::Size size_;
+    FileWriter file_;
+    std::unique_ptr<RowFormat> format_;
+    cv::Mat band_;
+    int filled_ = 0;  // rows of the band
+    int written_ = 0; // rows before it
 };
 
 } // namespace altiro3D

@@ -27,10 +27,12 @@ bool isPairName(const std::filesystem::path& photo) {
     return extension == ".jps" || extension == ".pns";
 }
 
+bool liesBeside(StereoLayout layout) {
+    return layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+}
+
 StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::string& name) {
-    const bool isBeside =
-        eyes.layout == StereoLayout::LeftRight || eyes.layout == StereoLayout::RightLeft;
-    const HalfPlaces places = halfPlaces(picture.size(), isBeside, eyes.gap);
+    const HalfPlaces places = halfPlaces(picture.size(), liesBeside(eyes.layout), eyes.gap);
     check(!places.first.empty(), name.c_str(), shapeText(picture) + ", expected two halves");
     StereoPair pair;
     pair.left = picture(places.first);
@@ -81,32 +83,21 @@ EyesMark readDescriptor(unsigned media, unsigned layout, unsigned flags, unsigne
     }
     if (media != 1) {
         mark.damage = "it states the medium " + std::to_string(media) + ", which does not exist";
-        return mark;
-    }
-    StatedEyes eyes;
-    const bool isLeftFirst = (flags & kLeftFirst) != 0;
-    switch (layout) {
-    case 1:
-        mark.unreadable = "interleaved";
-        return mark;
-    case 2:
-        eyes.layout = isLeftFirst ? StereoLayout::LeftRight : StereoLayout::RightLeft;
-        break;
-    case 3:
-        eyes.layout = isLeftFirst ? StereoLayout::TopBottom : StereoLayout::BottomTop;
-        break;
-    case 4:
-        mark.unreadable = "anaglyph";
-        return mark;
-    default:
+    } else if (layout == 1 || layout == 4) {
+        mark.unreadable = layout == 1 ? "interleaved" : "anaglyph";
+    } else if (layout != 2 && layout != 3) {
         mark.damage = "it states the layout " + std::to_string(layout) + ", which does not exist";
-        return mark;
     }
+    if (!mark.damage.empty() || !mark.unreadable.empty()) return mark;
+    StatedEyes& eyes = mark.eyes.emplace();
+    const bool isLeftFirst = (flags & kLeftFirst) != 0;
+    eyes.layout = layout == 2   ? isLeftFirst ? StereoLayout::LeftRight : StereoLayout::RightLeft
+                  : isLeftFirst ? StereoLayout::TopBottom
+                                : StereoLayout::BottomTop;
     const unsigned half = flags & (kHalfWidth | kHalfHeight); // both keep the shape
     if (half == kHalfWidth) eyes.squeeze = Squeeze::Width;
     if (half == kHalfHeight) eyes.squeeze = Squeeze::Height;
     eyes.gap = static_cast<int>(separation);
-    mark.eyes = eyes;
     return mark;
 }
 
@@ -256,8 +247,7 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
     constexpr const char* kNames[] = {"left and right half", "right and left half",
                                       "upper and lower half", "lower and upper half"};
-    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
-    const StatedEyes eyes{layout, squeezeOf(picture.size(), isBeside, halves), 0};
+    const StatedEyes eyes{layout, squeezeOf(picture.size(), liesBeside(layout), halves), 0};
     StereoPair pair = split(picture, eyes, "picture");
     pair.origin = entryOf(kNames, layout);
     if (eyes.squeeze != Squeeze::None) pair.origin += ", squeezed";
@@ -268,20 +258,18 @@ StereoPair splitStereoPair(const cv::Mat& picture, StereoLayout layout, StereoHa
 
 StereoPair splitNamedHalves(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
                             const std::filesystem::path& name, string_view bytes, Notes* notes) {
-    const auto isBeside = [](StereoLayout of) {
-        return of == StereoLayout::LeftRight || of == StereoLayout::RightLeft;
-    };
     halves = halvesOf(name, halves);
     const std::optional<StatedEyes> stated = readEyesMark(bytes).eyes;
-    if (halves == StereoHalves::Automatic && stated && isBeside(stated->layout) == isBeside(layout))
+    if (halves == StereoHalves::Automatic && stated &&
+        liesBeside(stated->layout) == liesBeside(layout))
         halves = stated->squeeze == Squeeze::None ? StereoHalves::Full : StereoHalves::Squeezed;
     StereoPair pair = splitStereoPair(picture, layout, halves);
     constexpr const char* kOptions[] = {"left-right", "right-left", "top-bottom", "bottom-top"};
     // the shape of a scene with whole halves, in the other direction than that of a squeezed one
     const double aspect = static_cast<double>(picture.cols) / picture.rows;
-    const bool mayBeSqueezed = isBeside(layout) ? aspect < 1.95 : aspect > 1.02;
+    const bool mayBeSqueezed = liesBeside(layout) ? aspect < 1.95 : aspect > 1.02;
     if (halves == StereoHalves::Automatic && mayBeSqueezed &&
-        squeezeOf(picture.size(), isBeside(layout), halves) == Squeeze::None) {
+        squeezeOf(picture.size(), liesBeside(layout), halves) == Squeeze::None) {
         addNote(notes, NoteCode::Doubtful,
                 "its halves, " + sizeText(pair.left.size()) +
                     " px, may be squeezed, as it does not state their shape, and are taken as they "

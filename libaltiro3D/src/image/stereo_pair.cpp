@@ -46,7 +46,7 @@ cv::Mat readFirst(const PhotoFile& photo, Notes* notes) {
 
 std::optional<StereoPair> pairOfJpeg(const PhotoFile& photo, string_view bytes, Notes* notes) {
     const SecondEye second = findSecondEye(bytes);
-    const string_view coded = second.coded.empty() ? second.decoded : second.coded;
+    const string_view coded = second.picture();
     if (coded.empty()) return std::nullopt;
     cv::Mat right = decodePart(coded, kMaxImagePixels, ImageChannels::Colour);
     if (right.empty()) {

@@ -1,12 +1,15 @@
 #include "image/tiff_file.hpp"
 
+#include "base/owned.hpp"
 #include "image/exif.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdarg>
 #include <cstdio>
+#include <memory>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 #include <tiffio.h>
 #include <vector>
@@ -39,19 +42,11 @@ tmsize_t readSource(thandle_t handle, void* to, tmsize_t size) {
     return static_cast<tmsize_t>(count);
 }
 
-tmsize_t writeSource(thandle_t /*handle*/, void* /*from*/, tmsize_t /*size*/) {
-    return 0;
-}
-
 toff_t seekSource(thandle_t handle, toff_t offset, int from) {
     Source& source = sourceOf(handle);
     const toff_t base = from == SEEK_CUR ? source.at : from == SEEK_END ? source.bytes.size() : 0;
     source.at = static_cast<std::size_t>(base + offset);
     return source.at;
-}
-
-int closeSource(thandle_t /*handle*/) {
-    return 0;
 }
 
 toff_t sizeOfSource(thandle_t handle) {
@@ -77,19 +72,18 @@ int ignoreWarning(TIFF* /*file*/, void* /*source*/, const char* /*module*/, cons
     return 1;
 }
 
-struct Close {
-    void operator()(TIFF* file) const { TIFFClose(file); }
-    void operator()(TIFFOpenOptions* options) const { TIFFOpenOptionsFree(options); }
-};
-using File = std::unique_ptr<TIFF, Close>;
+using File = std::unique_ptr<TIFF, Free<TIFFClose>>;
 
 File open(Source& source) {
-    const std::unique_ptr<TIFFOpenOptions, Close> options(TIFFOpenOptionsAlloc());
+    const std::unique_ptr<TIFFOpenOptions, Free<TIFFOpenOptionsFree>> options(
+        TIFFOpenOptionsAlloc());
     if (!options) throw std::bad_alloc();
     TIFFOpenOptionsSetErrorHandlerExtR(options.get(), keepComplaint, &source);
     TIFFOpenOptionsSetWarningHandlerExtR(options.get(), ignoreWarning, nullptr);
-    return File(TIFFClientOpenExt("TIFF", "r", &source, readSource, writeSource, seekSource,
-                                  closeSource, sizeOfSource, mapSource, nullptr, options.get()));
+    const auto write = [](thandle_t, void*, tmsize_t) -> tmsize_t { return 0; };
+    const auto close = [](thandle_t) { return 0; };
+    return File(TIFFClientOpenExt("TIFF", "r", &source, readSource, write, seekSource, close,
+                                  sizeOfSource, mapSource, nullptr, options.get()));
 }
 
 // A field of one number; a fallback if the file does not state it.
@@ -171,24 +165,25 @@ cv::Mat labOf(const cv::Mat& stored, bool isIcc) {
     return lab;
 }
 
-} // namespace
+// A field that decides how the others are read, so it comes first.
+unsigned photometricOf(TIFF* file, unsigned compression, unsigned samples, bool isPlanar) {
+    const bool isFax = compression >= COMPRESSION_CCITTRLE && compression <= COMPRESSION_CCITTFAX4;
+    const unsigned stated = field<std::uint16_t>(file, TIFFTAG_PHOTOMETRIC,
+                                                 samples >= 3 ? PHOTOMETRIC_RGB
+                                                 : isFax      ? PHOTOMETRIC_MINISWHITE
+                                                              : PHOTOMETRIC_MINISBLACK);
+    if (stated == PHOTOMETRIC_YCBCR && compression == COMPRESSION_JPEG && !isPlanar) {
+        TIFFSetField(file, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+        return PHOTOMETRIC_RGB;
+    }
+    if (stated == PHOTOMETRIC_LOGL || stated == PHOTOMETRIC_LOGLUV)
+        TIFFSetField(file, TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);
+    return stated;
+}
 
-struct TiffFile::Page {
-    std::uint32_t columns = 0;
-    std::uint32_t rows = 0;
-    unsigned bits = 1;
-    unsigned samples = 1;
-    unsigned format = SAMPLEFORMAT_UINT;
-    unsigned photometric = PHOTOMETRIC_MINISBLACK;
-    unsigned compression = COMPRESSION_NONE;
-    unsigned orientation = 1;
-    unsigned inkSet = INKSET_CMYK;
-    bool isPlanar = false;
-    bool isDng = false;
-    int alphaAt = -1; // number of the sample
-    AlphaKind alpha = AlphaKind::Straight;
-
-    explicit Page(TIFF* file);
+// What the chosen directory says.
+struct Page {
+    explicit Page(TIFF* tiff);
 
     bool isWhole() const { return format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_VOID; }
     bool isLab() const {
@@ -198,52 +193,34 @@ struct TiffFile::Page {
         return photometric == PHOTOMETRIC_LOGL || photometric == PHOTOMETRIC_LOGLUV;
     }
     bool isPalette() const { return photometric == PHOTOMETRIC_PALETTE; }
+    bool isInks() const { return photometric == PHOTOMETRIC_SEPARATED; }
     // samples that are colours
     unsigned colours() const {
-        switch (photometric) {
-        case PHOTOMETRIC_MINISWHITE:
-        case PHOTOMETRIC_MINISBLACK:
-        case PHOTOMETRIC_PALETTE:
-        case PHOTOMETRIC_LOGL:
-            return 1;
-        case PHOTOMETRIC_SEPARATED:
-            return 4;
-        default:
-            return 3;
-        }
+        const bool isGrey = photometric == PHOTOMETRIC_MINISWHITE ||
+                            photometric == PHOTOMETRIC_MINISBLACK ||
+                            photometric == PHOTOMETRIC_LOGL;
+        return isGrey || isPalette() ? 1 : isInks() ? 4 : 3;
     }
     // depth of the decoded samples
     int depth() const { return !isWhole() || bits > 16 ? CV_32F : bits > 8 ? CV_16U : CV_8U; }
-    // false for JPEG, whose decoder converts it
-    bool isYcbcr() const { return photometric == PHOTOMETRIC_YCBCR; }
-    bool isInks() const { return photometric == PHOTOMETRIC_SEPARATED; }
     std::string kindThatIsNotRead() const;
+
+    TIFF* file;
+    unsigned compression = field<std::uint16_t>(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+    unsigned samples = field<std::uint16_t>(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+    bool isPlanar = field<std::uint16_t>(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) ==
+                    PLANARCONFIG_SEPARATE;
+    unsigned photometric = photometricOf(file, compression, samples, isPlanar);
+    std::uint32_t columns = field<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH, 0);
+    std::uint32_t rows = field<std::uint32_t>(file, TIFFTAG_IMAGELENGTH, 0);
+    unsigned bits = field<std::uint16_t>(file, TIFFTAG_BITSPERSAMPLE, 1);
+    unsigned format = field<std::uint16_t>(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
+    unsigned inkSet = field<std::uint16_t>(file, TIFFTAG_INKSET, INKSET_CMYK);
+    int alphaAt = -1; // number of the sample
+    AlphaKind alpha = AlphaKind::Straight;
 };
 
-TiffFile::Page::Page(TIFF* file) {
-    compression = field<std::uint16_t>(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
-    samples = field<std::uint16_t>(file, TIFFTAG_SAMPLESPERPIXEL, 1);
-    const bool isFax = compression >= COMPRESSION_CCITTRLE && compression <= COMPRESSION_CCITTFAX4;
-    photometric = field<std::uint16_t>(file, TIFFTAG_PHOTOMETRIC,
-                                       samples >= 3 ? PHOTOMETRIC_RGB
-                                       : isFax      ? PHOTOMETRIC_MINISWHITE
-                                                    : PHOTOMETRIC_MINISBLACK);
-    isPlanar = field<std::uint16_t>(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) ==
-               PLANARCONFIG_SEPARATE;
-    if (photometric == PHOTOMETRIC_YCBCR && compression == COMPRESSION_JPEG && !isPlanar) {
-        TIFFSetField(file, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
-        photometric = PHOTOMETRIC_RGB;
-    } else if (isLogLuv()) {
-        TIFFSetField(file, TIFFTAG_SGILOGDATAFMT, SGILOGDATAFMT_FLOAT);
-    }
-    columns = field<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH, 0);
-    rows = field<std::uint32_t>(file, TIFFTAG_IMAGELENGTH, 0);
-    bits = field<std::uint16_t>(file, TIFFTAG_BITSPERSAMPLE, 1);
-    format = field<std::uint16_t>(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
-    orientation = field<std::uint16_t>(file, TIFFTAG_ORIENTATION, 1);
-    inkSet = field<std::uint16_t>(file, TIFFTAG_INKSET, INKSET_CMYK);
-    const unsigned char* version = nullptr;
-    isDng = TIFFGetField(file, TIFFTAG_DNGVERSION, &version) == 1;
+Page::Page(TIFF* tiff) : file(tiff) {
     std::uint16_t count = 0;
     std::uint16_t* extras = nullptr;
     const bool takesAlpha = photometric <= PHOTOMETRIC_RGB;
@@ -260,7 +237,7 @@ TiffFile::Page::Page(TIFF* file) {
 }
 
 // Names an unsupported kind for people; empty if the page can be read.
-std::string TiffFile::Page::kindThatIsNotRead() const {
+std::string Page::kindThatIsNotRead() const {
     const std::string depthText = std::to_string(bits) + "-bit " +
                                   (format == SAMPLEFORMAT_IEEEFP ? "float "
                                    : format == SAMPLEFORMAT_INT  ? "signed "
@@ -306,14 +283,26 @@ std::string TiffFile::Page::kindThatIsNotRead() const {
     return {};
 }
 
-struct TiffFile::Impl {
-    Source source;
-    File file;
+// An open file at the directory of its picture.
+class Tiff {
+  public:
+    explicit Tiff(std::string_view bytes) : source_{bytes}, file_(open(source_)) {
+        if (file_) pages = choosePage(file_.get());
+        if (pages == 0) fail();
+        source_.complaint[0] = '\0';
+        page.emplace(file_.get());
+    }
+    Tiff(const Tiff&) = delete;
+    Tiff& operator=(const Tiff&) = delete;
+
+    cv::Mat decode() const;
+
     unsigned pages = 0;
     std::optional<Page> page;
 
+  private:
     [[noreturn]] void fail() const {
-        std::string text = source.complaint.data();
+        std::string text = source_.complaint.data();
         if (text.empty())
             throw PictureFailure("a part is damaged or missing"); // tiles, for instance
         std::replace(text.begin(), text.end(), '\n', ' ');
@@ -322,62 +311,13 @@ struct TiffFile::Impl {
     cv::Mat samplesOf(std::vector<std::uint8_t>& block, cv::Size size, int samples) const;
     cv::Mat decodeSamples() const;
     cv::Mat decodeYcbcr() const;
+
+    Source source_;
+    File file_;
 };
 
-TiffFile::TiffFile(std::string_view bytes) : impl_(std::make_unique<Impl>()) {
-    impl_->source.bytes = bytes;
-    impl_->file = open(impl_->source);
-    if (!impl_->file) impl_->fail();
-    impl_->pages = choosePage(impl_->file.get());
-    if (impl_->pages == 0) impl_->fail();
-    impl_->source.complaint[0] = '\0';
-    impl_->page.emplace(impl_->file.get());
-}
-
-TiffFile::~TiffFile() = default;
-
-TiffColours TiffFile::colours() const {
-    const Page& page = *impl_->page;
-    return page.isLab()                               ? TiffColours::Lab
-           : page.isInks()                            ? TiffColours::Inks
-           : page.photometric == PHOTOMETRIC_LOGLUV   ? TiffColours::LightXyz
-           : page.colours() == 1 && !page.isPalette() ? TiffColours::Grey
-                                                      : TiffColours::Rgb;
-}
-
-bool TiffFile::isLight() const {
-    return impl_->page->isLogLuv();
-}
-
-void TiffFile::describe(ImageHeader& header) const {
-    const Page& page = *impl_->page;
-    header.columns = page.columns;
-    header.rows = page.rows;
-    header.orientation = validOrientation(page.orientation);
-    header.pictures = impl_->pages;
-    header.isCmyk = page.isInks();
-    header.isSigned = page.format == SAMPLEFORMAT_INT;
-    if (page.isDng) header.otherFormat = "DNG";
-    if (page.isWhole() && page.photometric <= PHOTOMETRIC_RGB && page.bits <= 32)
-        header.largestSample = static_cast<unsigned>((std::uint64_t{1} << page.bits) - 1);
-    header.alpha = page.alpha;
-    if (page.samples > page.colours())
-        header.unusedChannels = page.samples - page.colours() - (page.alphaAt >= 0 ? 1 : 0);
-    header.unreadable = page.kindThatIsNotRead();
-}
-
-std::string TiffFile::iccProfile() const {
-    std::uint32_t size = 0;
-    const void* profile = nullptr;
-    if (TIFFGetField(impl_->file.get(), TIFFTAG_ICCPROFILE, &size, &profile) != 1 ||
-        size > kMaxProfileBytes)
-        return {};
-    return {static_cast<const char*>(profile), size};
-}
-
 // The samples of a block in the type of the picture.
-cv::Mat TiffFile::Impl::samplesOf(std::vector<std::uint8_t>& block, cv::Size size,
-                                  int samples) const {
+cv::Mat Tiff::samplesOf(std::vector<std::uint8_t>& block, cv::Size size, int samples) const {
     const std::size_t step = block.size() / static_cast<std::size_t>(size.height);
     const auto as = [&](int depth) {
         return cv::Mat(size, CV_MAKETYPE(depth, samples), block.data(), step);
@@ -417,8 +357,8 @@ cv::Mat TiffFile::Impl::samplesOf(std::vector<std::uint8_t>& block, cv::Size siz
 }
 
 // Colours and alpha as they are in the file, red and blue exchanged.
-cv::Mat TiffFile::Impl::decodeSamples() const {
-    TIFF* const tiff = file.get();
+cv::Mat Tiff::decodeSamples() const {
+    TIFF* const tiff = file_.get();
     const int colours = static_cast<int>(page->colours());
     const int channels = colours + (page->alphaAt >= 0 ? 1 : 0);
     const auto sampleOf = [&](int channel) {
@@ -471,35 +411,26 @@ cv::Mat TiffFile::Impl::decodeSamples() const {
 }
 
 // Decodes with libtiff, which knows how the colours are sampled.
-cv::Mat TiffFile::Impl::decodeYcbcr() const {
-    TIFF* const tiff = file.get();
+cv::Mat Tiff::decodeYcbcr() const {
+    TIFF* const tiff = file_.get();
     TIFFSetField(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT); // turning is left to others
     cv::Mat raster(static_cast<int>(page->rows), static_cast<int>(page->columns), CV_32SC1,
                    cv::Scalar(0));
     if (TIFFReadRGBAImageOriented(tiff, page->columns, page->rows, raster.ptr<std::uint32_t>(),
                                   ORIENTATION_TOPLEFT, 1) != 1)
         fail();
-    cv::Mat picture(raster.rows, raster.cols, CV_8UC3);
-    for (int y = 0; y < raster.rows; ++y) {
-        std::uint8_t* to = picture.ptr(y);
-        const auto* from = raster.ptr<std::uint32_t>(y);
-        for (int x = 0; x < raster.cols; ++x, to += 3) {
-            to[0] = static_cast<std::uint8_t>(TIFFGetB(from[x]));
-            to[1] = static_cast<std::uint8_t>(TIFFGetG(from[x]));
-            to[2] = static_cast<std::uint8_t>(TIFFGetR(from[x]));
-        }
-    }
+    cv::Mat picture;
+    cv::cvtColor(cv::Mat(raster.size(), CV_8UC4, raster.data), picture, cv::COLOR_RGBA2BGR);
     return picture;
 }
 
-cv::Mat TiffFile::decode() {
-    const Page& page = *impl_->page;
-    if (page.isYcbcr()) return impl_->decodeYcbcr();
-    cv::Mat picture = impl_->decodeSamples();
-    if (page.isPalette()) return coloursOfPalette(impl_->file.get(), page.bits, picture);
-    if (page.isLab()) return labOf(picture, page.photometric == PHOTOMETRIC_ICCLAB);
-    if (page.photometric == PHOTOMETRIC_MINISWHITE) {
-        const auto largest = static_cast<double>((std::uint64_t{1} << page.bits) - 1);
+cv::Mat Tiff::decode() const {
+    if (page->photometric == PHOTOMETRIC_YCBCR) return decodeYcbcr();
+    cv::Mat picture = decodeSamples();
+    if (page->isPalette()) return coloursOfPalette(file_.get(), page->bits, picture);
+    if (page->isLab()) return labOf(picture, page->photometric == PHOTOMETRIC_ICCLAB);
+    if (page->photometric == PHOTOMETRIC_MINISWHITE) {
+        const auto largest = static_cast<double>((std::uint64_t{1} << page->bits) - 1);
         cv::Scalar white(largest, 0); // alpha stays
         cv::Mat colours;
         cv::extractChannel(picture, colours, 0);
@@ -507,6 +438,47 @@ cv::Mat TiffFile::decode() {
         cv::insertChannel(colours, picture, 0);
     }
     return picture;
+}
+
+} // namespace
+
+void describeTiff(std::string_view bytes, ImageHeader& header) {
+    const Tiff tiff(bytes);
+    const Page& page = *tiff.page;
+    header.columns = page.columns;
+    header.rows = page.rows;
+    header.orientation = validOrientation(field<std::uint16_t>(page.file, TIFFTAG_ORIENTATION, 1));
+    header.pictures = tiff.pages;
+    header.isCmyk = page.isInks();
+    header.isSigned = page.format == SAMPLEFORMAT_INT;
+    const unsigned char* version = nullptr;
+    if (TIFFGetField(page.file, TIFFTAG_DNGVERSION, &version) == 1) header.otherFormat = "DNG";
+    if (page.isWhole() && page.photometric <= PHOTOMETRIC_RGB && page.bits <= 32)
+        header.largestSample = static_cast<unsigned>((std::uint64_t{1} << page.bits) - 1);
+    header.alpha = page.alpha;
+    if (page.samples > page.colours())
+        header.unusedChannels = page.samples - page.colours() - (page.alphaAt >= 0 ? 1 : 0);
+    header.unreadable = page.kindThatIsNotRead();
+}
+
+TiffLight tiffLight(std::string_view bytes) {
+    const Tiff tiff(bytes);
+    std::uint32_t size = 0;
+    const void* profile = nullptr;
+    if (TIFFGetField(tiff.page->file, TIFFTAG_ICCPROFILE, &size, &profile) != 1 ||
+        size > kMaxProfileBytes)
+        size = 0;
+    return {std::string(static_cast<const char*>(size > 0 ? profile : ""), size),
+            tiff.page->isLogLuv()};
+}
+
+TiffPicture decodeTiff(std::string_view bytes) {
+    const Tiff tiff(bytes);
+    const Page& page = *tiff.page;
+    return {tiff.decode(), page.isLab()                             ? TiffColours::Lab
+                           : page.isInks()                          ? TiffColours::Inks
+                           : page.photometric == PHOTOMETRIC_LOGLUV ? TiffColours::LightXyz
+                                                                    : TiffColours::GreyOrRgb};
 }
 
 } // namespace altiro3D

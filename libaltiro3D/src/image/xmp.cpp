@@ -1,5 +1,6 @@
 #include "image/xmp.hpp"
 
+#include "base/owned.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -162,7 +163,6 @@ class Collector {
         properties_.push_back({std::string(space), std::string(name), std::string(value)});
     }
     static void addToItem(string_view name, string_view value, XmpItem& item) {
-        if (name == "Mime") item.mime = value;
         if (name == "Semantic") item.semantic = value;
         if (name == "DataURI" || name == "URI") item.uri = value;
         if (name == "Length") item.length = wholeNumber(value);
@@ -184,8 +184,8 @@ class Collector {
 Xmp::Xmp(string_view text) {
     const std::string rest = withoutLongValues(withoutProlog(text), longValues_);
     if (rest.size() > kMaxBytes) return;
-    const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(
-        XML_ParserCreateNS(nullptr, kSeparator), XML_ParserFree);
+    const std::unique_ptr<XML_ParserStruct, Free<XML_ParserFree>> parser(
+        XML_ParserCreateNS(nullptr, kSeparator));
     if (!parser) throw std::bad_alloc();
     Collector collector(parser.get(), properties_, items_);
     XML_SetUserData(parser.get(), &collector);

@@ -9,7 +9,6 @@ namespace altiro3D {
 
 /// One entry of a `Container:Directory`: a file that follows the picture (Dynamic Depth).
 struct XmpItem {
-    std::string mime;          ///< "image/jpeg"
     std::string semantic;      ///< "Primary", "Depth", "Original", ...; may be empty.
     std::string uri;           ///< "android/depthmap"; may be empty.
     std::uint64_t length = 0;  ///< Bytes.

@@ -26,18 +26,12 @@ constexpr double kVideoGamma = 2.4;
 
 // Displayed light of an encoded value, in units of white.
 double lightOf(double value, int transfer) {
-    switch (transfer) {
-    case kPq:
-        return linearLight(value, kPq) * kPqPeak / kWhite;
-    case kHlg:
-        return std::pow(linearLight(value, kHlg), kHlgGamma) * kHlgPeak / kWhite;
-    case kLinear:
-        return value;
-    case kSrgb:
+    if (transfer == kPq) return linearLight(value, kPq) * kPqPeak / kWhite;
+    if (transfer == kHlg) return std::pow(linearLight(value, kHlg), kHlgGamma) * kHlgPeak / kWhite;
+    if (transfer == kLinear) return value;
+    if (transfer == kSrgb)
         return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-    default:
-        return std::pow(value, kVideoGamma);
-    }
+    return std::pow(value, kVideoGamma);
 }
 
 double valueOf(double light, int transfer) {

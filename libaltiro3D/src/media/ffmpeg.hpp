@@ -1,13 +1,13 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
+#include "base/owned.hpp" // IWYU pragma: export
 
 #include <cstdint>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
-#include <type_traits>
 
 extern "C" {
 #include <libavcodec/avcodec.h>
@@ -18,19 +18,6 @@ extern "C" {
 
 /// Ownership and conversions for FFmpeg's C interfaces.
 namespace altiro3D {
-
-/// Deleter that calls a function with the object, or with the address of its pointer.
-template <auto kFree>
-struct Free {
-    template <class Object>
-    void operator()(Object* object) const {
-        if constexpr (std::is_invocable_v<decltype(kFree), Object*>) {
-            kFree(object);
-        } else {
-            kFree(&object);
-        }
-    }
-};
 
 using PacketPtr = std::unique_ptr<AVPacket, Free<av_packet_free>>;
 using FramePtr = std::unique_ptr<AVFrame, Free<av_frame_free>>;

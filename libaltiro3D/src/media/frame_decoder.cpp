@@ -30,34 +30,29 @@ class Filters {
     }
 
     bool areThere = true;
-    decltype(&avfilter_graph_alloc) allocGraph = nullptr;
-    decltype(&avfilter_graph_free) freeGraph = nullptr;
-    decltype(&avfilter_graph_parse_ptr) parse = nullptr;
-    decltype(&avfilter_graph_config) config = nullptr;
-    decltype(&avfilter_graph_get_filter) filterOf = nullptr;
-    decltype(&av_buffersrc_add_frame) addFrame = nullptr;
-    decltype(&av_buffersink_get_frame) getFrame = nullptr;
-    decltype(&av_buffersink_get_time_base) timeBaseOf = nullptr;
+    decltype(&avfilter_graph_alloc) allocGraph = load("avfilter_graph_alloc");
+    decltype(&avfilter_graph_free) freeGraph = load("avfilter_graph_free");
+    decltype(&avfilter_graph_parse_ptr) parse = load("avfilter_graph_parse_ptr");
+    decltype(&avfilter_graph_config) config = load("avfilter_graph_config");
+    decltype(&avfilter_graph_get_filter) filterOf = load("avfilter_graph_get_filter");
+    decltype(&av_buffersrc_add_frame) addFrame = load("av_buffersrc_add_frame");
+    decltype(&av_buffersink_get_frame) getFrame = load("av_buffersink_get_frame");
+    decltype(&av_buffersink_get_time_base) timeBaseOf = load("av_buffersink_get_time_base");
 
   private:
-    Filters() : library_(dlopen(kFilters, RTLD_NOW)) {
-        load(allocGraph, "avfilter_graph_alloc");
-        load(freeGraph, "avfilter_graph_free");
-        load(parse, "avfilter_graph_parse_ptr");
-        load(config, "avfilter_graph_config");
-        load(filterOf, "avfilter_graph_get_filter");
-        load(addFrame, "av_buffersrc_add_frame");
-        load(getFrame, "av_buffersink_get_frame");
-        load(timeBaseOf, "av_buffersink_get_time_base");
+    struct Symbol {
+        void* address;
+        template <class Function>
+        operator Function*() const { // NOLINT(google-explicit-constructor)
+            return reinterpret_cast<Function*>(address);
+        }
+    };
+    Symbol load(const char* name) {
+        static void* const library = dlopen(kFilters, RTLD_NOW);
+        void* const address = library != nullptr ? dlsym(library, name) : nullptr;
+        areThere = areThere && address != nullptr;
+        return {address};
     }
-
-    template <class Function>
-    void load(Function& function, const char* name) {
-        if (library_ != nullptr) function = reinterpret_cast<Function>(dlsym(library_, name));
-        areThere = areThere && function != nullptr;
-    }
-
-    void* library_;
 };
 
 bool isInterlaced(const AVFrame& frame) {
@@ -139,7 +134,7 @@ Deinterlacer::Deinterlacer(AVRational unit, int threads, std::string subject)
 
 void Deinterlacer::restart() {
     graph_.reset();
-    hasLast_ = false;
+    last_.reset();
     skips_ = false;
     ready_.clear();
 }
@@ -187,7 +182,7 @@ void Deinterlacer::push(const DecodedFrame* decoded) {
 
 void Deinterlacer::give(DecodedFrame& decoded) {
     const AVFrame& frame = *decoded.frame;
-    const bool isAlike = hasLast_ && areAlike(*last_.frame, frame);
+    const bool isAlike = last_ && areAlike(*last_->frame, frame);
     if (graph_ && !isAlike) { // the filter needs frames of one size
         push(nullptr);
         graph_.reset();
@@ -202,19 +197,19 @@ void Deinterlacer::give(DecodedFrame& decoded) {
         open(frame);
         if (isAlike) {
             skips_ = true;
-            push(&last_);
+            push(&*last_);
         }
         push(&decoded);
     }
-    copyReference(frame, *last_.frame);
-    last_.pts = decoded.pts;
-    hasLast_ = true;
+    if (!last_) last_.emplace();
+    copyReference(frame, *last_->frame);
+    last_->pts = decoded.pts;
 }
 
 void Deinterlacer::end() {
     if (graph_) push(nullptr);
     graph_.reset();
-    hasLast_ = false;
+    last_.reset();
 }
 
 bool Deinterlacer::take(DecodedFrame& decoded) {

@@ -56,9 +56,8 @@ class Deinterlacer {
     std::unique_ptr<AVFilterGraph, FreeGraph> graph_;
     AVFilterContext* source_ = nullptr; // `graph_` owns both
     AVFilterContext* sink_ = nullptr;
-    DecodedFrame last_; // given last, while nothing is filtered
-    bool hasLast_ = false;
-    bool skips_ = false; // the next frame of the graph was delivered before
+    std::optional<DecodedFrame> last_; // given last, while nothing is filtered
+    bool skips_ = false;               // the next frame of the graph was delivered before
     std::deque<DecodedFrame> ready_;
 };
 

@@ -27,18 +27,11 @@ namespace {
 using Kind = VideoInput::Kind;
 
 StreamKind streamKind(AVMediaType type) {
-    switch (type) {
-    case AVMEDIA_TYPE_VIDEO:
-        return StreamKind::Video;
-    case AVMEDIA_TYPE_AUDIO:
-        return StreamKind::Audio;
-    case AVMEDIA_TYPE_SUBTITLE:
-        return StreamKind::Subtitle;
-    case AVMEDIA_TYPE_ATTACHMENT:
-        return StreamKind::Attachment;
-    default:
-        return StreamKind::Data;
-    }
+    return type == AVMEDIA_TYPE_VIDEO        ? StreamKind::Video
+           : type == AVMEDIA_TYPE_AUDIO      ? StreamKind::Audio
+           : type == AVMEDIA_TYPE_SUBTITLE   ? StreamKind::Subtitle
+           : type == AVMEDIA_TYPE_ATTACHMENT ? StreamKind::Attachment
+                                             : StreamKind::Data;
 }
 
 const char* kindName(AVMediaType type) {
@@ -88,16 +81,11 @@ bool hasFramePerPacket(const AVCodecParameters& parameters) {
     const int order = numberOf(parameters.field_order);
     const bool isProgressive = order == AV_FIELD_PROGRESSIVE;
     const AVCodecDescriptor* const codec = avcodec_descriptor_get(parameters.codec_id);
-    switch (parameters.codec_id) {
-    case AV_CODEC_ID_H264:
-        return isProgressive;
-    case AV_CODEC_ID_HEVC:
-    case AV_CODEC_ID_VP9:
-    case AV_CODEC_ID_AV1:
+    const AVCodecID id = parameters.codec_id;
+    if (id == AV_CODEC_ID_H264) return isProgressive;
+    if (id == AV_CODEC_ID_HEVC || id == AV_CODEC_ID_VP9 || id == AV_CODEC_ID_AV1)
         return isProgressive || order == AV_FIELD_UNKNOWN;
-    default:
-        return codec != nullptr && (codec->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
-    }
+    return codec != nullptr && (codec->props & AV_CODEC_PROP_INTRA_ONLY) != 0;
 }
 
 bool isLive(const VideoInput& input) {

@@ -78,60 +78,6 @@ bool isNamed(const OtherStream& attachment) {
 
 } // namespace
 
-bool OtherStreams::want() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (begun_) return false;
-    wanted_ = true;
-    return true;
-}
-
-bool OtherStreams::begin() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    begun_ = true;
-    packets_.resize(streams.size());
-    return wanted_;
-}
-
-void OtherStreams::take(std::size_t index) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    taken_.insert(index);
-}
-
-bool OtherStreams::isTaken(std::size_t index) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return taken_.count(index) != 0;
-}
-
-void OtherStreams::push(std::size_t index, PacketPtr packet) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (taken_.count(index) != 0) packets_[index].push_back(std::move(packet));
-}
-
-void OtherStreams::clear() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (auto& queue : packets_)
-        queue.clear();
-}
-
-void OtherStreams::setRange(std::int64_t origin, std::optional<std::int64_t> end, AVRational unit,
-                            bool clip) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    origin_ = origin;
-    end_ = end;
-    unit_ = unit;
-    clip_ = clip;
-}
-
-void OtherStreams::end() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    ended_ = true;
-}
-
-bool OtherStreams::hasEnded() const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return ended_;
-}
-
 PacketPtr OtherStreams::pop(std::size_t index, std::optional<std::int64_t> before,
                             AVRational unit) {
     const std::lock_guard<std::mutex> lock(mutex_);

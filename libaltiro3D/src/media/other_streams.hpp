@@ -4,6 +4,7 @@
 #include "altiro3D/video_io.hpp"
 #include "media/ffmpeg.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -11,6 +12,8 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 namespace altiro3D {
@@ -38,30 +41,58 @@ class OtherStreams {
     std::string subject; ///< name of the file, for errors
 
     /// Called by the writer to request packets. @return false if the reader has already begun
-    bool want();
+    bool want() {
+        const Lock lock(mutex_);
+        wanted_ = wanted_ || !begun_;
+        return !begun_;
+    }
     /// Called by the reader at its start. @return true if packets are wanted
-    bool begin();
+    bool begin() {
+        const Lock lock(mutex_);
+        begun_ = true;
+        packets_.resize(streams.size());
+        return wanted_;
+    }
     /// Called by the writer before the reader begins: requests the packets of `streams[index]`.
-    void take(std::size_t index);
-    bool isTaken(std::size_t index) const;
+    void take(std::size_t index) {
+        const Lock lock(mutex_);
+        taken_.insert(index);
+    }
+    bool isTaken(std::size_t index) const {
+        const Lock lock(mutex_);
+        return taken_.count(index) != 0;
+    }
     /// Called by the reader to pass a packet of `streams[index]`, times as in the file. Packets
     /// that were not requested are dropped.
-    void push(std::size_t index, PacketPtr packet);
+    void push(std::size_t index, PacketPtr packet) {
+        const Lock lock(mutex_);
+        if (taken_.count(index) != 0) packets_[index].push_back(std::move(packet));
+    }
     /// Drops all packets, for a restart.
-    void clear();
+    void clear() {
+        const Lock lock(mutex_);
+        for (auto& queue : packets_)
+            queue.clear();
+    }
     /// @param origin file time that is 0, in `unit`
     /// @param end file time of the end of the part, in `unit`
     /// @param clip whether packets before the origin are dropped or shortened
-    void setRange(std::int64_t origin, std::optional<std::int64_t> end, AVRational unit, bool clip);
+    void setRange(std::int64_t origin, std::optional<std::int64_t> end, AVRational unit,
+                  bool clip) {
+        const Lock lock(mutex_);
+        std::tie(origin_, end_, unit_, clip_) = std::tie(origin, end, unit, clip);
+    }
     /// Called by the reader at its end.
-    void end();
-    bool hasEnded() const;
+    void end() { ended_ = true; }
+    bool hasEnded() const { return ended_; }
 
     /// The next packet of a stream that begins before a time, with times relative to the origin;
     /// null if there is none yet. @param before in `unit`, from the origin; none = no limit
     PacketPtr pop(std::size_t index, std::optional<std::int64_t> before, AVRational unit);
 
   private:
+    using Lock = std::lock_guard<std::mutex>;
+
     mutable std::mutex mutex_;
     std::vector<std::deque<PacketPtr>> packets_; // by stream
     std::set<std::size_t> taken_;
@@ -71,7 +102,7 @@ class OtherStreams {
     bool clip_ = false; // packets before the origin are dropped or shortened
     bool wanted_ = false;
     bool begun_ = false;
-    bool ended_ = false;
+    std::atomic<bool> ended_ = false;
 };
 
 /// Writes the streams other than the video to a container. Packets are copied; text subtitles are

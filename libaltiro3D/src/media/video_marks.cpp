@@ -50,35 +50,23 @@ void forUnits(std::string_view bytes, unsigned lengthSize, const Function& funct
     }
 }
 
-// Reads the message "frame packing arrangement" of H.264 and HEVC. @param at begin of the message
-void readPacking(const ByteReader& reader, std::uint64_t at, EyesInPacket& found) {
-    std::uint64_t bit = 8 * at;
-    const auto take = [&](int count) {
-        unsigned value = 0;
-        for (; count > 0; --count, ++bit)
-            value = value << 1 | (reader.u8(bit / 8) >> (7 - bit % 8) & 1U);
-        return value;
-    };
-    int zeros = 0; // the number of the arrangement has as many bits after its first 1
-    while (zeros < 32 && take(1) == 0)
-        ++zeros;
-    take(zeros);
-    if (take(1) != 0) return; // cancelled
+// Reads the message "frame packing arrangement" of H.264 and HEVC.
+void readPacking(std::string_view message, EyesInPacket& found) {
+    BitReader reader(message);
+    reader.code();                   // the number of the arrangement
+    if (reader.bits(1) != 0) return; // cancelled
     constexpr unsigned kByTurns = 5;
     constexpr unsigned kRightFirst = 2;
-    found.alternates = take(7) == kByTurns;
-    take(1);
-    found.rightFirst = found.alternates && take(6) == kRightFirst;
+    found.alternates = reader.bits(7) == kByTurns;
+    reader.skip(1);
+    found.rightFirst = found.alternates && reader.bits(6) == kRightFirst;
 }
 
 // Reads a unit of messages. @param headSize bytes before them
 void readMessages(std::string_view unit, std::size_t headSize, EyesInPacket& found) {
-    std::string bytes; // without the bytes that keep start codes from occurring
-    for (std::size_t i = headSize; i < unit.size(); ++i) {
-        if (unit[i] != 3 || i < 2 || unit[i - 1] != 0 || unit[i - 2] != 0) bytes += unit[i];
-    }
+    const std::string bytes = withoutPrevention(unit);
     const ByteReader reader(bytes, false);
-    std::uint64_t at = 0;
+    std::uint64_t at = headSize;
     const auto number = [&] {
         std::uint64_t value = 0;
         while (reader.u8(at) == 0xFF) {
@@ -91,7 +79,7 @@ void readMessages(std::string_view unit, std::size_t headSize, EyesInPacket& fou
     while (reader.holds(at, 3)) {
         const std::uint64_t type = number();
         const std::uint64_t size = number();
-        if (type == kFramePacking) readPacking(reader, at, found);
+        if (type == kFramePacking) readPacking(reader.text(at, bytes.size() - at), found);
         at += size;
     }
 }

@@ -5,7 +5,9 @@
 #include "image/exif.hpp"
 
 #include <cstring>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 extern "C" {
 #include <libavutil/imgutils.h>
@@ -30,21 +32,12 @@ ChromaPlace chromaPlace(AVPixelFormat format, AVChromaLocation location) {
     const AVPixFmtDescriptor* const shape = av_pix_fmt_desc_get(format);
     ChromaPlace place;
     if (shape == nullptr || shape->nb_components < 3 || shape->log2_chroma_w != 1) return place;
-    const bool halfRows = shape->log2_chroma_h == 1;
-    switch (location) {
-    case AVCHROMA_LOC_CENTER:
-        return {128, halfRows ? 128 : -513};
-    case AVCHROMA_LOC_TOPLEFT:
-        return {0, halfRows ? 0 : -513};
-    case AVCHROMA_LOC_TOP:
-        return {128, halfRows ? 0 : -513};
-    case AVCHROMA_LOC_BOTTOMLEFT:
-        return {0, halfRows ? 256 : -513};
-    case AVCHROMA_LOC_BOTTOM:
-        return {128, halfRows ? 256 : -513};
-    default:
-        return {0, halfRows ? 128 : -513};
-    }
+    constexpr ChromaPlace kPlaces[] = {{0, 128}, {0, 128}, {128, 128}, {0, 0},
+                                       {128, 0}, {0, 256}, {128, 256}}; // in FFmpeg's order
+    const auto index = static_cast<std::size_t>(numberOf(location));
+    place = kPlaces[index < std::size(kPlaces) ? index : 0];
+    if (shape->log2_chroma_h != 1) place.y = -513;
+    return place;
 }
 
 ScalerPtr makeScaler(cv::Size from, int fromFormat, ChromaPlace fromPlace, cv::Size to,
@@ -144,36 +137,17 @@ VideoColour videoColour(AVPixelFormat format, int matrix, int range, int primari
     if (transfer > 0 && transfer < AVCOL_TRC_NB) colour.transfer = transfer;
     const AVPixFmtDescriptor* const shape = av_pix_fmt_desc_get(format);
     const bool rgb = shape != nullptr && (shape->flags & AV_PIX_FMT_FLAG_RGB) != 0;
-    colour.stated = true;
-    switch (matrix) {
-    case AVCOL_SPC_RGB:
-        colour.matrix = ColourMatrix::Rgb;
-        break;
-    case AVCOL_SPC_BT709:
-    case AVCOL_SPC_SMPTE240M: // the nearest matrix
-        colour.matrix = ColourMatrix::Bt709;
-        break;
-    case AVCOL_SPC_FCC:
-    case AVCOL_SPC_BT470BG:
-    case AVCOL_SPC_SMPTE170M:
-        colour.matrix = ColourMatrix::Bt601;
-        break;
-    case AVCOL_SPC_BT2020_NCL:
-    case AVCOL_SPC_BT2020_CL:
-        colour.matrix = ColourMatrix::Bt2020;
-        break;
-    default:
-        colour.stated = rgb;
-        colour.matrix =
-            rows <= kLinesOfStandardDefinition ? ColourMatrix::Bt601 : ColourMatrix::Bt709;
-        break;
-    }
-    if (rgb) {
-        colour.matrix = ColourMatrix::Rgb;
-    } else if (colour.matrix == ColourMatrix::Rgb) { // stated as RGB, but the planes are Y, U and V
-        colour.matrix = ColourMatrix::Bt709;
-        colour.stated = false;
-    }
+    const auto isOneOf = [&](auto... codes) { return ((matrix == codes) || ...); };
+    std::optional<ColourMatrix> stated;
+    if (isOneOf(AVCOL_SPC_BT709, AVCOL_SPC_SMPTE240M)) stated = ColourMatrix::Bt709; // or nearest
+    if (isOneOf(AVCOL_SPC_FCC, AVCOL_SPC_BT470BG, AVCOL_SPC_SMPTE170M))
+        stated = ColourMatrix::Bt601;
+    if (isOneOf(AVCOL_SPC_BT2020_NCL, AVCOL_SPC_BT2020_CL)) stated = ColourMatrix::Bt2020;
+    if (rgb) stated = ColourMatrix::Rgb;
+    // the planes may be Y, U and V and stated as RGB
+    const bool isHigh = matrix == AVCOL_SPC_RGB || rows > kLinesOfStandardDefinition;
+    colour.stated = stated.has_value();
+    colour.matrix = stated.value_or(isHigh ? ColourMatrix::Bt709 : ColourMatrix::Bt601);
     const bool jpeg = format == AV_PIX_FMT_YUVJ420P || format == AV_PIX_FMT_YUVJ422P ||
                       format == AV_PIX_FMT_YUVJ444P || format == AV_PIX_FMT_YUVJ440P ||
                       format == AV_PIX_FMT_YUVJ411P;

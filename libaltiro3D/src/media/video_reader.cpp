@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 
 namespace altiro3D {
 
@@ -322,12 +323,9 @@ const VideoReadCounts& VideoReader::counts() const {
     return impl_->counts;
 }
 
-std::optional<VideoFrame> VideoReader::next() try {
+std::optional<VideoFrame> VideoReader::next() {
     VideoFrame frame;
-    if (!read(frame)) return std::nullopt;
-    return frame;
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
+    return read(frame) ? std::optional(std::move(frame)) : std::nullopt;
 }
 
 bool VideoReader::read(VideoFrame& frame) try {

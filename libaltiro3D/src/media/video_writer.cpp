@@ -79,18 +79,14 @@ double usedCrf(const VideoWriterOptions& options) {
 std::string x264Params(const VideoWriterOptions& options) {
     if (!isExact(options)) return {};
     if (options.preset >= EncoderPreset::Medium) return "psy=0";
-    std::string all = "psy=0:cabac=0:no-deblock=1:chroma-qp-offset=2";
+    const std::string all = "psy=0:cabac=0:no-deblock=1:chroma-qp-offset=2";
     const std::string fixed = options.maxRate > 0
                                   ? ":qcomp=1:aq-mode=0:mbtree=0"
                                   : ":qp=" + std::to_string(std::lround(usedCrf(options)));
-    switch (options.preset) {
-    case EncoderPreset::UltraFast:
-        return all + ":bframes=3:b-adapt=0" + fixed;
-    case EncoderPreset::SuperFast:
+    if (options.preset == EncoderPreset::UltraFast) return all + ":bframes=3:b-adapt=0" + fixed;
+    if (options.preset == EncoderPreset::SuperFast)
         return all + ":subme=0:b-adapt=0:weightp=0:scenecut=0" + fixed;
-    default:
-        return all;
-    }
+    return all;
 }
 
 // Holds the rate below a cap by a greater quantizer. x264's own buffer control gives other bytes in
@@ -245,17 +241,12 @@ std::pair<ColourMatrix, ColourRange> VideoWriter::Impl::setColours() {
     encoder.colorspace = colourSpace(matrix);
     encoder.color_range = colourRange(range);
     if (format_ == AV_PIX_FMT_YUV420P) encoder.chroma_sample_location = AVCHROMA_LOC_LEFT;
-    encoder.color_primaries = AVCOL_PRI_UNSPECIFIED;
-    encoder.color_trc = AVCOL_TRC_UNSPECIFIED;
-    if (options_.colour) {
-        encoder.color_primaries = static_cast<AVColorPrimaries>(options_.colour->primaries);
-        encoder.color_trc = static_cast<AVColorTransferCharacteristic>(options_.colour->transfer);
-    }
-    if (matrix == ColourMatrix::Bt709) {
-        if (encoder.color_primaries == AVCOL_PRI_UNSPECIFIED)
-            encoder.color_primaries = AVCOL_PRI_BT709;
-        if (encoder.color_trc == AVCOL_TRC_UNSPECIFIED) encoder.color_trc = AVCOL_TRC_BT709;
-    }
+    const VideoColour stated = options_.colour.value_or(VideoColour());
+    const auto used = [&](int code) { // of H.273: 2 is not stated, and 1 is that of Rec. 709
+        return code == 2 && matrix == ColourMatrix::Bt709 ? 1 : code;
+    };
+    encoder.color_primaries = static_cast<AVColorPrimaries>(used(stated.primaries));
+    encoder.color_trc = static_cast<AVColorTransferCharacteristic>(used(stated.transfer));
     return {matrix, range};
 }
 

@@ -301,9 +301,7 @@ void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
     report.misfitPercent = 100 * path.misfitShare;
     stops.clear();
     report.positions.clear();
-    std::vector<double> depths;
-    for (std::size_t t = 0; t < path.points.size(); ++t)
-        if (path.fits[t] != 0) depths.push_back(path.points[t].q);
+    const std::vector<double> depths = depthsOf(path);
     low = percentileOf(depths, 0.01);
     high = percentileOf(depths, 0.99);
     const double nearFar = percentileOf(depths, 0.95) - percentileOf(depths, 0.05);

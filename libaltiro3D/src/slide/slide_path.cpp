@@ -163,14 +163,6 @@ void guessPoints(const std::vector<SlideTrack>& tracks, SlidePath& path) {
     }
 }
 
-// Inverse depths of the points at rest.
-std::vector<double> depthsOf(const SlidePath& path) {
-    std::vector<double> depths;
-    for (std::size_t t = 0; t < path.points.size(); ++t)
-        if (path.fits[t] != 0) depths.push_back(path.points[t].q);
-    return depths;
-}
-
 // Turns the axes of the scene: x along the path, z forwards. Positions become 0..1.
 void turnAlong(SlidePath& path) {
     // What is behind infinity looks the same in front of it to a camera that moves the other way.
@@ -283,6 +275,13 @@ double missOf(const SlideTrack& track, const SlidePoint& point, const SlidePath&
 }
 
 } // namespace
+
+std::vector<double> depthsOf(const SlidePath& path) {
+    std::vector<double> depths;
+    for (std::size_t t = 0; t < path.points.size(); ++t)
+        if (path.fits[t] != 0) depths.push_back(path.points[t].q);
+    return depths;
+}
 
 FoundPaths findPaths(const std::vector<SlideTrack>& tracks, int pictures, const SlideGuess& guess) {
     FoundPaths found;

@@ -8,6 +8,9 @@
 
 namespace altiro3D {
 
+/// Inverse depths of the points at rest.
+std::vector<double> depthsOf(const SlidePath& path);
+
 /// What the camera may have done.
 struct FoundPaths {
     SlidePath best;

@@ -112,6 +112,12 @@ cv::Mat unlikeness(const cv::Mat& a, const cv::Mat& b) {
     return sum;
 }
 
+// The window at which frames are matched.
+SlideWindow smaller(const SlideWindow& window, double scale) {
+    return scaled(window, {std::max(16, cvRound(window.size.width * scale)),
+                           std::max(16, cvRound(window.size.height * scale))});
+}
+
 cv::Mat greyOf(const cv::Mat& picture) {
     cv::Mat grey;
     cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
@@ -171,8 +177,7 @@ cv::Rect2d commonPart(const std::vector<SlideCamera>& cameras, const SlideLens& 
 SlideDepths matchFrames(const SlideFrame& left, const SlideFrame& right, const SlideLens& lens,
                         const SlideWindow& window, double low, double high) {
     const double scale = std::min(1.0, std::sqrt(kMatchPixels / window.size.area()));
-    const SlideWindow small = scaled(window, {std::max(16, cvRound(window.size.width * scale)),
-                                              std::max(16, cvRound(window.size.height * scale))});
+    const SlideWindow small = smaller(window, scale);
     const double from = left.camera.place[0];
     const double to = right.camera.place[0];
     const double perDepth = small.focal * (to - from); // px of disparity
@@ -256,8 +261,7 @@ double frontShare(const std::vector<std::pair<SlideFrame, SlideFrame>>& pairs,
     constexpr double kMatchSide = 640; // px, whatever the size of the views
     constexpr std::int64_t kFewest = 100;
     const double scale = kMatchSide / std::max(window.size.width, window.size.height);
-    const SlideWindow small = scaled(window, {std::max(16, cvRound(window.size.width * scale)),
-                                              std::max(16, cvRound(window.size.height * scale))});
+    const SlideWindow small = smaller(window, scale);
     HiddenLooks all;
     for (const auto& [left, right] : pairs) {
         const double way = right.camera.place[0] - left.camera.place[0];
@@ -266,9 +270,7 @@ double frontShare(const std::vector<std::pair<SlideFrame, SlideFrame>>& pairs,
         for (const bool isRight : {false, true}) { // in the mirror, the right one is the left one
             const SlideFrame& frame = isRight ? right : left;
             cv::Mat depth = isRight ? depths.right : depths.left;
-            cv::Mat grey;
-            cv::cvtColor(viewFrom(frame, lens, small, frame.camera.place[0]), grey,
-                         cv::COLOR_BGR2GRAY);
+            cv::Mat grey = greyOf(viewFrom(frame, lens, small, frame.camera.place[0]));
             if (isRight) {
                 cv::flip(depth, depth, 1);
                 cv::flip(grey, grey, 1);
@@ -294,11 +296,9 @@ cv::Mat medianDepth(const std::vector<cv::Mat>& depths) {
             }
             std::sort(known.begin(), known.end());
             const std::size_t half = known.size() / 2;
-            float& to = result.at<float>(y, x);
-            if (known.empty())
-                to = std::numeric_limits<float>::quiet_NaN();
-            else
-                to = known.size() % 2 == 1 ? known[half] : (known[half - 1] + known[half]) / 2;
+            result.at<float>(y, x) = known.empty()           ? kUnknown
+                                     : known.size() % 2 == 1 ? known[half]
+                                                             : (known[half - 1] + known[half]) / 2;
         }
     });
     return result;

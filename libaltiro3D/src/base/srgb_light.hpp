@@ -7,7 +7,15 @@
 
 namespace altiro3D {
 
-/// Linear light and codes of sRGB (IEC 61966-2-1). Converting a code to light and back is exact.
+/// Linear light of a value of sRGB (IEC 61966-2-1), and back; 0..1.
+inline double lightOfSrgb(double v) {
+    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+}
+inline double srgbOf(double light) {
+    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
+
+/// Linear light and codes of sRGB. Converting a code to light and back is exact.
 class SrgbLight {
   public:
     /// The tables, made once.
@@ -28,16 +36,11 @@ class SrgbLight {
     static constexpr int kSteps = 16384; // five for the smallest code
 
     SrgbLight() : codes_(kSteps + 1) {
-        for (std::size_t i = 0; i < light_.size(); ++i) {
-            const double v = static_cast<double>(i) / 255;
-            light_[i] =
-                static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-        }
-        for (std::size_t i = 0; i < codes_.size(); ++i) {
-            const double v = static_cast<double>(i) / kSteps;
-            const double s = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-            codes_[i] = static_cast<std::uint8_t>(std::lround(255 * s));
-        }
+        for (std::size_t i = 0; i < light_.size(); ++i)
+            light_[i] = static_cast<float>(lightOfSrgb(static_cast<double>(i) / 255));
+        for (std::size_t i = 0; i < codes_.size(); ++i)
+            codes_[i] = static_cast<std::uint8_t>(
+                std::lround(255 * srgbOf(static_cast<double>(i) / kSteps)));
     }
 
     std::array<float, 256> light_{};

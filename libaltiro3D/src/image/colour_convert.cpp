@@ -1,6 +1,7 @@
 #include "base/checks.hpp"
 #include "base/owned.hpp"
 #include "base/pixel_rows.hpp"
+#include "base/srgb_light.hpp"
 #include "image/colour.hpp"
 
 #include <algorithm>
@@ -206,10 +207,6 @@ double pqOf(double light) { // cd/m²; BT.2100
 double lightOfPq(double value) { // in units of the peak
     const double root = std::pow(value, 1 / kM2);
     return std::pow(std::max(root - kC1, 0.0) / (kC2 - kC3 * root), 1 / kM1);
-}
-
-double srgbOf(double light) {
-    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
 cv::Matx33d toXyz(const Chromaticities& c) {

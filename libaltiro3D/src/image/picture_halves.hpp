@@ -14,6 +14,11 @@
 
 namespace altiro3D {
 
+/// Whether the halves of a layout are the left and the right one.
+inline bool liesBeside(StereoLayout layout) {
+    return layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+}
+
 /// The halves of a picture: the left and the right one, or the upper and the lower one.
 struct HalfPlaces {
     cv::Rect first;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/types.hpp>
+#include <opencv2/imgproc.hpp>
 #include <vector>
 
 namespace altiro3D {
@@ -43,6 +44,13 @@ template <typename T>
 T toWhole(float value, float largest) {
     const float inRange = value > 0 ? (value < 1 ? value : 1.0f) : 0.0f;
     return static_cast<T>(inRange * largest + 0.5f);
+}
+
+/// OpenCV's grey of a picture. [rows x cols, CV_8UC3 -> CV_8UC1]
+inline cv::Mat greyOf(const cv::Mat& picture) {
+    cv::Mat grey;
+    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
+    return grey;
 }
 
 /// Rec. 601 luma of a px, BGR, in whole numbers.

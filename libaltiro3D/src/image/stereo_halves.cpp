@@ -27,10 +27,6 @@ bool isPairName(const std::filesystem::path& photo) {
     return extension == ".jps" || extension == ".pns";
 }
 
-bool liesBeside(StereoLayout layout) {
-    return layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
-}
-
 StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::string& name) {
     const HalfPlaces places = halfPlaces(picture.size(), liesBeside(eyes.layout), eyes.gap);
     check(!places.first.empty(), name.c_str(), shapeText(picture) + ", expected two halves");

@@ -1,5 +1,6 @@
 #include "media/video_picture.hpp"
 
+#include "base/srgb_light.hpp"
 #include "image/colour.hpp"
 
 #include <algorithm>
@@ -29,16 +30,14 @@ double lightOf(double value, int transfer) {
     if (transfer == kPq) return linearLight(value, kPq) * kPqPeak / kWhite;
     if (transfer == kHlg) return std::pow(linearLight(value, kHlg), kHlgGamma) * kHlgPeak / kWhite;
     if (transfer == kLinear) return value;
-    if (transfer == kSrgb)
-        return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    if (transfer == kSrgb) return lightOfSrgb(value);
     return std::pow(value, kVideoGamma);
 }
 
 double valueOf(double light, int transfer) {
     const bool isSrgb =
         transfer == kLinear || transfer == kSrgb || transfer == kPq || transfer == kHlg;
-    if (!isSrgb) return std::pow(light, 1 / kVideoGamma);
-    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+    return isSrgb ? srgbOf(light) : std::pow(light, 1 / kVideoGamma);
 }
 
 // The place of a value between two nodes.

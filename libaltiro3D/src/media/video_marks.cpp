@@ -4,6 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "base/byte_reader.hpp"
 #include "base/text.hpp"
+#include "image/picture_halves.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -262,7 +263,7 @@ void correctEyeShape(const VideoInput& input) {
     const AVCodecParameters& parameters = *input.stream->codecpar;
     const AVRational own =
         parameters.sample_aspect_ratio.num > 0 ? parameters.sample_aspect_ratio : AVRational{1, 1};
-    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    const bool isBeside = liesBeside(*layout);
     const double eye = av_q2d(own) * parameters.width / parameters.height;
     const bool isOfFrame = isBeside ? eye > 2.45 : eye < 1.23;
     const AVRational doubled = av_mul_q(own, isBeside ? AVRational{2, 1} : AVRational{1, 2});
@@ -398,7 +399,7 @@ void refuseSpherical(const VideoInput& input, std::string_view head) {
     bool isPair = facts.eyesLayout.has_value();
     if (!isPair && head.find("StereoMode>top-bottom") != kNone) layout = Layout::TopBottom;
     isPair = isPair || layout == Layout::TopBottom || head.find("StereoMode>left-right") != kNone;
-    const bool isBeside = layout == Layout::LeftRight || layout == Layout::RightLeft;
+    const bool isBeside = liesBeside(layout);
     const bool isInverted = layout == Layout::RightLeft || layout == Layout::BottomTop;
     // a part of 90 x 58.7 degrees, 16:9, as sharp as the middle of the video
     const double eye = facts.size.width / (isPair && isBeside ? 2.0 : 1.0);

@@ -112,8 +112,7 @@ bool hasEyesTag(const std::filesystem::path& file, EyesPicture picture) {
 }
 
 std::optional<EyesPicture> eyesPictureOf(StereoLayout layout, StereoHalves halves, cv::Size whole) {
-    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
-    const bool isHalf = squeezeOf(whole, isBeside, halves) != Squeeze::None;
+    const bool isHalf = squeezeOf(whole, liesBeside(layout), halves) != Squeeze::None;
     switch (layout) {
     case StereoLayout::LeftRight:
         return isHalf ? EyesPicture::SideBySideHalf : EyesPicture::SideBySide;

@@ -121,9 +121,8 @@ void SlidePictures::add(const cv::Mat& picture) {
     if (number % stride_ != 0) return;
     SlidePicture next;
     next.number = number;
-    cv::Mat grey;
-    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-    cv::resize(grey, next.grey, downscaledSize(picture.size(), kTrackSide), 0, 0, cv::INTER_AREA);
+    cv::resize(greyOf(picture), next.grey, downscaledSize(picture.size(), kTrackSide), 0, 0,
+               cv::INTER_AREA);
     cv::Mat right;
     cv::Mat down;
     cv::Sobel(next.grey, right, CV_16S, 1, 0);

@@ -3,6 +3,7 @@
 #include "base/pixel_rows.hpp"
 #include "depth/map/depth_values.hpp"
 #include "depth/stereo/stereo_parts.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -116,12 +117,6 @@ cv::Mat unlikeness(const cv::Mat& a, const cv::Mat& b) {
 SlideWindow smaller(const SlideWindow& window, double scale) {
     return scaled(window, {std::max(16, cvRound(window.size.width * scale)),
                            std::max(16, cvRound(window.size.height * scale))});
-}
-
-cv::Mat greyOf(const cv::Mat& picture) {
-    cv::Mat grey;
-    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-    return grey;
 }
 
 } // namespace

@@ -284,10 +284,8 @@ cv::Mat estimateFrame(DepthNetwork& network, const cv::Mat& frame) {
 }
 
 std::vector<cv::Vec4f> findLines(const cv::Mat& photo) {
-    cv::Mat grey;
-    cv::cvtColor(photo, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::Vec4f> lines;
-    cv::createLineSegmentDetector(cv::LSD_REFINE_NONE, 0.6)->detect(grey, lines);
+    cv::createLineSegmentDetector(cv::LSD_REFINE_NONE, 0.6)->detect(greyOf(photo), lines);
     const double least = kMinLength * std::max(photo.cols, photo.rows);
     const auto isUseless = [&](const cv::Vec4f& line) {
         return lengthOf(line) < least || isAtFrame(line, photo.size());

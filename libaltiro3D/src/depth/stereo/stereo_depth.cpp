@@ -5,6 +5,7 @@
 #include "base/text.hpp"
 #include "depth/stereo/stereo_parts.hpp"
 #include "image/picture_halves.hpp"
+#include "image/pixel_values.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,12 +56,6 @@ cv::Mat sized(const cv::Mat& picture, cv::Size size) {
     cv::Mat result;
     cv::resize(picture, result, size, 0, 0, cv::INTER_AREA);
     return result;
-}
-
-cv::Mat greyOf(const cv::Mat& picture) {
-    cv::Mat grey;
-    cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-    return grey;
 }
 
 // The detail that the mean of 9 x 9 px leaves.

@@ -6,6 +6,7 @@
 #include "base/checks.hpp"
 #include "base/text.hpp"
 #include "image/picture_halves.hpp"
+#include "image/pixel_values.hpp"
 #include "video/conversion/frame_depth.hpp"
 
 #include <algorithm>
@@ -37,9 +38,7 @@ Likeness likenessOf(const cv::Mat& first, const cv::Mat& second) {
     constexpr int kSide = 32; // px; shifts of eyes are about one of them
     cv::Mat small[2];
     for (const auto& [half, to] : {std::pair(&first, &small[0]), std::pair(&second, &small[1])}) {
-        cv::Mat grey;
-        cv::cvtColor(*half, grey, cv::COLOR_BGR2GRAY);
-        cv::resize(grey, *to, {kSide, kSide}, 0, 0, cv::INTER_AREA);
+        cv::resize(greyOf(*half), *to, {kSide, kSide}, 0, 0, cv::INTER_AREA);
     }
     cv::Mat likeness;
     cv::matchTemplate(small[0], small[1], likeness, cv::TM_CCOEFF_NORMED);
@@ -53,9 +52,7 @@ bool areEyes(const cv::Mat& frame, const StereoVideo& video, bool surely) {
     constexpr double kLeastLikeness = 0.6;
     constexpr int kMatchSide = 480; // px
     constexpr int kLeastSide = 16;
-    const bool isBeside =
-        video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
-    const HalfPlaces places = halfPlaces(frame.size(), isBeside);
+    const HalfPlaces places = halfPlaces(frame.size(), liesBeside(video.layout));
     if (places.first.empty()) return false;
     if (surely) { // where parallax is large, halves of a pair are not alike in small
         const Likeness likeness = likenessOf(frame(places.first), frame(places.second));
@@ -145,7 +142,7 @@ HalvesShape shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& n
                           const VideoFacts& facts) {
     const double pixel = facts.sampleAspect.value();
     const double aspect = pixel * facts.size.width / facts.size.height;
-    const bool isBeside = layout == StereoLayout::LeftRight || layout == StereoLayout::RightLeft;
+    const bool isBeside = liesBeside(layout);
     const auto stated = [&](StereoHalves halves) {
         return HalvesShape{halvesAsShown({layout, halves}, facts), true};
     };
@@ -182,11 +179,10 @@ cv::Size photoSize(const StereoVideo& video, cv::Size frame) {
 }
 
 StereoHalves halvesAsShown(const StereoVideo& video, const VideoFacts& facts) {
-    const bool isBeside =
-        video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
     const double pixel = facts.sampleAspect.value();
     const double eye = pixel * facts.size.width / facts.size.height; // stretched again
-    const bool isStretched = isBeside ? pixel > 1.6 : pixel < 0.8;   // px of DVDs are not square
+    // px of DVDs are not square
+    const bool isStretched = liesBeside(video.layout) ? pixel > 1.6 : pixel < 0.8;
     return isStretched && (facts.eyesLayout || !isWide(eye)) ? StereoHalves::Full
                                                              : halvesOf({}, video.halves, eye);
 }

@@ -3,6 +3,7 @@
 #include "altiro3D/depth_source.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "altiro3D/video_depth.hpp"
+#include "image/picture_halves.hpp"
 #include "video/conversion/video_pipeline.hpp"
 #include "video/motion/motion.hpp"
 
@@ -19,9 +20,7 @@ void measureRange(GivenVideoDepth& given);
 
 /// Where the right eye's picture is, as if it were the depth half of an RGB-D image.
 inline RgbdLayout halvesOf(const StereoVideo& video) {
-    const bool isBeside =
-        video.layout == StereoLayout::LeftRight || video.layout == StereoLayout::RightLeft;
-    return {isBeside ? DepthSide::Right : DepthSide::Bottom, video.halves};
+    return {liesBeside(video.layout) ? DepthSide::Right : DepthSide::Bottom, video.halves};
 }
 
 class EyesDepth;

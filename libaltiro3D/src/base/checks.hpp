@@ -156,5 +156,16 @@ inline void putNameBefore(Notes& notes, const std::filesystem::path& file) {
     for (Note& note : notes)
         note.text = file.string() + ": " + note.text;
 }
+/// Calls a reader, and begins each of its remarks with the name of its file.
+/// @param read takes `Notes*`
+template <class Read>
+auto withNamedNotes(const std::filesystem::path& file, Notes* notes, const Read& read) {
+    Notes own;
+    auto result = read(&own);
+    putNameBefore(own, file);
+    addNotes(notes, own);
+    return result;
+}
+
 
 } // namespace altiro3D

@@ -75,10 +75,8 @@ SlidePictureSource slidePhotos(std::vector<std::filesystem::path> files, Notes* 
     return [files = std::move(files), notes](const std::function<bool(const cv::Mat&)>& take) {
         cv::Size first;
         for (const std::filesystem::path& file : files) {
-            Notes own;
-            const cv::Mat photo = readPhoto(PhotoFile(file), &own);
-            putNameBefore(own, file);
-            addNotes(notes, own);
+            const cv::Mat photo = withNamedNotes(
+                file, notes, [&](Notes* own) { return readPhoto(PhotoFile(file), own); });
             if (first.empty()) first = photo.size();
             checkSize(photo.size(), first, file.string(), "like the first photo ");
             if (!take(photo)) break;

@@ -14,14 +14,8 @@ namespace altiro3D {
 
 namespace {
 
-// Calls a reader and puts the file's name before its notes.
-template <class Read>
-cv::Mat withNotes(Read read, const PhotoFile& file, Notes* notes) {
-    Notes own;
-    cv::Mat picture = read(file, &own);
-    putNameBefore(own, file.path());
-    addNotes(notes, own);
-    return picture;
+cv::Mat readWithNotes(const PhotoFile& file, Notes* notes) {
+    return withNamedNotes(file.path(), notes, [&](Notes* own) { return readPhoto(file, own); });
 }
 
 // Stands for a network that is not installed. Photos with depth do not need it.
@@ -88,16 +82,17 @@ class FileSource : public DepthSource {
         // each decoder uses one thread
         std::launch when = std::launch::deferred;
         if (cv::getNumThreads() > 1) when |= std::launch::async;
-        const auto readDepth = [&](const PhotoFile& depth, Notes* own) {
-            const cv::Mat raw = readDepthSamples(depth, own);
-            addKindNotes(depth, raw, kind_, own);
-            return raw;
-        };
-        std::future<cv::Mat> samples =
-            std::async(when, [&] { return withNotes(readDepth, file_, &depthNotes); });
+        std::future<cv::Mat> samples = std::async(when, [&] {
+            return withNamedNotes(file_, &depthNotes, [&](Notes* own) {
+                const PhotoFile depth(file_);
+                const cv::Mat raw = readDepthSamples(depth, own);
+                addKindNotes(depth, raw, kind_, own);
+                return raw;
+            });
+        });
         PhotoDepth found;
         // if both are damaged, the error names the photo
-        found.photo = withNotes(altiro3D::readPhoto, file, notes);
+        found.photo = readWithNotes(file, notes);
         found.rawDepth = samples.get();
         found.kind = kind_;
         found.origin = DepthOrigin::Given;
@@ -128,21 +123,19 @@ class RgbdSource : public DepthSource {
         found.kind = kind_;
         found.origin = DepthOrigin::Given;
         found.text = description();
-        const auto readAndSplit = [&](const PhotoFile& whole, Notes* own) {
-            const cv::Mat image = readRgbdImage(whole, layout.side, own);
+        return withNamedNotes(file.path(), notes, [&](Notes* own) {
+            const cv::Mat image = readRgbdImage(file, layout.side, own);
             found.whole = image.size();
             try {
                 splitRgbd(image, layout, found.photo, found.rawDepth, own);
             } catch (const Error& error) {
-                throw Error(error.code(), whole.path().string(), error.what());
+                throw Error(error.code(), file.path().string(), error.what());
             }
             if (image.depth() == CV_16U && kind_ == DepthKind::Metric) // 65535 may be unknown
                 found.rawDepth.convertTo(found.rawDepth, CV_16U);
-            addKindNotes(whole, found.rawDepth, kind_, own);
-            return found.photo;
-        };
-        static_cast<void>(withNotes(readAndSplit, file, notes));
-        return found;
+            addKindNotes(file, found.rawDepth, kind_, own);
+            return found;
+        });
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         splitRgbd(image, layout_, photo, raw);
@@ -169,7 +162,7 @@ void DepthSource::load() {}
 
 PhotoDepth DepthSource::readPhoto(const PhotoFile& file, Notes* notes) try {
     PhotoDepth found;
-    found.photo = withNotes(altiro3D::readPhoto, file, notes);
+    found.photo = readWithNotes(file, notes);
     found.text = description();
     if (notes == nullptr) return found;
     const std::string mixed = mixedEyes(found.photo);
@@ -183,11 +176,9 @@ void DepthSource::readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) 
     read(image, photo, raw);
 }
 
-void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& scene) try {
+void DepthSource::readScene(const PhotoDepth& found, double flatDepth, Scene& scene) {
     if (found.rawDepth.empty()) return readScene(found.photo, flatDepth, scene);
     makeScene(found, flatDepth, scene);
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 void DepthSource::readScene(const cv::Mat& image, double flatDepth, Scene& scene) try {

@@ -98,10 +98,8 @@ PhotoDepth withPhoto(Found found, const cv::Mat& photo, const DepthSource& fallb
 // @param fallback decodes the file by its readPhoto(), and estimates nothing yet
 cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& fallback, Notes* notes) {
     if (unblurred) {
-        Notes own;
-        cv::Mat original = readUnblurredPhoto(file, &own);
-        putNameBefore(own, file.path());
-        addNotes(notes, own);
+        const cv::Mat original = withNamedNotes(
+            file.path(), notes, [&](Notes* own) { return readUnblurredPhoto(file, own); });
         if (!original.empty()) {
             addNote(notes, NoteCode::Chosen,
                     file.path().string() + ": the sharp original in the file is used");
@@ -116,11 +114,9 @@ PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options,
     static_cast<void>(file.bytes()); // a pipe gives its depth as well
     std::future<Found> depth =
         std::async(besideOthers(), [&] { return options.useDepth ? findDepth(file) : Found(); });
-    Notes pairNotes;
-    std::optional<StereoPair> pair;
-    if (options.useDepth) pair = readStereoPair(file, &pairNotes);
-    putNameBefore(pairNotes, file.path());
-    addNotes(notes, pairNotes);
+    const std::optional<StereoPair> pair = withNamedNotes(file.path(), notes, [&](Notes* own) {
+        return options.useDepth ? readStereoPair(file, own) : std::nullopt;
+    });
     // before depth.get(): if both are damaged, the error names the photo
     const cv::Mat photo = pair ? pair->left : readPhotoOf(file, options.unblurred, fallback, notes);
     Found found = depth.get();
@@ -130,10 +126,8 @@ PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options,
     addNotes(notes, found.notes);
     if (pair) return withPhoto(matchPair(*pair, file), photo, fallback, notes);
     if (!options.namedHalves) return withPhoto({}, photo, fallback, notes);
-    Notes own;
-    const std::optional<PhotoDepth> halves = readNamedHalves(file, photo, &own);
-    putNameBefore(own, file.path());
-    addNotes(notes, own);
+    const std::optional<PhotoDepth> halves = withNamedNotes(
+        file.path(), notes, [&](Notes* own) { return readNamedHalves(file, photo, own); });
     return halves ? *halves : withPhoto({}, photo, fallback, notes);
 }
 
@@ -142,11 +136,9 @@ StereoPair readPair(const PhotoFile& file, const StereoInput& input, DepthSource
     if (input.right.empty()) {
         const cv::Mat picture = fallback.readPhoto(file, notes).photo;
         try {
-            Notes own;
-            StereoPair pair = splitStereoFile(picture, input.layout, input.halves, file, &own);
-            putNameBefore(own, file.path());
-            addNotes(notes, own);
-            return pair;
+            return withNamedNotes(file.path(), notes, [&](Notes* own) {
+                return splitStereoFile(picture, input.layout, input.halves, file, own);
+            });
         } catch (const Error& error) {
             throw Error(error.code(), file.path().string(), error.what());
         }

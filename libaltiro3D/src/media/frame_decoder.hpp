@@ -116,7 +116,7 @@ class FrameTimes {
     void restart();
 
     /// Whether a frame has a time.
-    bool hasBegun() const { return hasLast_; }
+    bool hasBegun() const { return last_.has_value(); }
     /// Whether the file's times start again.
     bool beginsAgain() const { return beginsAgain_; }
     /// Nominal duration of a frame; 0 = unknown.
@@ -130,8 +130,7 @@ class FrameTimes {
     std::int64_t frameDuration_;
     bool countsFirst_; // that the time of the first frame is missing
     VideoReadCounts& counts_;
-    std::int64_t last_ = 0;
-    bool hasLast_ = false;
+    std::optional<std::int64_t> last_;
     std::int64_t shift_ = 0;
     int inDisorder_ = 0; // frames in a row
     bool beginsAgain_ = false;

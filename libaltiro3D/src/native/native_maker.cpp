@@ -231,23 +231,18 @@ void NativeMaker::makeNative(const Scene& fitted, const cv::Mat& quilt, const Ro
     leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Scene& scene, cv::Mat& native, ChannelOrder order) const try {
+void NativeMaker::makeNative(const Scene& scene, cv::Mat& native, ChannelOrder order) const {
     const double aspect = impl_->display
                               ? impl_->display->aspect()
                               : static_cast<double>(panelSize().width) / panelSize().height;
     const cv::Size size = impl_->direct ? workSize() : quiltSize();
     makeNative(placeScene(scene, aspect, size, options()), native, order);
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
-void NativeMaker::makeNative(const Placement& placed, cv::Mat& native, ChannelOrder order) const
-    try {
+void NativeMaker::makeNative(const Placement& placed, cv::Mat& native, ChannelOrder order) const {
     cv::Mat quilt;
     if (!impl_->direct) makeQuilt(placed.scene, quilt);
     makeNative(placed.scene, quilt, native, order);
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -32,15 +32,9 @@ bool isKnown(T value, DepthKind kind) {
 
 // Larger = nearer.
 double nearness(double value, DepthKind kind) {
-    switch (kind) {
-    case DepthKind::NearWhite:
-        return value;
-    case DepthKind::FarWhite:
-        return -value;
-    case DepthKind::Metric:
-        return std::min(1.0 / value, DBL_MAX);
-    }
-    return value;
+    return kind == DepthKind::Metric     ? std::min(1.0 / value, DBL_MAX)
+           : kind == DepthKind::FarWhite ? -value
+                                         : value;
 }
 
 // Keys: unsigned numbers in the same order as the samples.

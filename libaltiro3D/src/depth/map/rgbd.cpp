@@ -135,11 +135,9 @@ void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout, cv::Mat& photo,
     leaveAsOurs(exception);
 }
 
-cv::Mat readRgbdImage(const PhotoFile& file, DepthSide side, Notes* notes) try {
+cv::Mat readRgbdImage(const PhotoFile& file, DepthSide side, Notes* notes) {
     return readImageParts(
         file, [side](cv::Size whole) { return halvesOf(side, whole).photo; }, notes);
-} catch (const cv::Exception& exception) {
-    leaveAsOurs(exception);
 }
 
 std::optional<DepthSide> findDepthHalf(const cv::Mat& picture, bool isStacked) try {

@@ -199,12 +199,6 @@ cv::Mat windowOf(int radius) {
     return cv::Mat::ones(2 * radius + 1, 2 * radius + 1, CV_8UC1);
 }
 
-void findLeast(const cv::Mat& from, int radius, cv::Mat& to) {
-    inParts(from, to, [window = windowOf(radius)](const cv::Mat& part, cv::Mat& result) {
-        cv::erode(part, result, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
-    });
-}
-
 void findMost(const cv::Mat& from, int radius, cv::Mat& to) {
     inParts(from, to, [window = windowOf(radius)](const cv::Mat& part, cv::Mat& result) {
         cv::dilate(part, result, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
@@ -214,7 +208,9 @@ void findMost(const cv::Mat& from, int radius, cv::Mat& to) {
 } // namespace
 
 void findExtremes(const cv::Mat& depth, int radius, cv::Mat& least, cv::Mat& most) {
-    findLeast(depth, radius, least);
+    inParts(depth, least, [window = windowOf(radius)](const cv::Mat& part, cv::Mat& result) {
+        cv::erode(part, result, window, {-1, -1}, 1, cv::BORDER_REPLICATE);
+    });
     findMost(depth, radius, most);
 }
 

@@ -2,7 +2,8 @@
 """Checks that the includes of the library follow its rooms (docs/architecture.md).
 
 A room may include itself and the rooms before it, and no chain of includes returns to where it began.
-A header and its source count as one node; a public header belongs to the room of its source.
+A header and its source count as one node; a public header belongs to the room of its source. Tools
+include public headers, and inner ones that need no symbols.
 
     scripts/check-includes.py [ROOT]      default: the project
 """
@@ -20,6 +21,7 @@ HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "imag
                 "video_io": "media",
                 "scene": "depth/map", "video_conversion": "video/conversion"}
 UMBRELLA = "altiro3D"
+FOR_TOOLS = ["base/text", "base/image_format"]  # inner headers of which tools need no symbols
 
 
 def read_nodes(root):
@@ -101,6 +103,11 @@ def main():
     for group in find_cycles(includes):
         places = [includes[a][b] for a in group for b in group if b in includes[a]]
         problems.append(f"cycle of {', '.join(group)}: " + "; ".join(places))
+    for file in sorted((root / "tools").rglob("*.[ch]pp")):
+        for target in re.findall(r'^\s*#include "([\w/]+)\.hpp"', file.read_text(), re.MULTILINE):
+            if (root / f"libaltiro3D/src/{target}.hpp").exists() and target not in FOR_TOOLS:
+                problems.append(f"{file.relative_to(root)}: includes {target}.hpp, expected a public header or "
+                                f"{' or '.join(FOR_TOOLS)}")
     for problem in problems:
         print(problem, file=sys.stderr)
     if problems:

@@ -11,18 +11,14 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
 
 namespace {
 
-std::string number(double value, int digits = 12) {
-    std::ostringstream text;
-    text.precision(digits);
-    text << value;
-    return text.str();
+std::string exact(double value) {
+    return numberText(value, 12);
 }
 
 // The views that one lens shows, px by px from the middle of the panel.
@@ -45,29 +41,29 @@ void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     const double lensColumns = g.lensPeriodSubpixels / 3;
     const bool isLying = g.isLying(); // what is counted along a row then says nothing
     if (c.sheet) tellSheet(c, messages);
-    messages.say("panel         " + std::to_string(g.panelWidth) + " x " +
-                 std::to_string(g.panelHeight) + " px, " + number(c.DPI, 6) + " dpi, " +
+    messages.say("panel         " + sizeText({g.panelWidth, g.panelHeight}) + ", " +
+                 numberText(c.DPI) + " dpi, " +
                  (c.sheet && c.sheet->isPrint ? "no sub-pixels"
                   : g.cells.empty()
                       ? (g.blueFirst ? "BGR stripes" : "RGB stripes")
                       : std::to_string(g.cells.size()) + " sub-pixel cells, pattern " +
                             std::to_string(g.cellPattern)));
-    messages.say("lenses (P)    " + number(g.periodsPerWidth) + " across the panel's width");
-    messages.say("tilt (T)      " + number(g.tilt) + " panel widths over the panel's height");
-    messages.say("sub-pixel     " + number(g.subpixelStep) + " panel widths");
+    messages.say("lenses (P)    " + exact(g.periodsPerWidth) + " across the panel's width");
+    messages.say("tilt (T)      " + exact(g.tilt) + " panel widths over the panel's height");
+    messages.say("sub-pixel     " + exact(g.subpixelStep) + " panel widths");
     if (isLying) {
         messages.say("lens          " +
-                     number(g.panelHeight / (std::abs(g.tilt) * g.periodsPerWidth), 6) +
+                     numberText(g.panelHeight / (std::abs(g.tilt) * g.periodsPerWidth)) +
                      " px down; the lenses lie");
     } else {
-        messages.say("lens (Px)     " + number(g.lensPeriodSubpixels) + " sub-pixels, " +
-                     number(lensColumns, 6) + " px");
+        messages.say("lens (Px)     " + exact(g.lensPeriodSubpixels) + " sub-pixels, " +
+                     numberText(lensColumns) + " px");
     }
-    messages.say("offset (i_off) " + number(g.offsetSubpixels) + " sub-pixels");
+    messages.say("offset (i_off) " + exact(g.offsetSubpixels) + " sub-pixels");
     messages.say("view order    " +
                  std::string(g.inverted ? "reversed under each lens" : "as it is"));
     if (!isLying) {
-        messages.say("views per px  " + number(layout.viewCount / lensColumns, 6) + " with " +
+        messages.say("views per px  " + numberText(layout.viewCount / lensColumns) + " with " +
                      std::to_string(layout.viewCount) + " views");
         messages.say("one lens     " + lensText(g, layout.viewCount) +
                      "  (views of red, green, blue; px by px in the panel's middle)");

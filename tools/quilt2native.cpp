@@ -138,7 +138,7 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
 // Of a Native. .mkv holds more kinds of subtitles than .mp4, so it is kept.
 std::string endingOf(const fs::path& quilt) {
     if (!isVideoFileName(quilt)) return ".png";
-    return lowerCase(quilt.extension().string()) == ".mkv" ? ".mkv" : ".mp4";
+    return lowerExtension(quilt) == ".mkv" ? ".mkv" : ".mp4";
 }
 
 // Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit

@@ -74,7 +74,7 @@ cv::Size sizeOf(const val& picture, const char* subject, unsigned channels) {
     const auto length = picture["data"]["length"].as<double>();
     check(length == static_cast<double>(channels) * size.area(), subject,
           "has " + numberText(length, 12) + " values, expected " + std::to_string(channels) +
-              " for each of " + sizeText(size) + " px");
+              " for each of " + sizeText(size));
     return size;
 }
 

@@ -45,9 +45,7 @@ std::vector<SettingCost> parseCosts(const Json& list, const std::vector<std::str
 }
 
 std::string wholeMilliseconds(double value) {
-    char text[64];
-    std::snprintf(text, sizeof text, value < 10 ? "%.1f" : "%.0f", value);
-    const std::string number = text;
+    const std::string number = fixed(value, value < 10 ? 1 : 0);
     const std::size_t zero = number.find(".0");
     return (zero == std::string::npos ? number : number.substr(0, zero)) + " ms";
 }

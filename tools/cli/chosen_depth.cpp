@@ -278,9 +278,8 @@ PhotoScene ChosenDepth::read(const fs::path& photoFile, const fs::path& depthFil
     const double depthAspect = static_cast<double>(result.depth.cols) / result.depth.rows;
     if (ofFiles && !options_.isPair && !haveSameShape(photoAspect, depthAspect)) {
         messages.warn(depthFile.string() + ": its shape differs from the photo's (" +
-                      std::to_string(result.depth.cols) + " x " +
-                      std::to_string(result.depth.rows) + " and " + sizeText(result.photo.size()) +
-                      "); it is stretched to fit");
+                      pairText(result.depth.cols, result.depth.rows) + " and " +
+                      sizeText(result.photo.size()) + "); it is stretched to fit");
     }
     if (result.origin == DepthOrigin::Given &&
         looksInverted(result.depth, [&] { return trustedEstimate(result.photo); })) {

@@ -2,6 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "base/text.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -331,12 +332,8 @@ std::optional<double> CommandLine::number(const std::string& option, double low,
     double result = 0;
     const char* end = text->data() + text->size();
     const auto parsed = std::from_chars(text->data(), end, result);
-    if (parsed.ec != std::errc() || parsed.ptr != end || !(result >= low && result <= high)) {
-        std::ostringstream range;
-        range.imbue(std::locale::classic());
-        range << low << ".." << high;
-        failValue(option, "a number " + range.str());
-    }
+    if (parsed.ec != std::errc() || parsed.ptr != end || !(result >= low && result <= high))
+        failValue(option, "a number " + numberText(low) + ".." + numberText(high));
     return result;
 }
 

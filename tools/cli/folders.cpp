@@ -62,7 +62,7 @@ CameraPhotos cameraPhotos(const std::vector<fs::path>& entries) {
     const std::set<std::string> endings = {".heic", ".heif", ".avif", ".jpg", ".jpeg", ".png"};
     CameraPhotos photos;
     for (const fs::path& entry : entries) {
-        if (endings.count(lowerCase(entry.extension().string())) > 0)
+        if (endings.count(lowerExtension(entry)) > 0)
             photos.emplace(comparableName(entry.stem().string()), entry);
     }
     return photos;
@@ -105,9 +105,7 @@ bool isVrName(const fs::path& file) {
 fs::path originalOf(const fs::path& file, const std::vector<fs::path>& pictures) {
     constexpr std::string_view kEnding = "_with_depth"; // as --save-photo-with-depth names it
     const std::string stem = file.stem().string();
-    if (stem.size() <= kEnding.size() ||
-        stem.compare(stem.size() - kEnding.size(), kEnding.size(), kEnding) != 0)
-        return {};
+    if (stem.size() <= kEnding.size() || !endsWith(stem, kEnding)) return {};
     const std::u32string name = comparableName(stem.substr(0, stem.size() - kEnding.size()));
     const auto found = std::find_if(pictures.begin(), pictures.end(), [&](const fs::path& picture) {
         return comparableName(picture.stem().string()) == name;
@@ -261,8 +259,7 @@ const std::vector<std::string>& videoEndings() {
 
 bool isVideoFileName(const fs::path& file) {
     const std::vector<std::string>& endings = videoEndings();
-    return std::find(endings.begin(), endings.end(), lowerCase(file.extension().string())) !=
-           endings.end();
+    return std::find(endings.begin(), endings.end(), lowerExtension(file)) != endings.end();
 }
 
 FolderContents searchFolder(const fs::path& folder, const FolderSearch& how) {

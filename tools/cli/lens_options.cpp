@@ -20,13 +20,6 @@ std::optional<std::string> readNumber(std::string_view text, double& value) {
     return std::string(read.ptr, end);
 }
 
-std::string number(double value) {
-    std::ostringstream text;
-    text.precision(6);
-    text << value;
-    return text.str();
-}
-
 std::string sizeInMm(const LensFacts& facts) {
     return fixed(facts.width, 1) + " x " + fixed(facts.height, 1) + " mm";
 }
@@ -131,7 +124,7 @@ LensNumbers lensOption(const CommandLine& commandLine) {
 std::string sheetText(const Calibration& calibration) {
     const LensFacts facts = lensFacts(calibration);
     return std::string(calibration.sheet->isPrint ? "print" : "screen with a lens film") + " of " +
-           sizeInMm(facts) + ", " + number(facts.lpi) + " LPI";
+           sizeInMm(facts) + ", " + numberText(facts.lpi) + " LPI";
 }
 
 void tellSheet(const Calibration& calibration, const Messages& messages) {
@@ -139,16 +132,17 @@ void tellSheet(const Calibration& calibration, const Messages& messages) {
     const LensSheet& sheet = *calibration.sheet;
     const double down = sheet.dpiDown;
     messages.say((sheet.isPrint ? "print         " : "screen        ") + sizeInMm(facts) + ", " +
-                 number(calibration.DPI) + (down == calibration.DPI ? "" : " x " + number(down)) +
-                 " dpi, " + number(facts.lpi) + " LPI");
-    messages.say("useful views  " + number(facts.usefulViews) +
+                 numberText(calibration.DPI) +
+                 (down == calibration.DPI ? "" : " x " + numberText(down)) + " dpi, " +
+                 numberText(facts.lpi) + " LPI");
+    messages.say("useful views  " + numberText(facts.usefulViews) +
                  (sheet.isPrint ? " (dpi / LPI)" : " (sub-pixels under a lens)") +
                  "; more of them blend");
     if (sheet.thickness == 0) return;
     messages.say("viewing cone  " + fixed(facts.viewCone, 1) + " degrees");
     if (facts.visualLpi > 0)
         messages.say("visual pitch  " + fixed(facts.visualLpi, 3) + " LPI at " +
-                     number(sheet.distance) + " mm, if " + number(facts.lpi) +
+                     numberText(sheet.distance) + " mm, if " + numberText(facts.lpi) +
                      " LPI are the sheet's own; a pitch sheet measures it");
     messages.say("sharp depth   " + fixed(facts.sharpDepth, 1) +
                  " mm from the nearest plane to the farthest, at most --strength " +

@@ -62,10 +62,6 @@ void clearStatus() {
     takeStatusAway();
 }
 
-std::string sizeText(cv::Size size) {
-    return std::to_string(size.width) + " x " + std::to_string(size.height) + " px";
-}
-
 std::string oneLine(std::string text) {
     return withoutControls(std::move(text));
 }
@@ -104,12 +100,6 @@ void Messages::dropWarnings() {
 
 void Messages::fail(const std::string& line) const {
     writeLine(stderr, tool_ + ": error: " + oneLine(line));
-}
-
-std::string fixed(double value, int decimals) {
-    char text[512]; // of any double
-    std::snprintf(text, sizeof text, "%.*f", decimals, value);
-    return text;
 }
 
 std::string sentenceOf(const std::exception& error) {

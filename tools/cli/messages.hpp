@@ -1,10 +1,10 @@
 #pragma once
 
 #include "altiro3D/error.hpp"
+#include "base/text.hpp" // IWYU pragma: export
 
 #include <cstdio>
 #include <exception>
-#include <opencv2/core/types.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,12 +76,8 @@ class Messages {
     std::vector<std::string> all_;
 };
 
-/// "1536 x 2048 px"
-std::string sizeText(cv::Size size);
 /// The text as one line without terminal escape sequences, which file names may contain.
 std::string oneLine(std::string text);
-
-std::string fixed(double value, int decimals);
 
 std::string sentenceOf(const std::exception& error);
 /// The code of an error for reports: errorCodeName(), or "Usage" or "Unknown".

@@ -29,7 +29,7 @@ constexpr Extensions kLossyFormats = {".jpg", ".jpeg", ".jpe", ".jp2"};
 constexpr Extensions kEightBitFormats = {".webp", ".bmp", ".dib"};
 
 bool hasExtension(const fs::path& file, Extensions extensions) {
-    const std::string extension = lowerCase(file.extension().string());
+    const std::string extension = lowerExtension(file);
     return std::find(extensions.begin(), extensions.end(), extension) != extensions.end();
 }
 

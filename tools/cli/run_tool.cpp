@@ -8,7 +8,6 @@
 #include <QCoreApplication>
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <clocale>
 #include <csignal>
@@ -137,12 +136,6 @@ bool isFile(const std::filesystem::path& name) {
 bool isDirectory(const std::filesystem::path& name) {
     std::error_code error;
     return std::filesystem::is_directory(name, error);
-}
-
-std::string lowerCase(std::string text) {
-    for (char& c : text)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
 }
 
 int runTool(int argc, char** argv, CommandLine& commandLine,

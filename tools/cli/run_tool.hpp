@@ -90,9 +90,6 @@ bool isThere(const std::filesystem::path& name);
 bool isFile(const std::filesystem::path& name); ///< A regular one.
 bool isDirectory(const std::filesystem::path& name);
 
-/// ASCII letters in lower case, all else as it is.
-std::string lowerCase(std::string text);
-
 /// The value of an environment variable; nothing if it is not set or empty.
 std::optional<std::string> environment(const char* name);
 

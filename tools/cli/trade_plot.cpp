@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace altiro3D::tools {
 
@@ -88,10 +87,8 @@ std::string tradePlotSvg(const std::vector<TradePoint>& points, const std::strin
         for (double step : {1.0, 2.0, 5.0}) {
             const double tick = std::pow(10, decade) * step;
             if (tick < fastest || tick > slowest) continue;
-            char text[32];
-            std::snprintf(text, sizeof text, "%g", tick);
             svg += line(xOf(tick), kTop, xOf(tick), kHeight - kBottom, "#ddd\"") +
-                   label(xOf(tick), kHeight - kBottom + 16, text, "middle");
+                   label(xOf(tick), kHeight - kBottom + 16, numberText(tick), "middle");
         }
     }
     svg += label((kLeft + kWidth - kRight) / 2, kHeight - 12, "ms per view", "middle");

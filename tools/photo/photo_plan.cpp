@@ -30,7 +30,7 @@ void requirePhotoName(const fs::path& name) {
 }
 
 bool isJpegName(const fs::path& name) {
-    const std::string extension = lowerCase(name.extension().string());
+    const std::string extension = lowerExtension(name);
     return extension == ".jpg" || extension == ".jpeg";
 }
 

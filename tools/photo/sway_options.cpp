@@ -3,7 +3,6 @@
 
 #include <QRegularExpression>
 #include <cmath>
-#include <cstdio>
 
 namespace altiro3D::tools {
 
@@ -87,10 +86,8 @@ std::optional<cv::Size> swaySizeOption(const CommandLine& commandLine) {
 
 std::string swayText(const SwayOptions& options, cv::Size size) {
     const int frames = framesPerTurn(options) * options.turns;
-    char text[128];
-    std::snprintf(text, sizeof text, "%d x %d px, %d frames, %.4g s", size.width, size.height,
-                  frames, frames / options.frameRate.value());
-    return text;
+    return sizeText(size) + ", " + std::to_string(frames) + " frames, " +
+           numberText(frames / options.frameRate.value(), 4) + " s";
 }
 
 void writeSwayFile(const std::filesystem::path& file, cv::Size size, const SwayOptions& options,

@@ -22,7 +22,7 @@ namespace {
 
 // .mkv holds more kinds of subtitles than .mp4, so it is kept.
 std::string endingOf(const VideoJob& job, const fs::path& input) {
-    if (lowerCase(input.extension().string()) == ".mkv") return ".mkv";
+    if (lowerExtension(input) == ".mkv") return ".mkv";
     try {
         VideoReader source(input, job.plan.part);
         return VideoWriter::extensionFor(source, job.encoding);

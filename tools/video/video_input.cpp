@@ -271,12 +271,7 @@ void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConver
 
 bool isPicture(const fs::path& file, const VideoFacts& facts) {
     if (isHeifPicture(file)) return true;
-    const std::string& format = facts.format;
-    const std::string ending = "_pipe";
-    const bool mayBe = format == "image2" ||
-                       (format.size() > ending.size() &&
-                        format.compare(format.size() - ending.size(), ending.size(), ending) == 0);
-    if (!mayBe) return false;
+    if (facts.format != "image2" && !endsWith(facts.format, "_pipe")) return false;
     try {
         VideoReader reader(file);
         return !reader.next() || !reader.next(); // pictures may also stand one after the other

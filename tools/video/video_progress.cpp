@@ -3,7 +3,6 @@
 #include "cli/json_text.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -95,10 +94,7 @@ void VideoProgressLine::show() {
     }
     text += clockText(now.end);
     if (now.length) text += " of " + clockText(*now.length);
-    char numbers[64];
-    std::snprintf(numbers, sizeof numbers, ", frame %lld, %.1f fps",
-                  static_cast<long long>(now.frames), pace_.rate());
-    text += numbers;
+    text += ", frame " + std::to_string(now.frames) + ", " + fixed(pace_.rate(), 1) + " fps";
     if (left) text += ", " + clockText(*left) + " left";
     showStatus(text);
 }

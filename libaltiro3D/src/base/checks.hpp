@@ -38,8 +38,7 @@ inline void checkRange(const std::string& field, double value, double low, doubl
 /// "is 640 x 480 px of CV_8UC3"
 inline std::string shapeText(const cv::Mat& picture) {
     if (picture.empty()) return "is empty";
-    return "is " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) + " px of " +
-           cv::typeToString(picture.type());
+    return "is " + sizeText(picture.size()) + " of " + cv::typeToString(picture.type());
 }
 
 /// Throws InvalidArgument unless the picture has at least one px and one of the types.
@@ -56,7 +55,7 @@ inline void checkSize(cv::Size size, cv::Size expected, const std::string& subje
                       const std::string& whose = {}) {
     if (size == expected) return;
     throw Error(ErrorCode::Mismatch, subject,
-                "has " + sizeText(size) + " px, expected " + whose + sizeText(expected) + " px");
+                "has " + sizeText(size) + ", expected " + whose + sizeText(expected));
 }
 
 /// Throws unless photo and depth (or distance) have the same size and views can be made of it.
@@ -70,7 +69,7 @@ inline void checkPhotoAndDepth(const cv::Mat& photo, const cv::Mat& depth, const
     checkSize(depth.size(), photo.size(), subject, "the photo's ");
     if (photo.cols > kMaxViewSide || photo.rows > kMaxViewSide) {
         throw Error(ErrorCode::TooLarge, "photo",
-                    "has " + sizeText(photo.size()) + " px, expected at most 32766 px a side");
+                    "has " + sizeText(photo.size()) + ", expected at most 32766 px a side");
     }
 }
 
@@ -156,6 +155,7 @@ inline void putNameBefore(Notes& notes, const std::filesystem::path& file) {
     for (Note& note : notes)
         note.text = file.string() + ": " + note.text;
 }
+
 /// Calls a reader, and begins each of its remarks with the name of its file.
 /// @param read takes `Notes*`
 template <class Read>
@@ -166,6 +166,5 @@ auto withNamedNotes(const std::filesystem::path& file, Notes* notes, const Read&
     addNotes(notes, own);
     return result;
 }
-
 
 } // namespace altiro3D

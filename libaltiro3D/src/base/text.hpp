@@ -26,7 +26,7 @@ inline std::string numberText(double value, int significantDigits = 6) {
 }
 
 /// A number with a fixed number of decimals ("0.70"), independent of the locale.
-inline std::string fixedText(double value, int decimals) {
+inline std::string fixed(double value, int decimals) {
     char text[512]; // long enough for any double
 #ifdef __cpp_lib_to_chars
     const auto end =
@@ -76,9 +76,9 @@ inline std::string pairText(long long a, long long b) {
     return std::to_string(a) + " x " + std::to_string(b);
 }
 
-/// "1536 x 2048": width x height.
+/// "1536 x 2048 px": width x height.
 inline std::string sizeText(cv::Size size) {
-    return pairText(size.width, size.height);
+    return pairText(size.width, size.height) + " px";
 }
 
 /// Shortens a text from a file for a message, to its first 60 bytes.
@@ -105,6 +105,9 @@ inline std::string oneLine(const std::string& words) {
 inline bool startsWith(std::string_view text, std::string_view prefix) {
     return text.substr(0, prefix.size()) == prefix;
 }
+inline bool endsWith(std::string_view text, std::string_view ending) {
+    return text.size() >= ending.size() && text.substr(text.size() - ending.size()) == ending;
+}
 
 inline bool isDigit(char c) {
     return c >= '0' && c <= '9';
@@ -114,13 +117,15 @@ inline bool isDigit(char c) {
 inline char lowerCase(char c) {
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
+inline std::string lowerCase(std::string text) {
+    for (char& c : text)
+        c = lowerCase(c);
+    return text;
+}
 
 /// The extension of a file name with its dot, in lower case.
 inline std::string lowerExtension(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension)
-        c = lowerCase(c);
-    return extension;
+    return lowerCase(path.extension().string());
 }
 
 } // namespace altiro3D

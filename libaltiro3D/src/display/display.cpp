@@ -4,7 +4,6 @@
 #include "base/text.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -34,12 +33,6 @@ constexpr const char* k27Portrait = "Looking Glass 27\" portrait";
 constexpr const char* k32 = "Looking Glass 32\" landscape";
 constexpr const char* k65 = "Looking Glass 65\"";
 constexpr const char* k65Portrait = "Looking Glass 65\" portrait";
-
-std::string upper(std::string text) {
-    for (char& c : text)
-        c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return text;
-}
 
 // In the order in which their serial prefixes are tried. Sources:
 //   T  the maker's LKG-Toolkit, templates of calibrations and quilts
@@ -132,9 +125,9 @@ int viewsOf(const Calibration& c) {
 
 const DisplayModel* findDisplayModel(const Calibration& calibration) {
     if (calibration.sheet) return nullptr; // self-made, whatever its size
-    const std::string serial = upper(calibration.serial);
+    const std::string serial = lowerCase(calibration.serial);
     for (const DisplayModel& m : displayModels()) {
-        if (!m.serialPrefix.empty() && startsWith(serial, m.serialPrefix)) return &m;
+        if (!m.serialPrefix.empty() && startsWith(serial, lowerCase(m.serialPrefix))) return &m;
     }
     return byPanel(calibration);
 }
@@ -176,7 +169,7 @@ Notes calibrationWarnings(const Calibration& c) {
     if (m != nullptr && !m->panelSize.empty() && m->panelSize != cv::Size(c.screenW, c.screenH)) {
         result.push_back({NoteCode::Doubtful, "serial number " + c.serial + " is that of a " +
                                                   m->name + " with " + sizeText(m->panelSize) +
-                                                  " px, but the panel has " +
+                                                  ", but the panel has " +
                                                   pairText(c.screenW, c.screenH) + " px"});
     }
     if (m != nullptr && (m->serialPrefix == "LKG-H" || m->serialPrefix == "LKG-J") &&
@@ -208,7 +201,7 @@ Display displayOf(Calibration calibration, const std::string& source) {
 Display readDisplay(const fs::path& calibrationFile, const std::string& serial) {
     const std::vector<Calibration> all = readCalibrations(calibrationFile);
     const auto chosen = std::find_if(all.begin(), all.end(), [&](const Calibration& calibration) {
-        return serial.empty() || upper(calibration.serial) == upper(serial);
+        return serial.empty() || lowerCase(calibration.serial) == lowerCase(serial);
     });
     if (chosen == all.end()) {
         throw Error(ErrorCode::NotFound, calibrationFile.string(),
@@ -235,7 +228,7 @@ std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {
              it.increment(error)) {
             std::error_code ignored;
             if (!it->is_directory(ignored)) continue;
-            if (startsWith(upper(it->path().filename().string()), "LKG")) {
+            if (startsWith(lowerCase(it->path().filename().string()), "lkg")) {
                 const fs::path file = it->path() / "LKG_calibration" / "visual.json";
                 if (fs::is_regular_file(file, ignored)) files.insert(file);
             } else if (levels > 0) {

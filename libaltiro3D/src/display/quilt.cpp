@@ -100,14 +100,22 @@ bool holdsTiles(QuiltGrid grid) {
            grid.rows <= kMaxTilesPerSide;
 }
 
-std::string gridText(int columns, int rows) {
-    return std::to_string(columns) + " columns x " + std::to_string(rows) + " rows";
+std::string textOf(QuiltGrid grid) {
+    return std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) + " rows";
+}
+
+QuiltGrid gridOf(const QuiltLayout& layout) {
+    return {layout.columns, layout.rows};
+}
+
+bool areSame(QuiltGrid a, QuiltGrid b) {
+    return a.columns == b.columns && a.rows == b.rows;
 }
 
 void checkGrid(QuiltGrid grid) {
     if (holdsTiles(grid)) return;
     throw Error(ErrorCode::InvalidArgument, "quilt layout",
-                gridText(grid.columns, grid.rows) + ", expected 1..1024 of each");
+                textOf(grid) + ", expected 1..1024 of each");
 }
 
 // Whether file names of quilts can hold this aspect.
@@ -122,7 +130,7 @@ cv::Size tileOf(cv::Size quilt, QuiltGrid grid) {
 } // namespace
 
 std::string QuiltLayout::text() const {
-    std::string text = gridText(columns, rows) + ", each view " + sizeText(tileSize) + " px";
+    std::string text = textOf(gridOf(*this)) + ", each view " + sizeText(tileSize);
     if (viewCount != columns * rows) text += ", " + std::to_string(viewCount) + " views";
     return text;
 }
@@ -131,16 +139,16 @@ void validate(const QuiltLayout& layout) {
     const auto fail = [](ErrorCode code, const std::string& problem) {
         throw Error(code, "quilt layout", problem);
     };
-    checkGrid({layout.columns, layout.rows});
+    checkGrid(gridOf(layout));
     if (layout.tileSize.width < 1 || layout.tileSize.height < 1) {
         fail(ErrorCode::InvalidArgument, "views of " + sizeText(layout.tileSize) +
-                                             " px (width x height), expected at least 1 x 1");
+                                             " (width x height), expected at least 1 x 1");
     }
     const std::int64_t width = std::int64_t{layout.columns} * layout.tileSize.width;
     const std::int64_t height = std::int64_t{layout.rows} * layout.tileSize.height;
     if (width > kMaxQuiltSide || height > kMaxQuiltSide) {
-        fail(ErrorCode::TooLarge, std::to_string(width) + " x " + std::to_string(height) +
-                                      " px (width x height), expected at most 65535 a side");
+        fail(ErrorCode::TooLarge,
+             pairText(width, height) + " px (width x height), expected at most 65535 a side");
     }
     if (layout.viewCount < 1 || layout.viewCount > layout.columns * layout.rows) {
         fail(ErrorCode::InvalidArgument, std::to_string(layout.viewCount) + " views, expected 1.." +
@@ -192,17 +200,16 @@ std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
 
 std::filesystem::path quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout,
                                     double aspect) {
-    checkGrid({layout.columns, layout.rows});
+    checkGrid(gridOf(layout));
     std::string suffix = "_qs" + std::to_string(layout.columns) + "x" + std::to_string(layout.rows);
     if (isNamed(aspect)) suffix += "a" + numberText(aspect);
     if (const std::optional<QuiltName> name = parseQuiltName(file)) {
-        const bool same = name->grid.columns == layout.columns && name->grid.rows == layout.rows &&
-                          (!name->aspect || fits(*name->aspect, aspect));
+        const bool same =
+            areSame(name->grid, gridOf(layout)) && (!name->aspect || fits(*name->aspect, aspect));
         if (same) return file;
         throw Error(ErrorCode::Mismatch, file.string(),
-                    "its name says " + gridText(name->grid.columns, name->grid.rows) +
-                        ", but the quilt has " + layout.text() + "; expected a name that ends in " +
-                        suffix);
+                    "its name says " + textOf(name->grid) + ", but the quilt has " + layout.text() +
+                        "; expected a name that ends in " + suffix);
     }
     std::filesystem::path named = file;
     named.replace_filename(file.stem().string() + suffix + file.extension().string());
@@ -214,15 +221,15 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     validate(standard);
     ResolvedQuilt resolved;
     QuiltLayout& layout = resolved.layout;
-    QuiltGrid grid{standard.columns, standard.rows};
+    QuiltGrid grid = gridOf(standard);
     if (request.found) grid = *request.found;
     if (request.grid) grid = *request.grid;
     if (request.name) {
         const QuiltGrid named = request.name->grid;
-        if (request.grid && (named.columns != grid.columns || named.rows != grid.rows)) {
+        if (request.grid && !areSame(named, grid)) {
             throw Error(ErrorCode::Mismatch, kGrid,
-                        "says " + gridText(grid.columns, grid.rows) + ", but the file name says " +
-                            gridText(named.columns, named.rows) + "; expected the same in both");
+                        "says " + textOf(grid) + ", but the file name says " + textOf(named) +
+                            "; expected the same in both");
         }
         grid = named;
     }
@@ -237,15 +244,13 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
     if (request.quiltSize && request.tileSize && layout.tileSize != *request.tileSize) {
         throw Error(ErrorCode::Mismatch, kTile,
                     "says views of " + sizeText(*request.tileSize) +
-                        " px (width x height), but a quilt of " + sizeText(canvas) + " px with " +
-                        std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
-                        " rows has views of " + sizeText(layout.tileSize) + " px");
+                        " (width x height), but a quilt of " + sizeText(canvas) + " with " +
+                        textOf(grid) + " has views of " + sizeText(layout.tileSize));
     }
     if (layout.tileSize.width < 1 || layout.tileSize.height < 1) {
         throw Error(ErrorCode::InvalidArgument, "quilt layout",
-                    std::to_string(grid.columns) + " columns x " + std::to_string(grid.rows) +
-                        " rows do not fit into a quilt of " + sizeText(canvas) +
-                        " px, expected fewer");
+                    textOf(grid) + " do not fit into a quilt of " + sizeText(canvas) +
+                        ", expected fewer");
     }
     validate(layout);
     if (!request.grid && !request.name && !request.found && !request.tileSize &&
@@ -253,7 +258,7 @@ ResolvedQuilt resolveQuilt(const QuiltRequest& request, const QuiltLayout& stand
         resolved.notes.push_back(
             {NoteCode::Doubtful,
              "the file's name does not state the layout, and its size, " + sizeText(canvas) +
-                 " px, is not that of the display's quilts; it is read as " + layout.text()});
+                 ", is not that of the display's quilts; it is read as " + layout.text()});
     }
 
     // People use both orders. The warning points out that the other one fits better.

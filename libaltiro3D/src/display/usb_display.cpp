@@ -68,8 +68,7 @@ std::vector<UsbDisplay> findUsbDisplays(const fs::path& root) {
          it.increment(error)) {
         std::ifstream file(it->path() / "device/uevent");
         const std::string facts{std::istreambuf_iterator<char>(file), {}};
-        std::string name = facts;
-        std::transform(name.begin(), name.end(), name.begin(), lowerCase);
+        const std::string name = lowerCase(facts);
         const auto states = [&name](const char* part) { return name.find(part) < name.size(); };
         if (!states(":000004d8:0000ef7e\n") || !states("holoplay")) continue;
         found.push_back({root / "dev" / it->path().filename(), fingerprintText(checksum(facts))});

@@ -291,8 +291,8 @@ std::string reasonAgainstDepth(const cv::Mat& samples, cv::Size photo) try {
     checkType(samples, {CV_8UC1, CV_16UC1, CV_32FC1, CV_64FC1}, "samples",
               "one channel of 8 or 16 bits or of floats");
     if (!haveOneShape(samples.size(), photo))
-        return "its shape, " + sizeText(samples.size()) + " px, is not that of the photo, " +
-               sizeText(photo) + " px";
+        return "its shape, " + sizeText(samples.size()) + ", is not that of the photo, " +
+               sizeText(photo);
     cv::Mat numbers;
     samples.convertTo(numbers, CV_32F);
     std::vector<float> values;

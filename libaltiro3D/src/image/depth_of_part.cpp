@@ -68,7 +68,7 @@ void addUnusedDepth(Notes* notes, const std::string& what, const std::string& wh
 }
 
 std::string EmbeddedDepth::text() const {
-    return std::string(nameOf(form)) + ", " + sizeText(depth.size()) + " px";
+    return std::string(nameOf(form)) + ", " + sizeText(depth.size());
 }
 
 cv::Mat samplesOf(const DepthPart& part, const cv::Mat& picture) {
@@ -91,7 +91,7 @@ std::optional<EmbeddedDepth> depthOfPart(const DepthPart& part, const cv::Mat& s
     found.depth = depthMapOf(part, samples);
     if (!haveOneShape(found.depth.size(), photo)) {
         addUnusedDepth(notes, found.text(),
-                       "its shape is not that of the photo, " + sizeText(photo) + " px");
+                       "its shape is not that of the photo, " + sizeText(photo));
         return std::nullopt;
     }
     if (isFlat(found.depth)) {

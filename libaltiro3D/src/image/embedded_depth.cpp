@@ -177,13 +177,13 @@ void writePhotoWithDepth(const std::filesystem::path& path, const cv::Mat& photo
         if (std::max(picture.cols, picture.rows) <= kMaxImageSide) continue;
         throw Error(ErrorCode::Unsupported, path.string(),
                     sizeText(picture.size()) +
-                        " px are too many for JPEG, expected sides of at most " +
+                        " are too many for JPEG, expected sides of at most " +
                         std::to_string(kMaxImageSide) + " px");
     }
     if (!haveOneShape(depth.size(), photo.size())) {
         throw Error(ErrorCode::Mismatch, "depth",
-                    "has " + sizeText(depth.size()) + " px, expected the shape of the photo's " +
-                        sizeText(photo.size()) + " px");
+                    "has " + sizeText(depth.size()) + ", expected the shape of the photo's " +
+                        sizeText(photo.size()));
     }
     withinMemory(path, [&] {
         cv::Mat dark = depth.clone();

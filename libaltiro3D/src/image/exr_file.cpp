@@ -10,18 +10,13 @@ namespace altiro3D {
 
 namespace {
 
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(), lowerCase);
-    return text;
-}
-
 // "ViewLayer.Depth.Z": "ViewLayer.Depth", "depth" and "z"
 struct NameParts {
     explicit NameParts(const std::string& full) {
         const std::size_t dot = full.rfind('.');
         if (dot != std::string::npos) layer = full.substr(0, dot);
-        base = lower(full.substr(dot + 1));
-        pass = lower(layer.substr(layer.rfind('.') + 1));
+        base = lowerCase(full.substr(dot + 1));
+        pass = lowerCase(layer.substr(layer.rfind('.') + 1));
     }
     std::string layer;
     std::string pass;

@@ -379,13 +379,13 @@ std::string heifProblem(string_view bytes, double maxPixels) {
             const auto columns = static_cast<std::uint32_t>(canvas.width);
             if (areaOf(canvas) > maxPixels ||
                 stated.count({columns, static_cast<std::uint32_t>(canvas.height)}) == 0) {
-                problem = "its parts make a picture of " + sizeText(canvas) +
-                          " px, which it does not state";
+                problem =
+                    "its parts make a picture of " + sizeText(canvas) + ", which it does not state";
             }
         });
         if (!isSane) problem = "its items share their data";
     });
-    if (areaOf(coded) > maxPixels) return "its coded picture has " + sizeText(coded) + " px";
+    if (areaOf(coded) > maxPixels) return "its coded picture has " + sizeText(coded);
     return problem;
 }
 

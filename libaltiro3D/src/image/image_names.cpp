@@ -93,7 +93,7 @@ bool isRunningNumber(const fs::path& file, const Word& word) {
     for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
         const std::string other = entry->path().filename().string();
         if (other.size() <= before.size() + after.size() || !startsWith(other, before) ||
-            other.compare(other.size() - after.size(), after.size(), after) != 0)
+            !endsWith(other, after))
             continue;
         const std::string number =
             other.substr(before.size(), other.size() - before.size() - after.size());

@@ -53,7 +53,7 @@ std::string extensionOf(const std::string& rawName) {
     if (name == "HTML")
         throw Error(ErrorCode::BadFormat, path.string(),
                     "is a web page, expected a picture; download the picture itself");
-    if (name.size() > 6 && name.compare(name.size() - 6, 6, " video") == 0)
+    if (endsWith(name, " video"))
         throw unsupported("is a video (" + name.substr(0, name.size() - 6) +
                           "), expected a picture");
     if (name == "ZIP" || name == "gzip")

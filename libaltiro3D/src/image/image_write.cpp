@@ -80,7 +80,7 @@ std::vector<unsigned char> fileOf(const fs::path& path, const Writer& writer,
               "8 or 16 bits and 1 or 3 channels");
     if (std::max(picture.cols, picture.rows) > writer.longestSide) {
         throw Error(ErrorCode::Unsupported, path.string(),
-                    sizeText(picture.size()) + " px are too many for " + writer.format +
+                    sizeText(picture.size()) + " are too many for " + writer.format +
                         ", expected sides of at most " + std::to_string(writer.longestSide) +
                         " px; write a .png");
     }

@@ -188,7 +188,8 @@ void leaveOutFrame(StereoPair& pair, Notes* notes) {
     pair.right = pair.right(right);
     addNote(notes, NoteCode::LeftOut,
             "the border of one colour around the pictures of the eyes is left out: " +
-                sizeText(left.size()) + " of the " + sizeText(whole) + " px of each are used");
+                pairText(left.width, left.height) + " of the " + sizeText(whole) +
+                " of each are used");
 }
 
 MarkedEyes findMarkedEyes(const std::filesystem::path& photo, string_view bytes, Notes* notes) {
@@ -268,7 +269,7 @@ StereoPair splitNamedHalves(const cv::Mat& picture, StereoLayout layout, StereoH
         squeezeOf(picture.size(), liesBeside(layout), halves) == Squeeze::None) {
         addNote(notes, NoteCode::Doubtful,
                 "its halves, " + sizeText(pair.left.size()) +
-                    " px, may be squeezed, as it does not state their shape, and are taken as they "
+                    ", may be squeezed, as it does not state their shape, and are taken as they "
                     "are: --stereo " +
                     entryOf(kOptions, layout) + ":squeezed stretches them, :full settles it");
     }

@@ -89,10 +89,7 @@ bool hasFramePerPacket(const AVCodecParameters& parameters) {
 }
 
 bool isLive(const VideoInput& input) {
-    constexpr std::string_view kPictures = "_pipe"; // ppm_pipe, png_pipe, ...
-    const std::string_view format = input.format->iformat->name;
-    const bool arePictures = format.size() > kPictures.size() &&
-                             format.substr(format.size() - kPictures.size()) == kPictures;
+    const bool arePictures = endsWith(input.format->iformat->name, "_pipe"); // ppm_pipe, ...
     return input.kind == Kind::Device || (input.kind == Kind::Stream && arePictures);
 }
 

@@ -144,7 +144,7 @@ const char* presetName(EncoderPreset preset) {
 void validate(const VideoWriterOptions& options) {
     const auto side = [](int value) { return value >= kMinSide && value <= kMaxSide; };
     check(side(options.size.width) && side(options.size.height), "size",
-          "is " + sizeText(options.size) + " px, expected " + std::to_string(kMinSide) + ".." +
+          "is " + sizeText(options.size) + ", expected " + std::to_string(kMinSide) + ".." +
               std::to_string(kMaxSide) + " px a side");
     check(options.crf >= 0 && options.crf <= 51, "crf",
           "is " + numberText(options.crf) + ", expected 0..51");
@@ -179,7 +179,7 @@ void validate(const VideoWriterOptions& options) {
     check(!options.compatible || (options.size.width % 2 == 0 && options.size.height % 2 == 0),
           "size",
           "is " + sizeText(options.size) +
-              " px, expected even sides for 4:2:0 (4:4:4 takes any, or change the size first)");
+              ", expected even sides for 4:2:0 (4:4:4 takes any, or change the size first)");
 }
 
 struct VideoWriter::Impl {
@@ -314,7 +314,7 @@ void VideoWriter::Impl::openEncoder() {
     if (result < 0) {
         throw Error(ErrorCode::Unsupported, path_.string(),
                     std::string("cannot be encoded by ") + name + " at " + sizeText(options_.size) +
-                        " px: " + ffmpegText(result));
+                        ": " + ffmpegText(result));
     }
     if (options_.maxRate > 0) cap_.emplace(options_);
     frames_ = std::make_unique<FrameMaker>(format_, options_.size, matrix, range, threads);
@@ -348,7 +348,7 @@ void VideoWriter::Impl::write(const VideoFrame& frame) {
     checkOpen();
     checkType(frame.picture, {CV_8UC3}, "frame", "CV_8UC3");
     check(frame.picture.size() == options_.size, "frame",
-          shapeText(frame.picture) + ", expected " + sizeText(options_.size) + " px");
+          shapeText(frame.picture) + ", expected " + sizeText(options_.size));
     check(frame.pts > lastPts_, "frame",
           "has the time " + std::to_string(frame.pts) + ", expected " +
               (lastPts_ < 0 ? std::string("0 or more")

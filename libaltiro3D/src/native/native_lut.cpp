@@ -359,7 +359,7 @@ NativeLut NativeLut::load(const std::filesystem::path& file) {
     requireFormat(sound, "is corrupt: its checksum does not match, expected a table that is built "
                          "anew");
     requireFormat(inside, "is corrupt: it names px outside of its quilt, expected px of " +
-                              sizeText(quilt));
+                              pairText(quilt.width, quilt.height));
     return NativeLut(std::move(tables));
 }
 

@@ -102,8 +102,8 @@ void checkFitted(const Scene& fitted, cv::Size expected) {
     const cv::Size photo(shownColumns(fitted).size(), fitted.photo.rows);
     if (photo == expected) return;
     throw Error(ErrorCode::Mismatch, "fitted photo",
-                "has " + sizeText(photo) + " px, expected " + sizeText(expected) +
-                    " px, workSize() or quiltSize() for placeScene()");
+                "has " + sizeText(photo) + ", expected " + sizeText(expected) +
+                    ", workSize() or quiltSize() for placeScene()");
 }
 
 void requireDirect(const NativeOptions& options, const std::string& obstacle) {

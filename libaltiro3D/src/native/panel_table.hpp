@@ -16,7 +16,7 @@ namespace altiro3D {
 inline cv::Mat panelTable(cv::Size panel, int type) {
     const auto bytes = 3LL * CV_ELEM_SIZE(type) * panel.width * panel.height;
     return orOutOfMemory("look-up table",
-                         "no memory for a panel of " + sizeText(panel) + " px, expected " +
+                         "no memory for a panel of " + sizeText(panel) + ", expected " +
                              std::to_string(bytes / 1000000) + " MB to be free",
                          [&] { return cv::Mat(3 * panel.height, panel.width, type); });
 }
@@ -27,7 +27,7 @@ inline void requirePanelSize(const LensGeometry& g, const char* what) {
     if (g.panelWidth <= kMaxPanelSide && g.panelHeight <= kMaxPanelSide) return;
     throw Error(ErrorCode::TooLarge, what,
                 "would have " + sizeText(cv::Size(g.panelWidth, g.panelHeight)) +
-                    " px, expected at most " + std::to_string(kMaxPanelSide) +
+                    ", expected at most " + std::to_string(kMaxPanelSide) +
                     " px a side; larger prints are made without");
 }
 

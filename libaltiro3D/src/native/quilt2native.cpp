@@ -50,8 +50,8 @@ void requireLayout(const cv::Mat& quilt, const QuiltLayout& layout) {
     const cv::Size tile(quilt.cols / layout.columns, quilt.rows / layout.rows);
     if (tile == layout.tileSize) return;
     throw Error(ErrorCode::Mismatch, "quilt",
-                "has " + sizeText(quilt.size()) + " px, expected " + sizeText(layout.size()) +
-                    " px for " + layout.text());
+                "has " + sizeText(quilt.size()) + ", expected " + sizeText(layout.size()) +
+                    " for " + layout.text());
 }
 
 // For each of `wanted` px of `views` equal views: the nearest of `samples` px that lies in the view
@@ -114,7 +114,7 @@ cv::Mat cropQuilt(const cv::Mat& quilt, const QuiltLayout& layout, Notes* notes)
     const cv::Size wanted = layout.size();
     if (quilt.size() == wanted) return quilt;
     addNote(notes, NoteCode::LeftOut,
-            "the quilt has " + sizeText(quilt.size()) + " px; its unused " +
+            "the quilt has " + sizeText(quilt.size()) + "; its unused " +
                 std::to_string(quilt.cols - wanted.width) + " columns at the right and " +
                 std::to_string(quilt.rows - wanted.height) + " rows at the top are left out");
     return quilt(cv::Rect(0, quilt.rows - wanted.height, wanted.width, wanted.height));

@@ -28,7 +28,7 @@ int evenSide(double side) {
 
 void checkPicture(cv::Size picture, double aspect) {
     check(picture.width > 0 && picture.height > 0, "picture",
-          "of " + sizeText(picture) + " px cannot be shown, expected at least 1 x 1");
+          "of " + sizeText(picture) + " cannot be shown, expected at least 1 x 1");
     check(aspect > 0 && std::isfinite(aspect), "aspect",
           "is " + numberText(aspect) + ", expected more than 0");
 }
@@ -162,7 +162,8 @@ SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const Photo
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     if (quilt.size() != layout.size())
         throw Error(ErrorCode::Mismatch, "quilt",
-                    "has " + sizeText(quilt.size()) + " px, expected " + sizeText(layout.size()));
+                    "has " + sizeText(quilt.size()) + ", expected " +
+                        pairText(layout.size().width, layout.size().height));
     const auto tile = [quilt, layout, fit](int view, cv::Mat& picture) {
         applyFit(quilt(layout.tile(view)), fit, picture);
     };

@@ -125,12 +125,12 @@ void resample(const cv::Mat& source, cv::Mat target) {
 void checkFit(const PhotoFit& fit, cv::Size photo) {
     if (!isInside(fit.source, photo)) {
         throw Error(ErrorCode::Mismatch, "photo",
-                    "has " + sizeText(photo) + " px, expected the size that the fit was made for");
+                    "has " + sizeText(photo) + ", expected the size that the fit was made for");
     }
     check(isInside(fit.target, fit.size), "fit",
-          "puts " + sizeText(fit.target.size()) + " px at (" + std::to_string(fit.target.x) + ", " +
+          "puts " + sizeText(fit.target.size()) + " at (" + std::to_string(fit.target.x) + ", " +
               std::to_string(fit.target.y) + "), expected a place inside of its result of " +
-              sizeText(fit.size) + " px");
+              sizeText(fit.size));
     const auto exists = [&fit](int margin, bool isBar, int beside) {
         return margin == 0 ||
                (margin > 0 && !isBar && margin * columnsPerPixel(fit) <= beside + 1e-6);
@@ -221,9 +221,9 @@ DepthFlaws refineAndEnlarge(const Scene& scene, const PhotoFit& fit, double focu
 PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode mode,
                   const Framing& framing) {
     check(picture.width >= 1 && picture.height >= 1, "photo",
-          "has " + sizeText(picture) + " px, expected at least 1 x 1");
+          "has " + sizeText(picture) + ", expected at least 1 x 1");
     check(result.width >= 1 && result.height >= 1, "fitted photo",
-          "has " + sizeText(result) + " px, expected at least 1 x 1");
+          "has " + sizeText(result) + ", expected at least 1 x 1");
     checkRange("panel aspect", panelAspect, 0.01, 100);
     checkFraming(framing);
     // Sides of the window that fills the panel, in px of the picture; larger than it if bars show.
@@ -248,8 +248,8 @@ PhotoFit fitPhoto(cv::Size picture, double panelAspect, cv::Size result, FitMode
     if (framing.zoom > 1 && least < kMinFramedPixels) {
         throw Error(ErrorCode::InvalidArgument, "zoom",
                     numberText(framing.zoom) + " leaves " + sizeText(fit.source.size()) +
-                        " px of a picture of " + sizeText(picture) +
-                        " px, expected a smaller one that leaves at least " +
+                        " of a picture of " + sizeText(picture) +
+                        ", expected a smaller one that leaves at least " +
                         std::to_string(kMinFramedPixels) + " px on each side");
     }
     return fit;
@@ -326,7 +326,7 @@ DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options, const cv
     checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1");
     const cv::Rect all({}, scene.photo.size());
     check(part.empty() || (part & all) == part, "part",
-          "is not inside the photo, expected a part of its " + sizeText(all.size()) + " px");
+          "is not inside the photo, expected a part of its " + sizeText(all.size()));
     const cv::Rect inside = part.empty() ? all : part;
     if (options.keepsDepth()) {
         scene.mixedPixels = 0;

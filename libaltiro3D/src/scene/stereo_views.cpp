@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <opencv2/core.hpp>
@@ -96,9 +95,7 @@ bool hasEyesTag(const std::filesystem::path& file, EyesPicture picture) {
     const std::string tag = nameOf(picture).tag;
     if (tag.empty()) return true;
     if (tag == "anaglyph") {
-        std::string stem = file.stem().string();
-        std::transform(stem.begin(), stem.end(), stem.begin(),
-                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        const std::string stem = lowerCase(file.stem().string());
         return stem.find(tag) != std::string::npos || stem.find("redcyan") != std::string::npos;
     }
     const auto found = parseSceneName(file);
@@ -150,7 +147,7 @@ void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture, cv
     checkApart(joined, left, "joined", "left picture");
     checkApart(joined, right, "joined", "right picture");
     const cv::Size size = eyesSize(left.size(), picture);
-    orOutOfMemory("joined", "no memory for " + sizeText(size) + " px, expected smaller pictures",
+    orOutOfMemory("joined", "no memory for " + sizeText(size) + ", expected smaller pictures",
                   [&] { joined.create(size, CV_8UC3); });
     switch (picture) {
     case EyesPicture::Anaglyph:

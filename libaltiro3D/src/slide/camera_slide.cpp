@@ -85,17 +85,17 @@ SlidePictureSource slidePhotos(std::vector<std::filesystem::path> files, Notes* 
 }
 
 std::vector<std::string> SlideReport::lines() const {
-    return {"path: parallax " + fixedText(parallaxPercent, 1) + " % of the width" +
+    return {"path: parallax " + fixed(parallaxPercent, 1) + " % of the width" +
                 (fromRight ? ", from right to left" : ", from left to right") + ", up to " +
-                fixedText(awayPercent, 1) + " % of the path off a straight line, turned up to " +
-                fixedText(turnDegrees, 1) + "°",
+                fixed(awayPercent, 1) + " % of the path off a straight line, turned up to " +
+                fixed(turnDegrees, 1) + "°",
             "pictures: " + std::to_string(used) + " of " + std::to_string(pictures) + " used, " +
-                fixedText(stretchPercent, 0) + " % of the way of the camera",
-            "residual: " + fixedText(verticalPixels, 2) + " px down, " +
-                fixedText(horizontalPixels, 2) + " px across in the worst picture; " +
-                fixedText(misfitPercent, 0) + " % of the corners do not fit",
-            "speed: the largest step is " + fixedText(speedRatio, 1) + " times the median",
-            "focus: depth " + fixedText(focus, 2) + " (0 = farthest, 1 = nearest)"};
+                fixed(stretchPercent, 0) + " % of the way of the camera",
+            "residual: " + fixed(verticalPixels, 2) + " px down, " + fixed(horizontalPixels, 2) +
+                " px across in the worst picture; " + fixed(misfitPercent, 0) +
+                " % of the corners do not fit",
+            "speed: the largest step is " + fixed(speedRatio, 1) + " times the median",
+            "focus: depth " + fixed(focus, 2) + " (0 = farthest, 1 = nearest)"};
 }
 
 struct CameraSlide::Impl {
@@ -341,7 +341,7 @@ void CameraSlide::Impl::findStretch(const std::vector<SlidePicture>& pictures,
         addNote(&notes, NoteCode::LeftOut,
                 "the camera often turns back, or the pictures are not in the order in which they "
                 "were taken: the longest stretch in one direction is " +
-                    fixedText(report.stretchPercent, 0) + " % of its way");
+                    fixed(report.stretchPercent, 0) + " % of its way");
     report.speedRatio = speeds.empty() ? 1
                                        : *std::max_element(speeds.begin(), speeds.end()) /
                                              std::max(percentileOf(speeds, 0.5), 1e-9);
@@ -410,7 +410,7 @@ void CameraSlide::Impl::chooseWindow(double pictureWidth) {
             refuse("the pictures have nothing in common, expected a camera that sees the "
                    "same things all the way");
         addNote(&notes, NoteCode::LeftOut,
-                "the path is too long for the display: its middle " + fixedText(100 * share, 0) +
+                "the path is too long for the display: its middle " + fixed(100 * share, 0) +
                     " % are used");
     }
     window = windowOf(share, pictureWidth);
@@ -426,7 +426,7 @@ void CameraSlide::Impl::chooseWindow(double pictureWidth) {
     report.used = static_cast<int>(report.positions.size());
     if (report.awayPercent > 100 * kTold)
         addNote(&notes, NoteCode::Doubtful,
-                "the camera leaves a straight line by " + fixedText(report.awayPercent, 0) +
+                "the camera leaves a straight line by " + fixed(report.awayPercent, 0) +
                     " % of the path");
 }
 

@@ -91,7 +91,7 @@ void requireMotion(const std::vector<SlideTrack>& tracks, const std::string& nam
     // pictures may be shifted so that most of what they show stays in its place
     const double way = percentileOf(ways, 0.9);
     if (way < kStill)
-        refuse("the camera stands: what it sees moves by " + fixedText(100 * way, 2) +
+        refuse("the camera stands: what it sees moves by " + fixed(100 * way, 2) +
                    " % of the width, expected a camera that moves sideways (1 % or more)",
                name);
 }
@@ -111,19 +111,19 @@ void requireSlide(const SlidePath& path, const std::vector<SlideTrack>& tracks, 
                     ? "the scene moves in a part of the picture: "
                     : "the pictures are warped, as a phone's stabilisation does (turn it off), or "
                       "all of the scene moves: ") +
-                   fixedText(100 * path.misfitShare, 0) +
+                   fixed(100 * path.misfitShare, 0) +
                    " % of the corners do not fit a scene at rest, expected " +
-                   fixedText(100 * kMostMisfits, 0) + " % at most",
+                   fixed(100 * kMostMisfits, 0) + " % at most",
                name);
     }
     const double growth = growthOf(tracks, static_cast<int>(path.cameras.size()));
     if (path.forwards > kSideways || growth > kGrowth)
         refuse("the camera zooms or moves forwards: what it sees grows by " +
-                   fixedText(100 * (std::exp(growth) - 1), 0) + " %" + expected,
+                   fixed(100 * (std::exp(growth) - 1), 0) + " %" + expected,
                name);
     if (parallax < kLeast)
         refuse("the path is too short, or the camera turns instead of moving: the parallax is " +
-                   fixedText(100 * parallax, 2) + " % of the width" + expected,
+                   fixed(100 * parallax, 2) + " % of the width" + expected,
                name);
 }
 

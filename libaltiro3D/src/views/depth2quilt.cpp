@@ -71,7 +71,7 @@ bool Depth2Quilt::render(const Scene& scene, cv::Mat& quilt,
     checkApart(quilt, photo, "quilt", "photo");
     checkApart(quilt, scene.depth, "quilt", "depth");
     orOutOfMemory("quilt",
-                  "no memory for " + sizeText(layout_.size()) + " px, expected a smaller layout",
+                  "no memory for " + sizeText(layout_.size()) + ", expected a smaller layout",
                   [&] { quilt.create(layout_.size(), CV_8UC3); });
     for (int unused = layout_.viewCount; unused < layout_.columns * layout_.rows; ++unused) {
         quilt(layout_.tile(unused)).setTo(cv::Scalar::all(0));

@@ -47,7 +47,7 @@ std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions
     checkRange("mixed px", scene.mixedPixels, 0, 7, " px");
     return orOutOfMemory("photo",
                          "no memory for views of " + sizeText(scene.photo.size()) +
-                             " px, expected a smaller photo",
+                             ", expected a smaller photo",
                          [&] { return rendererOf(scene, options, outermost); });
 }
 

@@ -37,14 +37,14 @@ std::optional<Reading> namedDepthHalf(const fs::path& file) {
 Reading guess(const fs::path& file, const cv::Mat& picture, const Display& display,
               std::optional<FoundQuilt>& found) {
     const cv::Size size = picture.size();
-    const std::string stem = tools::lowerCase(file.stem().string());
+    const std::string stem = lowerCase(file.stem().string());
     if (size == display.panelSize() && isMarkedNative(file)) return Reading::Native;
     if (parseQuiltName(file)) return Reading::Quilt;
     if (const auto named = namedDepthHalf(file); named && isVideoName(file))
         return *named;                               // single frames may be dark
     if (parseSceneName(file)) return Reading::Photo; // addPhotoDepth() examines its halves
     static const std::set<std::string> kLossy = {".jpg", ".jpeg", ".jpe", ".jfif"};
-    const bool lossy = kLossy.count(tools::lowerCase(file.extension().string())) > 0;
+    const bool lossy = kLossy.count(lowerExtension(file)) > 0;
     if (size == display.panelSize() && (!lossy || stem.find("native") != std::string::npos))
         return Reading::Native;
     found = findQuiltLayout(eightBit(picture));
@@ -220,13 +220,13 @@ std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
         return (video ? "Video of quilts, " : "Quilt, ") + layout.text() +
-               (certainty ? ", " + tools::fixed(100 * *certainty, 0) + " % sure" : "");
+               (certainty ? ", " + fixed(100 * *certainty, 0) + " % sure" : "");
     case Kind::Native:
-        return (video ? "Native video, " : "Native, ") + tools::sizeText(picture.size());
+        return (video ? "Native video, " : "Native, ") + sizeText(picture.size());
     case Kind::Scene:
         break;
     }
-    return (video ? "Video, " : "Photo, ") + tools::sizeText(picture.size()) +
+    return (video ? "Video, " : "Photo, ") + sizeText(picture.size()) +
            (!depthOrigin.empty() ? "; " + depthOrigin
             : rawDepth.empty()   ? ""
                                  : ", with depth");
@@ -335,8 +335,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
     } else if (picture.size() != display.panelSize() && isMarkedNative(source.file)) {
         document.notes.push_back(
             {NoteCode::Doubtful, "the file says that it is a Native, but not of this display's " +
-                                     tools::sizeText(display.panelSize()) +
-                                     "; it is taken as a photo"});
+                                     sizeText(display.panelSize()) + "; it is taken as a photo"});
     }
     return document;
 }

@@ -14,7 +14,6 @@ constexpr std::size_t kRendering = 0; // kinds of work
 constexpr std::size_t kPresenting = 1;
 constexpr int kSwingMilliseconds = 33;
 constexpr double kSwingPeriodMilliseconds = 4000;
-constexpr double kPi = 3.14159265358979323846;
 
 bool has(const std::vector<Mode>& modes, Mode mode) {
     return std::find(modes.begin(), modes.end(), mode) != modes.end();
@@ -101,7 +100,7 @@ void Stage::setSwinging(bool swinging) {
 void Stage::swing() {
     if (!files_.document() || (mode_ != Mode::Sway && mode_ != Mode::Lens)) return;
     const double turns = static_cast<double>(swingClock_.elapsed()) / kSwingPeriodMilliseconds;
-    setPosition(std::sin(2 * kPi * turns));
+    setPosition(std::sin(2 * CV_PI * turns));
 }
 
 void Stage::setArea(cv::Size area) {

@@ -56,9 +56,9 @@ void becomeMpv(const ShowJob& job, const std::vector<Source>& files, const fs::p
     std::vector<std::string> words{
         "mpv", "--no-config", "--vo=gpu", "--fs", "--screen-name=" + screen,
         "--fs-screen-name=" + screen, "--no-keepaspect", "--hwdec=auto-safe", "--dither-depth=no",
-        "--osc=no", "--image-display-duration=" + (isSingle ? "inf" : tools::fixed(slides.each, 1)),
+        "--osc=no", "--image-display-duration=" + (isSingle ? "inf" : fixed(slides.each, 1)),
         // mpv's volume is the cube root of the amplitude
-        "--volume=" + tools::fixed(100 * std::cbrt(job.play.volume / 100.0), 1),
+        "--volume=" + fixed(100 * std::cbrt(job.play.volume / 100.0), 1),
         "--glsl-shader=" + shader.string()};
     if (job.play.muted) words.emplace_back("--mute=yes");
     if (slides.shuffles) words.emplace_back("--shuffle");

@@ -32,7 +32,7 @@ std::string textOf(const qt::ScreenFacts& screen) {
     std::string text;
     if (!screen.name.empty()) text += screen.name + ", ";
     if (!screen.model.empty() && screen.model != screen.name) text += screen.model + ", ";
-    text += tools::sizeText(screen.size);
+    text += sizeText(screen.size);
     if (std::abs(screen.scale - 1) > 1e-3)
         text += ", scaled to " + std::to_string(std::lround(screen.scale * 100)) + " %";
     return text;
@@ -102,8 +102,8 @@ QScreen& screenFor(const ShowJob& job, const std::string& what, cv::Size native,
     const std::size_t screen = chooseScreen(job, screens, native, messages);
     if (requiresSize && !qt::hasSize(screens[screen], native))
         throw Error(ErrorCode::Mismatch, what,
-                    "has " + tools::sizeText(native) + ", but the screen shows " +
-                        tools::sizeText(screens[screen].size) +
+                    "has " + sizeText(native) + ", but the screen shows " +
+                        sizeText(screens[screen].size) +
                         "; expected the display's own resolution and a Native made for it");
     messages.detail("screen " + std::to_string(screen) + ": " + textOf(screens[screen]));
     return *QGuiApplication::screens()[static_cast<int>(screen)];
@@ -231,7 +231,7 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
 }
 
 std::string panelText(const Calibration& calibration) {
-    return ", panel " + tools::sizeText({calibration.screenW, calibration.screenH});
+    return ", panel " + sizeText({calibration.screenW, calibration.screenH});
 }
 
 using Json = nlohmann::ordered_json;

@@ -240,8 +240,8 @@ Slide SlideMaker::make(const Source& source) {
             slide.native = firstPicture(source.file);
             if (!qt::hasSize(screen_, slide.native.size()))
                 throw Error(ErrorCode::Mismatch, source.file.string(),
-                            "has " + tools::sizeText(slide.native.size()) +
-                                ", but the screen shows " + tools::sizeText(screen_.size) +
+                            "has " + sizeText(slide.native.size()) + ", but the screen shows " +
+                                sizeText(screen_.size) +
                                 "; expected a Native made for it, or -c with the display's "
                                 "calibration");
             if (isVideo) slide.nativeOfFrame = asItIs;

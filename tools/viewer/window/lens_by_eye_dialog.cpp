@@ -343,8 +343,8 @@ void LensByEyeDialog::paste() {
     const cv::Size panel = panelOf(lens_.calibration());
     if (panelOf(pasted) != panel)
         throw Error(ErrorCode::Mismatch, "clipboard",
-                    "holds a calibration of " + tools::sizeText(panelOf(pasted)) + ", expected " +
-                        tools::sizeText(panel));
+                    "holds a calibration of " + sizeText(panelOf(pasted)) + ", expected " +
+                        sizeText(panel));
     lens_.setCalibration(pasted);
 }
 

@@ -179,7 +179,7 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layo
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3");
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
     check(photo.size() == depth.size(), "depth",
-          shapeText(depth) + ", expected the photo's " + sizeText(photo.size()) + " px");
+          shapeText(depth) + ", expected the photo's " + sizeText(photo.size()));
     const bool beside = isBeside(layout.side);
     cv::Size half = photo.size();
     const cv::Size both(beside ? 2 * half.width : half.width,

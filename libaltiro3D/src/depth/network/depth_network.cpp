@@ -277,7 +277,7 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
     validate(profile);
     if (inputSize == cv::Size()) inputSize = {profile.inputWidth, profile.inputHeight};
     check(fits(inputSize.width, profile) && fits(inputSize.height, profile), "inputSize",
-          "is " + sizeText(inputSize) + " px, expected sides of 1..4096 px, " + "multiples of " +
+          "is " + sizeText(inputSize) + ", expected sides of 1..4096 px, " + "multiples of " +
               std::to_string(profile.multipleOf));
     impl_->nominal = inputSize;
     impl_->file = file;

@@ -474,7 +474,7 @@ void checkPart(const cv::Mat& depth, const cv::Rect2d& part) {
     check(isInside, "part",
           "is " + numberText(part.width) + " x " + numberText(part.height) + " px at (" +
               numberText(part.x) + ", " + numberText(part.y) +
-              "), expected a part of the depth map of " + sizeText(depth.size()) + " px");
+              "), expected a part of the depth map of " + sizeText(depth.size()));
 }
 
 bool isShrunk(const cv::Rect2d& part, cv::Size size) {

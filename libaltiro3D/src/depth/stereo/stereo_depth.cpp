@@ -262,7 +262,7 @@ void toShares(const cv::Mat& disparity, cv::Mat& shares) {
 }
 
 std::string percentText(double share) {
-    return fixedText(100 * share, 1) + " %";
+    return fixed(100 * share, 1) + " %";
 }
 
 } // namespace
@@ -353,8 +353,8 @@ StereoMatch matchStereo(const cv::Mat& left, const cv::Mat& right, cv::Mat& disp
     checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
     if (!canBeEyes(left.size(), right.size())) {
         throw Error(ErrorCode::Mismatch, "right",
-                    "has " + sizeText(right.size()) + " px, expected the shape of the left " +
-                        sizeText(left.size()) + " px");
+                    "has " + sizeText(right.size()) + ", expected the shape of the left " +
+                        sizeText(left.size()));
     }
     const double scale =
         std::min({1.0, static_cast<double>(kMatchSide) / std::max(left.cols, left.rows),

@@ -146,7 +146,7 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
     constexpr int kLeast = 16; // least side for VideoWriterOptions
     if (std::min(size.width, size.height) < kLeast)
         throw Error(ErrorCode::Unsupported, nameOf(conversion.input),
-                    "makes a video of " + sizeText(size) + " px, expected at least " +
+                    "makes a video of " + sizeText(size) + ", expected at least " +
                         std::to_string(kLeast) + " px a side");
     encoding.timeBase = facts.timeBase;
     encoding.frameRate = facts.averageRate;

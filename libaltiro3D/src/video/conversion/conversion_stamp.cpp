@@ -9,7 +9,6 @@
 #include "base/text.hpp"
 #include "video/motion/motion.hpp"
 
-#include <cstdio>
 #include <thread>
 #include <tuple>
 #include <type_traits>
@@ -23,12 +22,6 @@ namespace {
 
 constexpr const char* kDepthRange = "depth range";
 
-std::string hexText(std::uint64_t value) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-    return text;
-}
-
 // Identifies the state of a file or of a directory of pictures.
 std::string stateOf(const fs::path& path) {
     std::error_code error; // opening it reports what is wrong
@@ -37,20 +30,20 @@ std::string stateOf(const fs::path& path) {
     std::string all;
     for (const fs::path& file : files) // the name decides the frame that a picture belongs to
         all += file.filename().string() + '\0' + fileStamp(file) + '\n';
-    return std::to_string(files.size()) + " files, " + hexText(checksum(all));
+    return std::to_string(files.size()) + " files, " + fingerprintText(checksum(all));
 }
 
 std::string contentsOf(const NativeLut& map) {
     std::uint64_t sum = 0;
     for (int colour = 0; colour < 3; ++colour)
         sum = mixIn(sum, pictureHash(map.channel(colour)));
-    return hexText(sum);
+    return fingerprintText(sum);
 }
 
 // Settings of a network that are not in its file.
 Json feedingOf(const DepthNetwork& network) {
     const NetworkProfile& profile = network.profile();
-    return {{"size", sizeText(network.inputSize())},
+    return {{"size", pairText(network.inputSize().width, network.inputSize().height)},
             {"shape", {static_cast<int>(profile.inputShape), profile.multipleOf}},
             {"channels", static_cast<int>(profile.channelOrder)},
             {"scale", profile.scale},

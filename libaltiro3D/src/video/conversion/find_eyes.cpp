@@ -10,7 +10,6 @@
 #include "video/conversion/frame_depth.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <initializer_list>
@@ -149,9 +148,7 @@ HalvesShape shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& n
     if (const auto tagged = taggedHalves(isBeside, facts)) return stated(*tagged);
     if (name && name->contents == SceneName::Contents::Eyes) {
         if (name->halves != StereoHalves::Automatic) return stated(name->halves);
-        std::string tag = name->tag;
-        std::transform(tag.begin(), tag.end(), tag.begin(),
-                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        const std::string tag = lowerCase(name->tag);
         const bool isShort = tag == "lr" || tag == "tb" || tag.rfind("3d", 0) == 0;
         constexpr double kWide = 2.4; // no scene has half of it
         constexpr double kHigh = 1.1;

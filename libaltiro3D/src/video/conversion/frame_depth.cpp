@@ -183,7 +183,8 @@ void GivenDepth::fitShape(cv::Size depth, double sampleAspect, const VideoFacts&
     const bool isUndecided = !isAcross || std::abs(turned - upright) <= kSame;
     const bool follows = lacksRotation && (isUndecided ? video_.has_value() : fitsTurned);
     const std::string name = given_.source.string();
-    const std::string sizes = sizeText(depth) + " and " + sizeText(video.size);
+    const std::string sizes = pairText(depth.width, depth.height) + " and " +
+                              pairText(video.size.width, video.size.height);
     if (fitsTurned && !(follows && isAcross))
         throw Error(ErrorCode::Mismatch, name,
                     "fits the video only if it is turned (" + sizes +

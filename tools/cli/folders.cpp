@@ -5,6 +5,7 @@
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "base/image_format.hpp"
 #include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
@@ -146,16 +147,9 @@ const KindWords* wordsOf(FileKind kind) {
     return kind == FileKind::Other ? nullptr : &kWords[static_cast<std::size_t>(kind)];
 }
 
-bool isRawName(const fs::path& file) {
-    static const std::set<std::string> endings = {".dng", ".nef", ".nrw", ".arw", ".sr2", ".pef",
-                                                  ".srw", ".erf", ".3fr", ".iiq", ".cr2", ".cr3",
-                                                  ".crw", ".raf", ".orf", ".rw2", ".raw", ".x3f"};
-    return endings.count(lowerCase(file.extension().string())) > 0;
-}
-
 LeftOutFile leftOutFile(const fs::path& file, FileKind kind) {
     const KindWords* const words = wordsOf(kind);
-    if (words == nullptr && isRawName(file))
+    if (words == nullptr && isRawExtension(lowerExtension(file)))
         return {file, kind,
                 "is a raw picture of a camera, which is not read; export it from a photo program"};
     return {file, kind,
@@ -165,8 +159,8 @@ LeftOutFile leftOutFile(const fs::path& file, FileKind kind) {
 // Without the number.
 std::string kindText(const LeftOutFile& file) {
     if (const KindWords* const words = wordsOf(file.kind)) return words->name;
-    const std::string ending = lowerCase(file.file.extension().string());
-    if (isRawName(file.file)) return "raw picture";
+    const std::string ending = lowerExtension(file.file);
+    if (isRawExtension(ending)) return "raw picture";
     return ending.empty() ? "other file" : ending + " file";
 }
 

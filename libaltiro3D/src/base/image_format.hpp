@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -77,6 +79,14 @@ class PictureFailure : public std::runtime_error {
 /// Whether libheif reads a format.
 inline bool isHeif(ImageFormat format) {
     return format == ImageFormat::Heic || format == ImageFormat::Avif;
+}
+
+/// Whether a file is a raw picture of a camera, by its extension in lower case.
+inline bool isRawExtension(std::string_view extension) {
+    constexpr std::string_view kAll[] = {".dng", ".nef", ".nrw", ".arw", ".sr2", ".pef",
+                                         ".srw", ".erf", ".3fr", ".iiq", ".cr2", ".cr3",
+                                         ".crw", ".raf", ".orf", ".rw2", ".raw", ".x3f"};
+    return std::find(std::begin(kAll), std::end(kAll), extension) != std::end(kAll);
 }
 
 /// The format by the first bytes of a file. Any bytes give a result, at worst Unknown.

@@ -10,7 +10,6 @@
 #include "image/tiff_file.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace altiro3D {
 
@@ -101,17 +100,6 @@ void readJpeg(string_view bytes, ImageHeader& header) {
     header.hasWholeScan = progressive && end.scans > 0;
     header.isCmyk = components == 4;
     header.isUnmarkedCmyk = header.isCmyk && !hasAdobe;
-}
-
-// Raw pictures of cameras are TIFF files with other extensions.
-void nameRaw(const std::string& extension, ImageHeader& header) {
-    constexpr std::array<const char*, 9> kRaw = {".nef", ".nrw", ".arw", ".sr2", ".pef",
-                                                 ".srw", ".erf", ".3fr", ".iiq"};
-    if (std::find(kRaw.begin(), kRaw.end(), extension) != kRaw.end()) {
-        header.otherFormat = "camera raw (" + extension.substr(1) + ")";
-    }
-    if (extension == ".dng") header.otherFormat = "DNG";
-    if (!header.otherFormat.empty()) header.format = ImageFormat::Unknown;
 }
 
 void readWebP(string_view bytes, ImageHeader& header) {
@@ -307,8 +295,14 @@ ImageHeader readImageHeader(string_view bytes, const std::string& extension) {
         header.decoderMessage = failure.what();
     }
     if (format == ImageFormat::Jpeg && extension == ".mpo")
-        header.pictures = 2; // at least; the first one is used
-    if (format == ImageFormat::Tiff) nameRaw(extension, header);
+        header.pictures = 2;           // at least; the first one is used
+    if (format == ImageFormat::Tiff) { // so are many raw pictures of cameras
+        if (extension == ".dng")
+            header.otherFormat = "DNG";
+        else if (isRawExtension(extension))
+            header.otherFormat = "camera raw (" + extension.substr(1) + ")";
+        if (!header.otherFormat.empty()) header.format = ImageFormat::Unknown;
+    }
     return header;
 }
 

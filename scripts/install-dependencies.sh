@@ -7,6 +7,7 @@
 #   scripts/install-dependencies.sh arm64    to build for arm64 and to run it in an emulator (scripts/check-arm64.sh)
 #   scripts/install-dependencies.sh web      to build and check the library for browsers (scripts/build-web.sh)
 #   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
+#   scripts/install-dependencies.sh archive  to make and check an archive for any Linux
 #
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
@@ -28,6 +29,7 @@ cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 web=(emscripten cmake ninja-build dpkg-dev nlohmann-json3-dev brotli chromium)
 packages=(lintian debootstrap dpkg-dev file git)
+archive=(patchelf xz-utils binutils)
 optional=(libonnxruntime-dev) # where the distribution has them
 
 case "${1:-build}" in
@@ -40,8 +42,9 @@ web)
     command -v npm >/dev/null || wanted+=(nodejs npm)
     ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
+archive) wanted=("${build[@]}" "${packages[@]}" "${archive[@]}") ;;
 *)
-    wrong_usage "$1: unknown, expected build, test, cluster, arm64, web or package"
+    wrong_usage "$1: unknown, expected build, test, cluster, arm64, web, package or archive"
     ;;
 esac
 if ! command -v apt-get >/dev/null; then

@@ -194,7 +194,7 @@ TEST_F(StereoVideoTest, WhereColoursTellTheEyesApartTheyAreWhole) {
 TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
     ALTIRO3D_TAKES(3);
     const fs::path input =
-        clip("clip.mkv", std::vector<cv::Mat>(24, joined(wallAndThing(kWall, kThing))));
+        clip("clip.mkv", std::vector<cv::Mat>(48, joined(wallAndThing(kWall, kThing))));
     const auto converted = [&](const std::string& name, int most, UnfinishedRun unfinished) {
         VideoConversion stereo = conversion(input, name);
         stereo.product = VideoProduct::Stereo;
@@ -207,6 +207,7 @@ TEST_F(StereoVideoTest, AResumedRunOfAStillPairMakesTheSameFrames) {
         return allFrames(directory / name);
     };
     const auto whole = converted("whole.mkv", 1000, UnfinishedRun::Refuse);
+    // a cancelled run still converts what was read, about a dozen frames
     ASSERT_LT(converted("parts.mkv", 13, UnfinishedRun::Refuse).size(), whole.size());
     EXPECT_TRUE(sameFrames(converted("parts.mkv", 1000, UnfinishedRun::Resume), whole));
 }

@@ -155,7 +155,8 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
     add("part",
         {conversion.part.from, conversion.part.to, conversion.part.format,
          conversion.part.formatOptions, conversion.part.deinterlace, conversion.part.joinsVideos});
-    stamp["picture"] = recipeText(conversion.recipe);
+    for (const RecipeField& field : recipeFields())
+        stamp["views: " + field.name] = field.text(conversion.recipe);
     add("ways of rendering", numbersOf(static_cast<const NativeOptions&>(conversion.recipe)));
     add("steps of depth", numbersOf(conversion.depthOptions));
     add("encoder", encodingOf(conversion.encoding));

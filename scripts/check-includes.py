@@ -2,8 +2,8 @@
 """Checks that the includes of the library follow its rooms (docs/architecture.md).
 
 A room may include itself and the rooms before it, and no chain of includes returns to where it began.
-A header and its source count as one node; a public header belongs to the room of its source. Tools
-include public headers, and inner ones that need no symbols.
+A header and its sources count as one node; a public header belongs to the room of its source. Tools
+include public headers, and inner ones that need no symbols. Only base/system_* calls the system.
 
     scripts/check-includes.py [ROOT]      default: the project
 """
@@ -21,7 +21,15 @@ HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "imag
                 "video_io": "media",
                 "scene": "depth/map", "video_conversion": "video/conversion"}
 UMBRELLA = "altiro3D"
+# What only the sources of base/system_* have, one for each system.
+SYSTEM = re.compile(r"^\s*#\s*(?:include <((?:unistd|fcntl|poll|dlfcn|malloc|sched|spawn|termios|pwd|windows|io|"
+                    r"(?:sys|linux|net|netinet)/\w+)\.h)>|if.*\b(__linux__|_WIN32|__APPLE__|__unix__)\b)", re.MULTILINE)
 FOR_TOOLS = ["base/text", "base/image_format"]  # inner headers of which tools need no symbols
+
+
+def node_of(file):
+    """Returns the name of the node that a file belongs to."""
+    return re.sub("_(posix|windows)$", "", file.stem)
 
 
 def read_nodes(root):
@@ -34,8 +42,8 @@ def read_nodes(root):
         if room not in ROOMS:
             problems.append(f"{file.relative_to(root)}: is in no room, expected one of {', '.join(ROOMS)}")
             continue
-        if rooms.setdefault(file.stem, room) != room:
-            problems.append(f"{file.relative_to(root)}: another file of this name is in {rooms[file.stem]}")
+        if rooms.setdefault(node_of(file), room) != room:
+            problems.append(f"{file.relative_to(root)}: another file of this name is in {rooms[node_of(file)]}")
     for file in headers:
         if file.stem == UMBRELLA or file.stem in rooms:
             continue
@@ -45,9 +53,14 @@ def read_nodes(root):
             continue
         rooms[file.stem] = HEADER_ROOMS[file.stem]
     for file in sources + headers:
-        if file.stem not in rooms:
+        node = node_of(file)
+        if node not in rooms:
             continue
-        edges = includes.setdefault(file.stem, {})
+        if not node.startswith("system_") and node != "export":
+            for match in SYSTEM.finditer(file.read_text()):
+                problems.append(f"{file.relative_to(root)}: has {match[1] or match[2]}, expected a function of "
+                                "base/system_*.hpp, whose sources know the system")
+        edges = includes.setdefault(node, {})
         for number, line in enumerate(file.read_text().splitlines(), 1):
             match = re.match(r'\s*#include "([\w/]+)\.hpp"', line)
             if not match:
@@ -56,7 +69,7 @@ def read_nodes(root):
             place = f"{file.relative_to(root)}:{number}"
             if target == UMBRELLA:
                 problems.append(f"{place}: includes the umbrella header, expected the header that it needs")
-            elif target in rooms and target != file.stem:
+            elif target in rooms and target != node:
                 edges.setdefault(target, place)
     return rooms, includes, problems
 

@@ -1,29 +1,12 @@
 #include "altiro3D/file_io.hpp"
 
-#include "base/posix_file.hpp"
+#include "base/system_library.hpp"
 
-#include <dlfcn.h>
 #include <system_error>
 
 namespace altiro3D {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-// The file that contains this code: the shared library or the program.
-fs::path ownFile() {
-    Dl_info info{};
-    std::error_code error;
-    static const char here = 0;
-    fs::path file;
-    if (dladdr(&here, &info) != 0 && info.dli_fname != nullptr) file = info.dli_fname;
-    if (!file.is_absolute())
-        file = "/proc/self/exe"; // for a program it is the name it was started with
-    return fs::canonical(file, error);
-}
-
-} // namespace
 
 fs::path prefixOf(const fs::path& file, const fs::path& place) {
     if (place.is_absolute() || place.empty()) return {};

@@ -1,24 +1,17 @@
 #include "altiro3D/display.hpp"
 #include "altiro3D/error.hpp"
-#include "base/posix_file.hpp"
 #include "base/state_bytes.hpp"
+#include "base/system_file.hpp"
+#include "base/system_hid.hpp"
 #include "base/text.hpp"
 #include "display/usb_memory.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <fcntl.h>
 #include <fstream>
 #include <iterator>
-#include <poll.h>
 #include <system_error>
-#include <unistd.h>
-
-#ifdef __linux__
-#include <linux/hidraw.h>
-#include <sys/ioctl.h>
-#endif
 
 namespace altiro3D {
 
@@ -38,23 +31,11 @@ namespace {
                     ", expected a connected display");
 }
 
-void sendFeatureReport(int file, const std::string& source, std::string report) {
-#ifdef __linux__
-    if (::ioctl(file, HIDIOCSFEATURE(report.size()), report.data()) < 0) failRead(source, errno);
-#else
-    static_cast<void>(file);
-    static_cast<void>(report);
-    throw Error(ErrorCode::Unsupported, source, "is read under Linux only, expected visual.json");
-#endif
-}
-
 } // namespace
 
 std::string readInputReport(int file, const std::string& source, std::chrono::milliseconds wait) {
-    pollfd waiting{file, POLLIN, 0};
-    if (::poll(&waiting, 1, static_cast<int>(wait.count())) <= 0) return {};
     std::array<char, 256> bytes{};
-    const ssize_t count = ::read(file, bytes.data(), bytes.size());
+    const std::ptrdiff_t count = readReport(file, bytes.data(), bytes.size(), wait);
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return {};
     if (count <= 0) failRead(source, count < 0 ? errno : ENODEV);
     return {bytes.data(), static_cast<std::size_t>(count)};
@@ -80,10 +61,12 @@ std::vector<UsbDisplay> findUsbDisplays(const fs::path& root) {
 
 std::string readUsbCalibration(const UsbDisplay& display, const std::string& cached) {
     const std::string source = display.device.string();
-    const FileHandle file = openFile(display.device, O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    const FileHandle file = openFile(display.device, OpenFor::Device);
     if (!file.isOpen()) failRead(source, errno);
     const HidDevice device{
-        [&](const std::string& report) { sendFeatureReport(file.get(), source, report); },
+        [&](const std::string& report) {
+            if (const int error = sendFeatureReport(file.get(), report)) failRead(source, error);
+        },
         [&](std::chrono::milliseconds wait) { return readInputReport(file.get(), source, wait); }};
     std::string json = readUsbMemory(device, source, cached);
     const DisplayModel* model = findDisplayModel(parseCalibrations(json, source).front());

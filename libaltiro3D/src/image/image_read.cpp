@@ -3,7 +3,7 @@
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
-#include "base/posix_file.hpp"
+#include "base/system_file.hpp"
 #include "image/colour.hpp"
 #include "image/exif.hpp"
 #include "image/exr_file.hpp"

@@ -1,8 +1,8 @@
 #include "media/ffmpeg.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/system_library.hpp"
 
-#include <dlfcn.h>
 #include <mutex>
 
 extern "C" {
@@ -37,8 +37,7 @@ constexpr const char* kDevices = "libavdevice.so." AV_STRINGIFY(LIBAVDEVICE_VERS
 // every program's start-up time, and only capture devices need them.
 bool registerDevices() {
     static const bool areThere = [] {
-        void* const library = dlopen(kDevices, RTLD_NOW);
-        void* const all = library != nullptr ? dlsym(library, "avdevice_register_all") : nullptr;
+        void* const all = addressIn(openLibrary(kDevices), "avdevice_register_all");
         if (all != nullptr) reinterpret_cast<decltype(&avdevice_register_all)>(all)();
         return all != nullptr;
     }();

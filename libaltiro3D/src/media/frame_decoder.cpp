@@ -1,9 +1,9 @@
 #include "media/frame_decoder.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/system_library.hpp"
 
 #include <algorithm>
-#include <dlfcn.h>
 #include <utility>
 
 extern "C" {
@@ -48,8 +48,8 @@ class Filters {
         }
     };
     Symbol load(const char* name) {
-        static void* const library = dlopen(kFilters, RTLD_NOW);
-        void* const address = library != nullptr ? dlsym(library, name) : nullptr;
+        static void* const library = openLibrary(kFilters);
+        void* const address = addressIn(library, name);
         areThere = areThere && address != nullptr;
         return {address};
     }

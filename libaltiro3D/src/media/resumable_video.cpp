@@ -6,10 +6,8 @@
 #include "media/video_picture.hpp"
 
 #include <cerrno>
-#include <fcntl.h>
 #include <set>
 #include <system_error>
-#include <unistd.h>
 
 namespace altiro3D {
 
@@ -28,7 +26,7 @@ constexpr std::uintmax_t kMaxStateBytes = std::uintmax_t{1} << 30;
 
 // Locks a directory against other processes while the handle is open.
 FileHandle lockDirectory(const fs::path& directory) {
-    FileHandle handle = openFile(directory, O_RDONLY | O_DIRECTORY);
+    FileHandle handle = openFile(directory, OpenFor::Directory);
     if (!handle.isOpen()) {
         throw Error(ErrorCode::WriteFailed, directory.string(),
                     "cannot be opened: " + std::generic_category().message(errno));

@@ -3,7 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/video_io.hpp"
 #include "base/json_reader.hpp"
-#include "base/posix_file.hpp"
+#include "base/system_file.hpp"
 #include "media/video_segments.hpp"
 
 #include <cstddef>

@@ -7,9 +7,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 extern "C" {
 #include <libavutil/stereo3d.h>
@@ -67,41 +64,39 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
         return;
     }
     if (!target_.has_filename()) failWrite(path, EISDIR);
-    struct stat state {};
-    const bool exists = ::stat(target_.c_str(), &state) == 0;
-    if (!exists && errno != ENOENT) failWrite(path, errno);
-    if (exists && S_ISDIR(state.st_mode))
+    const FileState state = stateOf(target_);
+    if (!state.exists() && state.error != ENOENT) failWrite(path, state.error);
+    if (state.exists() && state.isDirectory())
         throw Error(ErrorCode::WriteFailed, path.string(), "is a directory, expected a file name");
-    if (exists && !S_ISREG(state.st_mode)) {
+    if (state.exists() && !state.isRegular()) {
         throw Error(ErrorCode::WriteFailed, path.string(),
                     "is a device or pipe, expected a file name: a video is written out of order");
     }
     // A writable directory would let the rename replace a write-protected file.
-    if (exists && ::access(target_.c_str(), W_OK) != 0) failWrite(path, errno);
+    if (const int error = state.exists() ? checkWritable(target_) : 0) failWrite(path, error);
 
     part_ = besideName(target_, ".part");
     // A part left by a crash is overwritten; a part that is being written is locked.
-    for (struct stat named{}, opened{};;) {
-        file_ = openFile(part_, O_RDWR | O_CREAT | O_NOFOLLOW, 0666);
+    for (;;) {
+        file_ = openFile(part_, OpenFor::Part);
         if (!file_.isOpen()) failWrite(path, errno);
         if (!lockFile(file_)) {
             throw Error(ErrorCode::WriteFailed, path.string(),
                         "is being written by another process (" + part_.filename().string() + ")");
         }
         // Another writer may have renamed it between the two steps.
-        if (::stat(part_.c_str(), &named) == 0 && ::fstat(file_.get(), &opened) == 0 &&
-            named.st_ino == opened.st_ino && named.st_dev == opened.st_dev) {
-            break;
-        }
+        const FileState named = stateOf(part_);
+        const FileState opened = stateOf(file_);
+        if (named.exists() && opened.exists() && named.id == opened.id) break;
     }
     if (const int result = avio_open(&io_, ("file:" + part_.string()).c_str(), AVIO_FLAG_WRITE);
         result < 0) { // else it is empty now
         close();
         fail(result);
     }
-    if (exists) {
+    if (state.exists()) {
         // If this is not allowed, the new file keeps the default permissions.
-        [[maybe_unused]] const int ignored = takeOwnerAndMode(file_.get(), state);
+        [[maybe_unused]] const int ignored = takeOwnerAndMode(file_, state);
     }
 }
 
@@ -112,7 +107,8 @@ PartFile::~PartFile() {
 void PartFile::close() {
     avio_closep(&io_);
     if (!file_.isOpen()) return;
-    ::unlink(part_.c_str());
+    std::error_code ignored;
+    fs::remove(part_, ignored);
     file_.close();
 }
 
@@ -131,9 +127,11 @@ void PartFile::finish() {
         if (const int result = avio_closep(&io_); result < 0) fail(result);
         return;
     }
-    if (const int error = flushFile(file_.get())) failWrite(path_, error);
+    if (const int error = flushFile(file_)) failWrite(path_, error);
     // Closed only after the rename, because closing releases the lock against other writers.
-    if (::rename(part_.c_str(), target_.c_str()) != 0) failWrite(path_, errno);
+    std::error_code failed;
+    fs::rename(part_, target_, failed);
+    if (failed) failWrite(path_, failed.value());
     flushDirectoryOf(target_);
     if (const int result = avio_closep(&io_); result < 0) fail(result);
     if (const int error = file_.close()) failWrite(path_, error);

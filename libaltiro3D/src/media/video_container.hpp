@@ -2,7 +2,7 @@
 
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
-#include "base/posix_file.hpp"
+#include "base/system_file.hpp"
 #include "media/ffmpeg.hpp"
 #include "media/other_streams.hpp"
 

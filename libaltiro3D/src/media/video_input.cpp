@@ -7,12 +7,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <string_view>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 
 namespace altiro3D {
 
@@ -74,32 +71,17 @@ bool lacksMovieIndex(const fs::path& path) {
 
 // Throws with our own message if a path cannot be read.
 void checkFile(const fs::path& path, const std::string& subject) {
-    struct stat state {};
-    const bool exists = ::stat(path.c_str(), &state) == 0;
-    const int whyNot = errno;
-    if (!exists && (whyNot == ENOENT || whyNot == ENOTDIR))
+    const FileState state = stateOf(path);
+    if (state.error == ENOENT || state.error == ENOTDIR)
         throw Error(ErrorCode::NotFound, subject, "does not exist, expected a video file");
-    if (!exists) {
+    if (!state.exists()) {
         throw Error(ErrorCode::ReadFailed, subject,
-                    "cannot be read: " + std::generic_category().message(whyNot));
+                    "cannot be read: " + std::generic_category().message(state.error));
     }
-    if (S_ISDIR(state.st_mode))
+    if (state.isDirectory())
         throw Error(ErrorCode::ReadFailed, subject, "is a directory, expected a video file");
-    if (S_ISREG(state.st_mode) && state.st_size == 0)
+    if (state.isRegular() && state.size == 0)
         throw Error(ErrorCode::BadFormat, subject, "is empty, expected a video file");
-}
-
-// The first bytes that wait in a pipe; they stay there. Empty if it is another file.
-std::string waitingBytes(const FileHandle& pipe) {
-    std::string bytes(std::size_t{1} << 16, '\0');
-    int ends[2] = {-1, -1};
-    if (::pipe2(ends, O_CLOEXEC) != 0) return {};
-    const FileHandle from(ends[0]);
-    const FileHandle to(ends[1]);
-    ssize_t count = ::tee(pipe.get(), to.get(), bytes.size(), 0);
-    if (count > 0) count = ::read(from.get(), bytes.data(), bytes.size());
-    bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
-    return bytes;
 }
 
 // A pipe is opened once. MP4 files may have their index at the end, so they are copied first,
@@ -108,8 +90,7 @@ std::string waitingBytes(const FileHandle& pipe) {
 std::string openStream(VideoInput& input, const fs::path& path) {
     constexpr std::uintmax_t kMostCopied = std::uintmax_t{1} << 36;
     input.kind = Kind::Stream;
-    input.file = path == "-" ? FileHandle(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0))
-                             : openFile(path, O_RDONLY | O_NOCTTY);
+    input.file = path == "-" ? standardInput() : openFile(path, OpenFor::Reading);
     if (!input.file.isOpen()) {
         throw Error(ErrorCode::ReadFailed, input.subject,
                     "cannot be read: " + std::generic_category().message(errno));

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "altiro3D/video_io.hpp"
-#include "base/posix_file.hpp"
+#include "base/system_file.hpp"
 #include "media/ffmpeg.hpp"
 
 #include <cstdint>

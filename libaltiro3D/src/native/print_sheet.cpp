@@ -3,6 +3,7 @@
 #include "altiro3D/lens_sheet.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
+#include "base/system_process.hpp"
 #include "image/row_file.hpp"
 
 #include <algorithm>
@@ -141,9 +142,7 @@ double stepOf(const LensFacts& facts, const PitchSheetOptions& options) {
 }
 
 std::string today() {
-    const std::time_t now = std::time(nullptr);
-    std::tm local{};
-    localtime_r(&now, &local);
+    const std::tm local = localTime(std::time(nullptr));
     char text[16];
     return {text, std::strftime(text, sizeof text, "%Y-%m-%d", &local)};
 }

@@ -5,7 +5,7 @@
 #include "altiro3D/video_io.hpp"
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
-#include "base/posix_file.hpp"
+#include "base/system_file.hpp"
 #include "base/text.hpp"
 #include "depth/stereo/stereo_parts.hpp"
 #include "image/pixel_values.hpp"
@@ -17,7 +17,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fcntl.h>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -55,7 +54,8 @@ SlidePictureSource slideVideo(std::filesystem::path file, Notes* notes) {
     std::error_code error;
     if (std::filesystem::is_fifo(file, error)) {
         constexpr std::uintmax_t kMost = std::uintmax_t{1} << 36;
-        copy = std::make_shared<FileHandle>(unnamedCopy(openFile(file, O_RDONLY), file, kMost));
+        copy = std::make_shared<FileHandle>(
+            unnamedCopy(openFile(file, OpenFor::Reading), file, kMost));
         file = nameOf(*copy);
     }
     return [file = std::move(file), copy, notes](const std::function<bool(const cv::Mat&)>& take) {

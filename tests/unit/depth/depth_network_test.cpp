@@ -4,7 +4,7 @@
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/placement.hpp"
-#include "base/posix_file.hpp"
+#include "base/system_library.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/onnx.hpp"

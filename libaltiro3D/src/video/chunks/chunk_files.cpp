@@ -3,24 +3,19 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/checks.hpp"
-#include "base/posix_file.hpp"
 #include "base/state_bytes.hpp"
+#include "base/system_file.hpp"
+#include "base/system_process.hpp"
 #include "media/resumable_video.hpp"
 
-#include <cerrno>
 #include <cmath>
-#include <csignal>
-#include <fcntl.h>
 #include <fstream>
 #include <limits>
 #include <map>
 #include <regex>
 #include <set>
 #include <string_view>
-#include <sys/stat.h>
-#include <sys/types.h>
 #include <system_error>
-#include <unistd.h>
 #include <vector>
 
 namespace altiro3D {
@@ -108,11 +103,6 @@ bool isUndamaged(const ChunkRecord& record) {
 constexpr const char* kAside = "-old";
 constexpr auto kBetweenSigns = std::chrono::minutes(1);
 constexpr auto kLongest = std::chrono::hours(1);
-
-bool isRunning(long long process) {
-    const auto number = static_cast<pid_t>(process);
-    return number != process || kill(number, 0) == 0 || errno != ESRCH;
-}
 
 } // namespace
 
@@ -326,7 +316,7 @@ fs::path ChunkStates::nameOf(std::int64_t frame) const {
 
 WorkFolder::WorkFolder(const fs::path& target)
     : target_(target), path_(target), shown_(std::chrono::steady_clock::now()) {
-    path_ += "." + hostName() + "-" + std::to_string(getpid()) + "-" +
+    path_ += "." + hostName() + "-" + std::to_string(processNumber()) + "-" +
              std::to_string(shown_.time_since_epoch().count());
     std::error_code error;
     fs::create_directory(path_, error);
@@ -346,7 +336,7 @@ void WorkFolder::showLife() {
     const auto now = std::chrono::steady_clock::now();
     if (now - shown_ < kBetweenSigns) return;
     shown_ = now;
-    utimensat(AT_FDCWD, path_.c_str(), nullptr, 0); // the time of the file system, not ours
+    touch(path_); // the time of the file system, not ours
 }
 
 bool WorkFolder::finish() {

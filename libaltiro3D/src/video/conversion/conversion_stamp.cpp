@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kDepthRange = "depth range";
 
 // Identifies the state of a file or of a directory of pictures.
-std::string stateOf(const fs::path& path) {
+std::string stampOf(const fs::path& path) {
     std::error_code error; // opening it reports what is wrong
     if (!fs::is_directory(path, error)) return fileStamp(path);
     const std::vector<fs::path> files = listImages(path);
@@ -116,10 +116,10 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
         return value.dump(-1, ' ', false, Json::error_handler_t::replace);
     };
     const auto add = [&](const char* name, const Json& value) { stamp[name] = text(value); };
-    stamp["video"] = stateOf(conversion.input);
+    stamp["video"] = stampOf(conversion.input);
     if (conversion.given) {
         const GivenVideoDepth& given = *conversion.given;
-        if (!given.rgbd) stamp["depth video"] = stateOf(given.source);
+        if (!given.rgbd) stamp["depth video"] = stampOf(given.source);
         add("given depth",
             {given.rgbd ? static_cast<int>(given.rgbd->side) : -1, static_cast<int>(given.kind)});
         if (given.rgbd) add("shape of the halves", static_cast<int>(given.rgbd->halves));
@@ -128,7 +128,7 @@ RunSettings conversionStamp(const VideoConversion& conversion, const QuiltLayout
         const DepthSource& depth = *conversion.depth;
         stamp["depth"] = depth.description();
         if (depth.network() != nullptr) {
-            stamp["network"] = stateOf(depth.network()->file());
+            stamp["network"] = stampOf(depth.network()->file());
             add("network profile", feedingOf(*depth.network()));
         }
     }

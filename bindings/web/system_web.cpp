@@ -1,0 +1,13 @@
+#include "base/system_process.hpp"
+
+namespace altiro3D {
+
+std::tm localTime(std::time_t time) {
+    std::tm local{};
+    localtime_r(&time, &local);
+    return local;
+}
+
+void requestLargePages(const void* /*begin*/, const void* /*end*/) {}
+
+} // namespace altiro3D

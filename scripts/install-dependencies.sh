@@ -29,7 +29,7 @@ cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 web=(emscripten cmake ninja-build dpkg-dev nlohmann-json3-dev brotli chromium)
 packages=(lintian debootstrap dpkg-dev file git)
-archive=(patchelf xz-utils binutils)
+archive=(patchelf xz-utils)
 optional=(libonnxruntime-dev) # where the distribution has them
 
 case "${1:-build}" in

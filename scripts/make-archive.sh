@@ -36,10 +36,11 @@ for plugin in platforms/libq{xcb,offscreen}.so imageformats/libq{svg,jpeg}.so ic
     echo "$qt/$plugin" >>"$out/sources"
 done
 printf '%s\n' '[Paths]' 'Prefix = ..' "Plugins = $place/qt5/plugins" >"$folder/bin/qt.conf"
-opened=$(strings "$libraries"/libaltiro3D.so.* | grep -x 'libav[a-z]*\.so\.[0-9]*' | sort -u)
-for library in $opened; do
-    cp -L "/usr/lib/$(gcc -print-multiarch)/$library" "$libraries/"
-    echo "/usr/lib/$(gcc -print-multiarch)/$library" >>"$out/sources"
+for library in libavdevice libavfilter; do # see ffmpeg.cpp, frame_decoder.cpp
+    version_of=$(pkg-config --modversion "$library")
+    file=/usr/lib/$(gcc -print-multiarch)/$library.so.${version_of%%.*}
+    cp -L "$file" "$libraries/"
+    echo "$file" >>"$out/sources"
 done
 
 # The libraries that all of these need. Those of the C and C++ compilers are the system's: a newer one has

@@ -135,7 +135,7 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
     messages.detail(times.text());
 }
 
-// Of a Native. .mkv holds more kinds of subtitles than .mp4, so it is kept.
+// The extension of a Native. .mkv holds more kinds of subtitles than .mp4, so it is kept.
 std::string endingOf(const fs::path& quilt) {
     if (!isVideoFileName(quilt)) return ".png";
     return lowerExtension(quilt) == ".mkv" ? ".mkv" : ".mp4";

@@ -38,7 +38,7 @@ BridgeDevice deviceOfBridge(const std::string& address, const std::string& seria
 /// A file that Bridge shows.
 struct BridgeEntry {
     std::filesystem::path file;
-    QuiltGrid grid{1, 1}; ///< Of a quilt.
+    QuiltGrid grid{1, 1}; ///< A quilt's.
     double aspect = 1;    ///< Width : height of a view, or of the photo alone.
     bool isRgbd = false;  ///< Photo and depth in one picture, near = white.
     bool isStacked = false;

@@ -11,8 +11,8 @@ namespace altiro3D::tools {
 
 /// A display that Bridge knows.
 struct BridgeDevice {
-    std::string name;            ///< Of its hardware ("LKG-P00655"); may be empty.
-    int index = 0;               ///< Of its window.
+    std::string name;            ///< The hardware's ("LKG-P00655"); may be empty.
+    int index = 0;               ///< Its window's.
     std::string calibrationText; ///< Contents of its visual.json.
     Calibration calibration;
     std::optional<QuiltLayout> quilt; ///< The quilt that Bridge recommends.

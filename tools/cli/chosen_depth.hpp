@@ -20,7 +20,7 @@ std::vector<std::string> namesOf(const std::vector<NetworkProfile>& catalog);
 /// A photo, its depth, and where that comes from.
 struct PhotoScene : Scene {
     DepthOrigin origin = DepthOrigin::Estimated;
-    std::string source;         ///< Of the depth, for people and reports.
+    std::string source;         ///< Where the depth is from, for people and reports.
     std::filesystem::path file; ///< The depth image or right eye's picture; empty: none was used.
     bool isUnblurred = false;   ///< The sharp original of a portrait (`--unblurred`).
 };

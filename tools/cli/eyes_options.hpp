@@ -60,7 +60,9 @@ class EyesFiles {
 
     const EyesOptions& options() const { return options_; }
     const std::filesystem::path& name() const { return file_; } ///< As given; empty: none.
-    std::string ending() const { return eyesEnding(options_); } ///< Of files in a folder.
+    std::string ending() const {
+        return eyesEnding(options_);
+    } ///< The names of files in a folder end so.
     /// The files to write: none, one, or those of the left and the right eye.
     std::vector<std::filesystem::path> files() const;
     /// Their names, for people.

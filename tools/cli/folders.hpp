@@ -16,7 +16,7 @@ namespace altiro3D::tools {
 /// What a file of a folder is, by its name and its mark.
 enum class FileKind {
     Photo,      ///< A picture that is none of the following.
-    DepthImage, ///< Of a photo, see photoOfDepthName().
+    DepthImage, ///< The depth of a photo, see photoOfDepthName().
     Native,     ///< A picture that is marked as one.
     Quilt,
     Video,
@@ -35,8 +35,9 @@ enum class FileKind {
 /// A file of a folder that a tool converts.
 struct FolderFile {
     std::filesystem::path file;
-    std::filesystem::path depth;  ///< The depth image beside it; empty: none.
-    std::filesystem::path folder; ///< Of the file, relative to the folder that was searched.
+    std::filesystem::path depth; ///< The depth image beside it; empty: none.
+    std::filesystem::path
+        folder; ///< Where the file lies, relative to the folder that was searched.
 };
 
 /// A file of a folder that is not converted.

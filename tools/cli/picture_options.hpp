@@ -53,7 +53,7 @@ SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
 NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& display,
                             const QuiltLayout& layout, Messages& messages,
                             bool preferContinuous = false);
-/// Of its path: "direct" or "quilt".
+/// The name of the path of a maker: "direct" or "quilt".
 std::string pathName(const NativeMaker& maker);
 /// What was chosen unasked, and the options that choose nothing; empty without it.
 std::string unaskedText(const AutoChoices& unasked);

@@ -62,7 +62,7 @@ std::string timeOf(const fs::path& file) {
     return earliest;
 }
 
-// Of pictures in the order of their names, the one with which the row begins: a camera counts on
+// Finds the first picture of a row among pictures in the order of their names: a camera counts on
 // with IMG_0001 after IMG_9999.
 std::size_t beginningOf(const std::vector<fs::path>& files) {
     const std::size_t length = files.front().stem().string().size();

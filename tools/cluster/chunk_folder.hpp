@@ -22,8 +22,8 @@ namespace altiro3D::tools {
 struct ChunkCall {
     enum class Task { Plan, Chunk, Join };
     Task task = Task::Plan;
-    std::filesystem::path folder; ///< Of the plan; absolute.
-    int number = 0;               ///< Of the chunk.
+    std::filesystem::path folder; ///< The plan's; absolute.
+    int number = 0;               ///< The chunk's.
 
     /// The name of the log: "7", "join".
     std::string logName() const {

@@ -43,11 +43,11 @@ bool isPhotoChunkMade(const std::filesystem::path& folder, int number);
 
 /// The part of a plan's photos that a call makes.
 struct PhotoPart {
-    PhotoChunks chunks; ///< Of the plan.
+    PhotoChunks chunks; ///< All chunks of the plan.
     std::size_t first = 0;
     std::size_t end = 0;
-    /// Of the join of a run that replaces files: the outputs that its chunks made. Others are
-    /// older.
+    /// The outputs that the chunks of a run that replaces files have made; when they are joined,
+    /// others are older.
     std::optional<std::set<std::string>> made;
 
     /// Reduces a plan of all photos to this part.

@@ -56,12 +56,12 @@ struct PhotoJob {
     CameraOptions camera;
     Budget budget;
     EyesFiles eyes; ///< How pictures for two eyes are made; named as PhotoOutputs::stereo.
-    /// Nothing asks for other pictures of eyes than those that were photographed.
+    /// The pictures of the eyes stay as they were photographed: no option changes them.
     bool keepsEyes = true;
     std::optional<PrintOptions> print;
     bool isStrengthGiven = false; ///< As a number, or by a camera.
     SwayOptions sway;
-    cv::Size swaySize;                        ///< Of the swaying video; empty: the photo's.
+    cv::Size swaySize;                        ///< The swaying video's; empty: the photo's.
     std::map<std::string, std::string> given; ///< The options as they were given, for the report.
 };
 /// What a job needs the display for.
@@ -81,7 +81,7 @@ struct PhotoItem : PhotoOutputs {
 /// The photos that the names of a job stand for.
 struct PhotoInputs {
     std::vector<FolderFile> files;    ///< With their depth images or right eye's pictures.
-    std::vector<LeftOutFile> leftOut; ///< Of folders: what is not converted.
+    std::vector<LeftOutFile> leftOut; ///< What is not converted of folders.
     bool batch = false; ///< outputs are directories; a photo that fails does not stop the run
 };
 

@@ -14,7 +14,7 @@ struct PhotoFacts {
     const PhotoItem& item;
     cv::Size photoSize;
     cv::Size videoSize;
-    double aspect; ///< Of the Native.
+    double aspect; ///< The Native's.
     double quiltAspect;
     cv::Rect crop;
     Framing framing;

@@ -41,7 +41,7 @@ struct VideoPlan {
     std::filesystem::path output; ///< "-": standard output
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
-    std::filesystem::path native; ///< Of a video for two eyes: a Native video is made as well.
+    std::filesystem::path native; ///< A Native video to make beside a video for two eyes.
     bool fromQuilt = false;
     bool show = false;         ///< shown on the display, no output
     bool isFile = false;       ///< the input can be read again, so that a run can be resumed
@@ -57,7 +57,7 @@ struct VideoPlan {
 
 /// The command line of a run.
 struct VideoJob {
-    VideoPlan plan;        ///< Of the present video; of a folder at first its own names.
+    VideoPlan plan;        ///< The present video's; for a folder, at first its own names.
     bool isFolder = false; ///< The input is a folder of videos.
     bool replace = false;  ///< `-y`
     bool resume = false;
@@ -74,14 +74,15 @@ struct VideoJob {
     std::optional<FitMode> fit; ///< `--fit`; nothing: not given.
     DepthOptions depth;
     std::optional<DepthRange> depthRange;
-    EyesOptions eyes; ///< Of a video for two eyes.
-    /// Nothing asks for other pictures of eyes than those that were filmed.
+    EyesOptions eyes; ///< How a video for two eyes is made.
+    /// The pictures of the eyes stay as they were filmed: no option changes them.
     bool keepsEyes = true;
     VideoDepthOptions depthOptions; ///< How often depth is estimated.
     VideoWriterOptions encoding;    ///< How frames are encoded.
     std::string tool;
     std::vector<std::pair<std::string, std::string>> given; ///< As given, for the report.
-    RunSettings settings; ///< Of them what determines the frames and the file, to resume a run.
+    RunSettings
+        settings; ///< Those of `given` that determine the frames and the file, to resume a run.
 };
 /// Turns a command line of video2native into a job. @throws UsageError
 VideoJob videoJob(const CommandLine& commandLine);

@@ -19,8 +19,8 @@ class VideoPace {
     /// Takes new progress. @return true if another frame was made
     bool update(const VideoProgress& now);
     const VideoProgress& now() const { return now_; }
-    double rate() const;                       ///< Frames per second of this run.
-    std::optional<double> share() const;       ///< Of all, 0..1; nothing if the length is unknown.
+    double rate() const;                 ///< Frames per second of this run.
+    std::optional<double> share() const; ///< The part done, 0..1; nothing if the length is unknown.
     std::optional<double> secondsLeft() const; ///< Nothing before the second frame.
 
   private:

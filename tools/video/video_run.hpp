@@ -19,12 +19,12 @@ struct VideoRun {
     /// Finds the display. @throws UsageError, Error
     VideoRun(const VideoJob& of, Messages& messages);
 
-    VideoJob job; ///< Of the present video, with what its input determines.
+    VideoJob job; ///< The present video's, with what its input determines.
     ChosenDisplay display;
     QuiltLayout layout;               ///< Layout of quilts.
     std::string path;                 ///< "direct" or "quilt", for reports.
     std::optional<ChosenDepth> depth; ///< Absent if frames are quilts.
-    VideoFacts inputFacts;            ///< Of the input that was opened last.
+    VideoFacts inputFacts;            ///< The facts of the input that was opened last.
 };
 
 /// Whether a file is a single picture, which FFmpeg reads as a video of one frame.

@@ -66,7 +66,7 @@ struct FileState {
     int error = 0; ///< errno
     std::filesystem::file_type type = std::filesystem::file_type::none;
     std::uintmax_t size = 0;
-    std::pair<std::uint64_t, std::uint64_t> id; ///< Of this and no other file.
+    std::pair<std::uint64_t, std::uint64_t> id; ///< No two files have the same.
     unsigned owner = 0;
     unsigned group = 0;
     unsigned permissions = 0;

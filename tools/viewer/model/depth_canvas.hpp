@@ -20,7 +20,7 @@ enum class PaintTool {
 /// The settings of a stroke.
 struct Paint {
     PaintTool tool = PaintTool::Nearer;
-    double radius = 0.04;   ///< Of the brush, of the photo's longer side, > 0..0.5.
+    double radius = 0.04;   ///< The brush's, in longer sides of the photo, > 0..0.5.
     double amount = 0.1;    ///< 0..1; see DepthBrushOptions. Lasso: negative pushes back.
     bool keepsEdges = true; ///< See DepthBrushOptions; no effect on the lasso.
 };
@@ -46,7 +46,7 @@ class DepthCanvas {
     /// Ends it. @return what it changed
     PaintedPart end();
     bool isPainting() const { return painting_; }
-    PaintTool tool() const { return paint_.tool; } ///< Of the last stroke.
+    PaintTool tool() const { return paint_.tool; } ///< The last stroke's.
 
     /// Lays a part of a stroke's before or after on the depth map.
     void put(const cv::Rect& place, const cv::Mat& part) { part.copyTo(depth_(place)); }

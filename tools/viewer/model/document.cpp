@@ -135,7 +135,7 @@ FoundEyes videoEyes(const Source& source) {
     return found;
 }
 
-// Of the first picture of a video, until it plays.
+// Adds the depth of the first picture of a video, which is shown until it plays.
 void addFirstDepth(Document& document, const std::string& evidence) {
     document.depthOrigin = "both eyes, as " + evidence;
     const StereoMatch match = matchStereo(document.picture, document.right, document.rawDepth);

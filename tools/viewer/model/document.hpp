@@ -54,12 +54,12 @@ struct Document {
     std::string depthOrigin;         ///< Where the depth that came with the photo was; else empty.
     cv::Mat depth;                   ///< Estimated depth map of a video's picture; else empty.
     QuiltLayout layout;              ///< Layout of a quilt.
-    std::optional<double> certainty; ///< Of the layout, 0..1, if it was found in the picture.
+    std::optional<double> certainty; ///< The layout's, 0..1, if it was found in the picture.
     bool video = false;              ///< The picture belongs to a video.
-    std::optional<StereoVideo> eyes; ///< Of a video: how its pictures hold both eyes'.
-    cv::Mat right; ///< Of such a video: what the right eye sees, for the depth; may be empty.
-    /// Of a video that is played: pictures with one number share settings that are chosen by the
-    /// scene, and the flaws of its depth (PlayedDepth).
+    std::optional<StereoVideo> eyes; ///< How the pictures of a video hold both eyes'.
+    cv::Mat right; ///< What the right eye sees in such a video, for the depth; may be empty.
+    /// The scene of a video that plays: pictures with one number share settings that are chosen by
+    /// the scene, and the flaws of its depth (PlayedDepth).
     int scene = 0;
     Notes notes; ///< Remarks about the files.
 

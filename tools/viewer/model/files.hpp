@@ -44,7 +44,7 @@ class Files : public QObject {
 
     bool isPlaying() const { return playing_; }
     void setPlaying(bool playing);
-    // Of the open video; zeros if none is open.
+    // What the player of the open video tells; zeros if none is open.
     VideoPlayer::Counts videoCounts() const {
         return player_ ? player_->counts() : VideoPlayer::Counts();
     }

@@ -56,7 +56,7 @@ constexpr double kMaxZoom = 100;
 
 /// What a framing applies to.
 struct FramedPhoto {
-    cv::Size size;                ///< Of the photo, px.
+    cv::Size size;                ///< The photo's, px.
     double panelAspect = 1;       ///< Width : height of the panel, 0.01..100.
     FitMode fit = FitMode::Cover; ///< How the photo is fitted.
 };

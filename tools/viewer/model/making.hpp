@@ -53,7 +53,7 @@ struct Request {
 /// The depth of a photo.
 struct PhotoDepth {
     cv::Mat depth{};           ///< [any size, CV_32FC1, 0..1], covers all of the photo.
-    HiddenLayer hidden{};      ///< Of a stereo pair, as long as its depth is used.
+    HiddenLayer hidden{};      ///< A stereo pair's, as long as its depth is used.
     bool flat = false;         ///< The depth has no range, see depthOf().
     std::string depthSource{}; ///< For people; empty without depth.
 };

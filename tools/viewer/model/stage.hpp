@@ -44,7 +44,7 @@ class Stage : public QObject {
     const tools::EyesOptions& eyes() const { return eyes_; }
     void setEyes(const tools::EyesOptions& eyes);
     void setArea(cv::Size area); ///< For the picture, px of the screen.
-    void panBy(cv::Point by);    ///< Of a Native in its window, px.
+    void panBy(cv::Point by);    ///< Moves a Native in its window, px.
     /// If true, also makes the whole Native after every change and emits nativeReady().
     /// @param eyesScreen px of a screen: the picture for two eyes that fills it, not the Native
     void setPresenting(bool presenting, cv::Size eyesScreen = {});
@@ -81,7 +81,7 @@ class Stage : public QObject {
     std::map<std::string, PaintedDepth> painted(const Source& source) const;
     /// Photos with painted depth that was not exported as a depth image.
     std::vector<std::filesystem::path> unsavedDepths() const;
-    void setSaved(quint64 revision); ///< Of painted depth: was exported.
+    void setSaved(quint64 revision); ///< Notes that painted depth was exported.
 
   signals:
     /// Files::document(), Files::display(), problem() or isBusy() has changed.

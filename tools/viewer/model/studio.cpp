@@ -167,13 +167,13 @@ struct Studio::State {
         });
     }
 
-    // Of a photo at the tiles' size; else nothing, which quilts and Natives need.
+    // A photo at the size of the tiles; nothing for quilts and Natives, which need none.
     Scene fittedTiles(const Setup& setup) {
         if (setup.document->kind != Kind::Scene) return {};
         return fittedScene(tiles, setup, quiltLayout(setup).tileSize);
     }
 
-    // Of a photo for its Native; else nothing.
+    // A photo at the size for its Native; nothing for quilts and Natives.
     Scene fittedNative(const Setup& setup) {
         if (setup.document->kind != Kind::Scene) return {};
         const cv::Size size = nativeFitSize(setup);

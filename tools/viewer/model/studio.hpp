@@ -13,8 +13,8 @@ struct Frame {
     cv::Mat picture;           ///< [CV_8UC3, BGR]
     cv::Size target;           ///< Size on the screen, px; the picture's size if shown exactly.
     cv::Mat depth;             ///< Sway, Depth: depth of the fitted photo; else empty.
-    double parallaxPixels = 0; ///< Of a photo: parallax between adjacent views, px of a view.
-    double hiddenPercent = 0;  ///< Of a photo: see viewer::hiddenPercent().
+    double parallaxPixels = 0; ///< A photo's parallax between adjacent views, px of a view.
+    double hiddenPercent = 0;  ///< A photo's, see viewer::hiddenPercent().
 };
 
 class DepthMaker;

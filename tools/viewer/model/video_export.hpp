@@ -13,21 +13,21 @@ namespace altiro3D::viewer {
 
 /// How far an export of a video is.
 struct VideoExportState {
-    double share = 0;                  ///< Of all, 0..1; 0 if the length is unknown.
+    double share = 0;                  ///< The part that is done, 0..1; 0 if the length is unknown.
     double end = 0;                    ///< Made so far, s of the video.
-    std::optional<double> length;      ///< Of the video, s.
+    std::optional<double> length;      ///< The video's, s.
     double framesPerSecond = 0;        ///< Speed.
     std::optional<double> secondsLeft; ///< Nothing until it can be estimated.
-    std::optional<double> bytes;       ///< Of the finished file, estimated.
+    std::optional<double> bytes;       ///< The finished file's, estimated.
     bool finishing = false;            ///< All pictures are made; it can no longer be cancelled.
 };
 
 /// Result of an export that was not an error.
 struct VideoExportResult {
     std::string file;                 ///< Empty: cancelled.
-    double bytes = 0;                 ///< Of the file.
+    double bytes = 0;                 ///< The file's.
     double end = 0;                   ///< Its length, s; of a cancelled run what was made.
-    bool keepsParts = false;          ///< Of a cancelled run: a later one can go on.
+    bool keepsParts = false;          ///< A later run can continue this one, which was cancelled.
     std::vector<std::string> notes{}; ///< Remarks about the video, a sentence each.
 };
 

@@ -124,7 +124,7 @@ void SlideShow::tick(double now) {
     const bool isTimeUp = shown_ && !shown_->isVideo() && now_ - since_ >= settings_.each;
     if (!wanted_ && (!shown_ || (isTimeUp && !isPaused_))) {
         if (!list_.following()) {
-            // Of a list that loops, a single file stays; a folder that is empty now may fill again.
+            // In a list that loops, a single file stays; a folder that is empty now may fill again.
             isOver_ = !settings_.loops || (files_.empty() && !shown_);
             return;
         }

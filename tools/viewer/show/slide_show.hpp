@@ -62,7 +62,7 @@ class ShowList {
 struct Slide {
     Source source;
     cv::Mat native; ///< [panel, CV_8UC3, BGR]; of a video the first picture.
-    /// Of a video: makes the Native of a picture of it.
+    /// Makes the Native of a picture of a video; empty for other files.
     std::function<cv::Mat(const cv::Mat&)> nativeOfFrame;
     std::string problem; ///< Why it cannot be shown; empty: it can.
 

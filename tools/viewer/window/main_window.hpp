@@ -89,7 +89,7 @@ class MainWindow : public QMainWindow {
     void endVideoExport(const VideoExportResult& result, const QString& problem);
     void exportAllDialog();
     void endExportAll(const BatchReport& report);
-    void showProgress(bool runs); ///< Of an export.
+    void showProgress(bool runs); ///< Shows or hides the progress of an export.
     void showStrip();
     bool mayLosePaintedDepth();
     void showAction(); // after one: what was said about the time before goes

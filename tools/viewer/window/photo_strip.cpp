@@ -30,7 +30,7 @@ QImage reducedJpeg(const fs::path& file, int side) {
     return reader.read();
 }
 
-// Of an icon and its name: the same for each, though icons differ in height.
+// The size of an icon and its name: the same for each, though icons differ in height.
 QSize cellSize() {
     constexpr int kSide = Thumbnails::kSide;
     return {kSide + 12, kSide + QFontMetrics(QApplication::font()).height() + 14};

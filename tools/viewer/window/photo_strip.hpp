@@ -24,7 +24,7 @@ QImage thumbnailOf(const Source& source, int side);
 class Thumbnails : public QAbstractListModel {
     Q_OBJECT
   public:
-    static constexpr int kSide = 88;            ///< Of an icon, px before scaling.
+    static constexpr int kSide = 88;            ///< An icon's, px before scaling.
     static constexpr int kIcons = 300;          ///< About 10 MB.
     static constexpr std::size_t kWaiting = 64; ///< Older wishes are dropped; views ask again.
 

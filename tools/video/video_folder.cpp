@@ -31,7 +31,7 @@ std::string endingOf(const VideoJob& job, const fs::path& input) {
     }
 }
 
-// Of names, as VideoProduct; that of a quilt states its layout.
+// What names end with, by VideoProduct; the name of a quilt states its layout.
 constexpr const char* kSuffixes[] = {"_native", "", "_rgbd", "_stereo"};
 
 // The videos of the folder.

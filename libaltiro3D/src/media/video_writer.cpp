@@ -79,7 +79,7 @@ double usedCrf(const VideoWriterOptions& options) {
 std::string x264Params(const VideoWriterOptions& options) {
     if (!isExact(options)) return {};
     if (options.preset >= EncoderPreset::Medium) return "psy=0";
-    const std::string all = "psy=0:cabac=0:no-deblock=1:chroma-qp-offset=2";
+    std::string all = "psy=0:cabac=0:no-deblock=1:chroma-qp-offset=2";
     const std::string fixed = options.maxRate > 0
                                   ? ":qcomp=1:aq-mode=0:mbtree=0"
                                   : ":qp=" + std::to_string(std::lround(usedCrf(options)));

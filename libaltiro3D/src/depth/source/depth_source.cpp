@@ -85,7 +85,7 @@ class FileSource : public DepthSource {
         std::future<cv::Mat> samples = std::async(when, [&] {
             return withNamedNotes(file_, &depthNotes, [&](Notes* own) {
                 const PhotoFile depth(file_);
-                const cv::Mat raw = readDepthSamples(depth, own);
+                cv::Mat raw = readDepthSamples(depth, own);
                 addKindNotes(depth, raw, kind_, own);
                 return raw;
             });

@@ -98,7 +98,7 @@ PhotoDepth withPhoto(Found found, const cv::Mat& photo, const DepthSource& fallb
 // @param fallback decodes the file by its readPhoto(), and estimates nothing yet
 cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& fallback, Notes* notes) {
     if (unblurred) {
-        const cv::Mat original = withNamedNotes(
+        cv::Mat original = withNamedNotes(
             file.path(), notes, [&](Notes* own) { return readUnblurredPhoto(file, own); });
         if (!original.empty()) {
             addNote(notes, NoteCode::Chosen,

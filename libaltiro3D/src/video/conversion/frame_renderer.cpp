@@ -56,8 +56,8 @@ PhotoFit wholeFit(cv::Size photo, double pixelAspect, cv::Size result) {
 class ViewsRenderer : public FrameRenderer {
   public:
     ViewsRenderer(const VideoConversion& conversion, const VideoTarget& target, DepthEdges edges)
-        : options_(conversion.recipe), target_(target), edges_(edges),
-          isMeasuring_(!options_.refine.flaws), wanted_(conversion.recipe.choices) {
+        : options_(static_cast<const NativeOptions&>(conversion.recipe)), target_(target),
+          edges_(edges), isMeasuring_(!options_.refine.flaws), wanted_(conversion.recipe.choices) {
         wanted_.isVideo = true;
         if (conversion.product == VideoProduct::Stereo) {
             eyes_ = conversion.eyes;

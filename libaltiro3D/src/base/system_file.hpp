@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -61,9 +62,9 @@ std::optional<int> ownDescriptor(const std::filesystem::path& path);
 /// A name that opens an open file again.
 std::filesystem::path nameOf(const FileHandle& file);
 
-/// What there is to know of a file. The other fields are valid if `error` is 0.
+/// What is known about a file. The other fields are valid if `error` is 0.
 struct FileState {
-    int error = 0; ///< errno
+    int error = ENOENT; ///< errno; 0: the file exists
     std::filesystem::file_type type = std::filesystem::file_type::none;
     std::uintmax_t size = 0;
     std::pair<std::uint64_t, std::uint64_t> id; ///< No two files have the same.

@@ -24,9 +24,10 @@ std::filesystem::path ownFile() {
     static const char here = 0;
     std::filesystem::path file;
     if (::dladdr(&here, &info) != 0 && info.dli_fname != nullptr) file = info.dli_fname;
-    if (!file.is_absolute())
-        file = "/proc/self/exe"; // for a program it is the name it was started with
-    return std::filesystem::canonical(file, error);
+    // the name that a program was started with may have no folder, or one that has changed since
+    if (file.has_parent_path()) file = std::filesystem::canonical(file, error);
+    if (error || !file.is_absolute()) file = std::filesystem::canonical("/proc/self/exe", error);
+    return file;
 }
 
 } // namespace altiro3D

@@ -3,7 +3,8 @@
 
 A room may include itself and the rooms before it, and no chain of includes returns to where it began.
 A header and its sources count as one node; a public header belongs to the room of its source. Tools
-include public headers, and inner ones that need no symbols. Only base/system_* calls the system.
+include public headers, and inner ones that need no symbols. Only base/system_* and the tools' cli/system_*
+call the system.
 
     scripts/check-includes.py [ROOT]      default: the project
 """
@@ -21,7 +22,7 @@ HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "imag
                 "video_io": "media",
                 "scene": "depth/map", "video_conversion": "video/conversion"}
 UMBRELLA = "altiro3D"
-# What only the sources of base/system_* have, one for each system.
+# What only the sources of system_* have, one for each system.
 SYSTEM = re.compile(r"^\s*#\s*(?:include <((?:unistd|fcntl|poll|dlfcn|malloc|sched|spawn|termios|pwd|windows|io|"
                     r"(?:sys|linux|net|netinet)/\w+)\.h)>|if.*\b(__linux__|_WIN32|__APPLE__|__unix__)\b)", re.MULTILINE)
 FOR_TOOLS = ["base/text", "base/image_format"]  # inner headers of which tools need no symbols
@@ -52,14 +53,15 @@ def read_nodes(root):
                             "HEADER_ROOMS of scripts/check-includes.py")
             continue
         rooms[file.stem] = HEADER_ROOMS[file.stem]
+    for file in sources + headers + sorted((root / "tools").rglob("*.[ch]pp")):
+        if not node_of(file).startswith("system") and file.stem != "export":
+            for match in SYSTEM.finditer(file.read_text()):
+                problems.append(f"{file.relative_to(root)}: has {match[1] or match[2]}, expected a function of "
+                                "base/system_*.hpp or cli/system.hpp, whose sources know the system")
     for file in sources + headers:
         node = node_of(file)
         if node not in rooms:
             continue
-        if not node.startswith("system_") and node != "export":
-            for match in SYSTEM.finditer(file.read_text()):
-                problems.append(f"{file.relative_to(root)}: has {match[1] or match[2]}, expected a function of "
-                                "base/system_*.hpp, whose sources know the system")
         edges = includes.setdefault(node, {})
         for number, line in enumerate(file.read_text().splitlines(), 1):
             match = re.match(r'\s*#include "([\w/]+)\.hpp"', line)

@@ -196,9 +196,17 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
                                   cv::Size inputSize = {}, double seconds = 120,
                                   InferenceEngine engine = InferenceEngine::Best);
 
+/// Does the work of the child process of probeNetwork() where a process cannot be copied (Windows):
+/// there, probeNetwork() starts this program again, with other arguments. A program that does not
+/// call this function first tests networks in its own process.
+/// @param arguments those of the program, without its name, in UTF-8
+/// @return true if the program was started for it; it should end then
+[[nodiscard]] ALTIRO3D_EXPORT bool answerProbe(const std::vector<std::string>& arguments);
+
 /// Directories that are searched for network files and the catalogue, in this order:
-/// - the directories in `$ALTIRO3D_MODELS`, separated by ':';
-/// - `$XDG_DATA_HOME/altiro3D/models`, or `~/.local/share/altiro3D/models` if that is not absolute;
+/// - the directories in `$ALTIRO3D_MODELS`, separated by ':' (on Windows ';');
+/// - `$XDG_DATA_HOME/altiro3D/models`, or `~/.local/share/altiro3D/models` if that is not absolute
+///   (on Windows `%LOCALAPPDATA%\\altiro3D\\models`);
 /// - `models/` in each of dataDirectories().
 ///
 /// Directories that do not exist are skipped. The working directory is not searched, so that a

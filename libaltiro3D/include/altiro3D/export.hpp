@@ -6,7 +6,9 @@
 /// @def ALTIRO3D_EXPORT
 /// Exports a function or class from the shared library.
 
-#ifdef _WIN32 // a static library only
+#ifdef ALTIRO3D_BUILDS_DLL // of Windows
+#define ALTIRO3D_EXPORT __declspec(dllexport)
+#elif defined(_WIN32) // MinGW imports without a mark
 #define ALTIRO3D_EXPORT
 #else
 #define ALTIRO3D_EXPORT __attribute__((visibility("default")))

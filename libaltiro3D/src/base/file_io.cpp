@@ -18,12 +18,8 @@ namespace {
 
 constexpr std::size_t kReadStepBytes = std::size_t{1} << 20;
 
-std::string reason(int number) {
-    return std::generic_category().message(number);
-}
-
 [[noreturn]] void failRead(const fs::path& path, int number) {
-    throw Error(ErrorCode::ReadFailed, path.string(), "cannot be read: " + reason(number));
+    throw Error(ErrorCode::ReadFailed, path.string(), "cannot be read: " + reasonOf(number));
 }
 
 [[noreturn]] void failTooLarge(const fs::path& path, const std::string& length,
@@ -55,7 +51,7 @@ int writeAll(const FileHandle& file, const std::vector<Bytes>& parts) {
 } // namespace
 
 void failWrite(const fs::path& path, int number) {
-    std::string problem = "cannot be written: " + reason(number);
+    std::string problem = "cannot be written: " + reasonOf(number);
     if (number == ENOENT) problem += "; its directory must exist";
     throw Error(ErrorCode::WriteFailed, path.string(), problem);
 }
@@ -138,6 +134,8 @@ struct FileWriter::Impl {
 FileWriter::FileWriter(const fs::path& path) : impl_(std::make_unique<Impl>()) {
     Impl& self = *impl_;
     if (path.empty()) failWrite("(no name)", ENOENT);
+    if (const std::string problem = nameProblem(path); !problem.empty())
+        throw Error(ErrorCode::WriteFailed, path.string(), problem + ", expected another name");
     self.path = path;
     self.target =
         followLinks(path, [](const fs::path& at) { return ownDescriptor(at).has_value(); });

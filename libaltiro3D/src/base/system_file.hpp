@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 /// What the system does with files: the base for reading and writing whole files. Failures are
 /// numbers of errno.
@@ -57,6 +58,9 @@ FileHandle openFile(const std::filesystem::path& path, OpenFor use);
 FileHandle duplicate(int number);
 /// The standard input. @return if not open, errno is set
 FileHandle standardInput();
+/// A name that opens the standard input again. @return empty unless it is a file of which nothing
+/// has been read
+std::filesystem::path standardInputFile();
 /// The number of the descriptor of this process that a path such as `/proc/self/fd/N` names.
 std::optional<int> ownDescriptor(const std::filesystem::path& path);
 /// A name that opens an open file again.
@@ -80,6 +84,10 @@ struct FileState {
 FileState stateOf(const std::filesystem::path& path);
 FileState stateOf(const FileHandle& file);
 
+/// What a number of errno means, for a sentence: "No space left on device".
+std::string reasonOf(int number);
+/// Why a file cannot have this name. @return "is ...", "has ..."; empty if it can
+std::string nameProblem(const std::filesystem::path& path);
 /// Whether this user may write a file. @return 0 or errno
 int checkWritable(const std::filesystem::path& path);
 /// Whether a file can be read only once, as a pipe can; a second read might wait forever.
@@ -99,6 +107,8 @@ std::ptrdiff_t writeAt(const FileHandle& file, const void* from, std::size_t siz
 /// Locks an open file or directory against other processes until it is closed.
 /// @return false if another process holds the lock; true also where the file system has no locks
 bool lockFile(const FileHandle& file);
+/// Closes the lock of a directory where the system removes no directory that is locked.
+void unlockToRemove(FileHandle& lock);
 
 /// A name beside a file: its own with an ending, or a number if that is too long.
 std::filesystem::path besideName(const std::filesystem::path& path, const std::string& ending);
@@ -112,6 +122,13 @@ int flushFile(const FileHandle& file);
 
 /// Flushes the directory of a file to the disk. Failures are ignored: the data is on the disk.
 void flushDirectoryOf(const std::filesystem::path& path);
+
+/// Gives a file another name, also that of a file, which it then replaces. @return 0 or errno
+int moveFile(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// Where drives have their roots that others than this system may be on: `C:\\`, `D:\\`. Empty
+/// where all are in one tree.
+std::vector<std::filesystem::path> driveRoots();
 
 /// Sets the time of a file or directory to that of its file system. Failures are ignored.
 void touch(const std::filesystem::path& path);

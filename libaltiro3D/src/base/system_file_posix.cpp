@@ -90,6 +90,13 @@ FileHandle standardInput() {
     return duplicate(STDIN_FILENO);
 }
 
+fs::path standardInputFile() {
+    std::error_code error;
+    const fs::path name = "/dev/stdin";
+    const bool isFile = fs::is_regular_file(name, error) && ::lseek(STDIN_FILENO, 0, SEEK_CUR) == 0;
+    return isFile ? name : fs::path();
+}
+
 std::optional<int> ownDescriptor(const fs::path& path) {
     const std::string name = path.filename().string();
     if (name.empty() || name.size() > 6 || !std::all_of(name.begin(), name.end(), isDigit))
@@ -121,6 +128,14 @@ FileState stateOf(const FileHandle& file) {
     FileState failed;
     failed.error = errno;
     return failed;
+}
+
+std::string reasonOf(int number) {
+    return std::generic_category().message(number);
+}
+
+std::string nameProblem(const fs::path& /*path*/) {
+    return {}; // the system refuses what it cannot have
 }
 
 int checkWritable(const fs::path& path) {
@@ -171,6 +186,8 @@ bool lockFile(const FileHandle& file) {
     return ::flock(file.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
 }
 
+void unlockToRemove(FileHandle& /*lock*/) {}
+
 fs::path besideName(const fs::path& path, const std::string& ending) {
     const fs::path parent = path.parent_path();
     const long limit = ::pathconf(parent.empty() ? "." : parent.c_str(), _PC_NAME_MAX);
@@ -209,6 +226,14 @@ void touch(const fs::path& path) {
     ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);
 }
 
+int moveFile(const fs::path& from, const fs::path& to) {
+    return ::rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
+}
+
+std::vector<fs::path> driveRoots() {
+    return {};
+}
+
 TemporaryFile::TemporaryFile(const fs::path& directory) : directory_(directory) {
     if (::access("/proc/self/fd", X_OK) == 0) file_ = openAs(directory, O_WRONLY | O_TMPFILE, 0666);
     if (file_.isOpen()) return;
@@ -232,7 +257,7 @@ int TemporaryFile::moveTo(const fs::path& target) {
         if (error != 0) return error;
     }
     if (const int error = file_.close()) return error;
-    if (::rename(path_.c_str(), target.c_str()) != 0) return errno;
+    if (const int error = moveFile(path_, target)) return error;
     path_.clear();
     return 0;
 }

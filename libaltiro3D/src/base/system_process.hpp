@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
+#include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 /// What the system does with processes, and what it knows of them. hostName() is in file_io.hpp.
 namespace altiro3D {
@@ -23,8 +25,19 @@ struct ApartEnd {
 };
 /// Does work in a process of its own, so that a crash does no harm. The process prints nothing, and
 /// ends with this one.
-/// @param work must not throw @param seconds time limit
-ApartEnd runApart(const std::function<void()>& work, double seconds);
+/// @param work must not throw
+/// @param program arguments with which this program does the same work, for systems that cannot
+///        copy a process; if there are none, those do the work in this process
+/// @param seconds time limit
+ApartEnd runApart(const std::function<void()>& work, const std::vector<std::string>& program,
+                  double seconds);
+
+/// A variable of the environment in UTF-8. @return empty if it is not set
+std::string environmentOf(const char* name);
+/// What separates the entries of a list of directories in the environment.
+extern const char kListSeparator;
+/// Where programs keep their data for this user. @return empty if it is not known
+std::filesystem::path userDataDirectory();
 
 /// The local date and time.
 std::tm localTime(std::time_t time);

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <poll.h>
@@ -67,7 +68,8 @@ bool isRunning(std::int64_t process) {
     return number != process || ::kill(number, 0) == 0 || errno != ESRCH;
 }
 
-ApartEnd runApart(const std::function<void()>& work, double seconds) {
+ApartEnd runApart(const std::function<void()>& work, const std::vector<std::string>& /*program*/,
+                  double seconds) {
     ApartEnd end;
     int ends[2] = {-1, -1};
     if (::pipe2(ends, O_CLOEXEC) != 0) {
@@ -112,6 +114,21 @@ void requestLargePages([[maybe_unused]] const void* begin, [[maybe_unused]] cons
     const std::uintptr_t last = reinterpret_cast<std::uintptr_t>(end) / kPage * kPage;
     if (first < last) ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
+}
+
+std::string environmentOf(const char* name) {
+    const char* const value = std::getenv(name);
+    return value != nullptr ? value : "";
+}
+
+const char kListSeparator = ':';
+
+std::filesystem::path userDataDirectory() {
+    // The XDG base directory specification requires that a relative $XDG_DATA_HOME is ignored.
+    const std::filesystem::path data = environmentOf("XDG_DATA_HOME");
+    if (data.is_absolute()) return data;
+    const std::filesystem::path home = environmentOf("HOME");
+    return home.is_absolute() ? home / ".local" / "share" : std::filesystem::path();
 }
 
 std::string hostName() {

@@ -1,6 +1,7 @@
 #include "altiro3D/display.hpp"
 
 #include "altiro3D/error.hpp"
+#include "base/system_file.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -238,6 +239,13 @@ std::vector<MountedCalibration> findMountedCalibrations(const fs::path& root) {
     };
     for (const fs::path& parent : parents)
         lookInto(root / parent, lookInto, 1);
+    if (root == "/") {
+        for (const fs::path& drive : driveRoots()) {
+            const fs::path file = drive / "LKG_calibration" / "visual.json";
+            std::error_code ignored;
+            if (fs::is_regular_file(file, ignored)) files.insert(file);
+        }
+    }
     std::vector<MountedCalibration> found;
     for (const fs::path& file : files) {
         found.push_back({file, file.parent_path().parent_path().filename().string()});

@@ -27,8 +27,7 @@ namespace {
                     "again");
     }
     throw Error(ErrorCode::ReadFailed, source,
-                "cannot be read: " + std::generic_category().message(number) +
-                    ", expected a connected display");
+                "cannot be read: " + reasonOf(number) + ", expected a connected display");
 }
 
 } // namespace

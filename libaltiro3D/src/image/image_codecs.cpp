@@ -49,12 +49,13 @@ bool isPadding(const std::string& warning, std::string_view bytes) {
 cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* damage, bool cmyk) {
     const TurboJpeg jpeg(tjInitDecompress());
     const auto* const from = reinterpret_cast<const unsigned char*>(bytes.data());
+    const auto size = static_cast<unsigned long>(bytes.size());
     int columns = 0;
     int rows = 0;
     int subsampling = 0;
     int colours = 0;
-    if (jpeg == nullptr || tjDecompressHeader3(jpeg.get(), from, bytes.size(), &columns, &rows,
-                                               &subsampling, &colours) != 0) {
+    if (jpeg == nullptr ||
+        tjDecompressHeader3(jpeg.get(), from, size, &columns, &rows, &subsampling, &colours) != 0) {
         return {};
     }
     if ((colours == TJCS_CMYK || colours == TJCS_YCCK) != cmyk) return {};
@@ -62,7 +63,7 @@ cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* 
     const bool isGrey = colours == TJCS_GRAY && channels == ImageChannels::AsStored;
     const int format = cmyk ? TJPF_CMYK : isGrey ? TJPF_GRAY : TJPF_BGR;
     cv::Mat image(rows, columns, CV_8UC(tjPixelSize[format]));
-    const int status = tjDecompress2(jpeg.get(), from, bytes.size(), image.data, columns,
+    const int status = tjDecompress2(jpeg.get(), from, size, image.data, columns,
                                      static_cast<int>(image.step), rows, format, 0);
     if (status == 0) return image;
     if (tjGetErrorCode(jpeg.get()) != TJERR_WARNING) return {};

@@ -31,6 +31,14 @@ void quietFfmpeg() {
 
 namespace {
 
+#ifdef ALTIRO3D_LINKS_ALL_FFMPEG
+constexpr const char* kDevices = "libavdevice";
+
+bool registerDevices() {
+    avdevice_register_all();
+    return true;
+}
+#else
 constexpr const char* kDevices = "libavdevice.so." AV_STRINGIFY(LIBAVDEVICE_VERSION_MAJOR);
 
 // Loaded at run time, not linked: its hundred libraries (X11, sound, 3D, ...) would take a third of
@@ -43,6 +51,7 @@ bool registerDevices() {
     }();
     return areThere;
 }
+#endif
 
 } // namespace
 

@@ -20,6 +20,12 @@ namespace {
 
 constexpr const char* kFilters = "libavfilter.so." AV_STRINGIFY(LIBAVFILTER_VERSION_MAJOR);
 
+#ifdef ALTIRO3D_LINKS_ALL_FFMPEG
+#define ALTIRO3D_FILTER(name) name
+#else
+#define ALTIRO3D_FILTER(name) load(#name)
+#endif
+
 // The functions of libavfilter. Loaded with the first interlaced frame, not linked: its libraries
 // would take a fifth of every program's start-up time.
 class Filters {
@@ -30,14 +36,15 @@ class Filters {
     }
 
     bool areThere = true;
-    decltype(&avfilter_graph_alloc) allocGraph = load("avfilter_graph_alloc");
-    decltype(&avfilter_graph_free) freeGraph = load("avfilter_graph_free");
-    decltype(&avfilter_graph_parse_ptr) parse = load("avfilter_graph_parse_ptr");
-    decltype(&avfilter_graph_config) config = load("avfilter_graph_config");
-    decltype(&avfilter_graph_get_filter) filterOf = load("avfilter_graph_get_filter");
-    decltype(&av_buffersrc_add_frame) addFrame = load("av_buffersrc_add_frame");
-    decltype(&av_buffersink_get_frame) getFrame = load("av_buffersink_get_frame");
-    decltype(&av_buffersink_get_time_base) timeBaseOf = load("av_buffersink_get_time_base");
+    decltype(&avfilter_graph_alloc) allocGraph = ALTIRO3D_FILTER(avfilter_graph_alloc);
+    decltype(&avfilter_graph_free) freeGraph = ALTIRO3D_FILTER(avfilter_graph_free);
+    decltype(&avfilter_graph_parse_ptr) parse = ALTIRO3D_FILTER(avfilter_graph_parse_ptr);
+    decltype(&avfilter_graph_config) config = ALTIRO3D_FILTER(avfilter_graph_config);
+    decltype(&avfilter_graph_get_filter) filterOf = ALTIRO3D_FILTER(avfilter_graph_get_filter);
+    decltype(&av_buffersrc_add_frame) addFrame = ALTIRO3D_FILTER(av_buffersrc_add_frame);
+    decltype(&av_buffersink_get_frame) getFrame = ALTIRO3D_FILTER(av_buffersink_get_frame);
+    decltype(&av_buffersink_get_time_base) timeBaseOf =
+        ALTIRO3D_FILTER(av_buffersink_get_time_base);
 
   private:
     struct Symbol {
@@ -47,7 +54,7 @@ class Filters {
             return reinterpret_cast<Function*>(address);
         }
     };
-    Symbol load(const char* name) {
+    [[maybe_unused]] Symbol load(const char* name) {
         static void* const library = openLibrary(kFilters);
         void* const address = addressIn(library, name);
         areThere = areThere && address != nullptr;

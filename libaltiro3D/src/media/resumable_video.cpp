@@ -29,7 +29,7 @@ FileHandle lockDirectory(const fs::path& directory) {
     FileHandle handle = openFile(directory, OpenFor::Directory);
     if (!handle.isOpen()) {
         throw Error(ErrorCode::WriteFailed, directory.string(),
-                    "cannot be opened: " + std::generic_category().message(errno));
+                    "cannot be opened: " + reasonOf(errno));
     }
     if (!lockFile(handle)) {
         throw Error(ErrorCode::WriteFailed, directory.string(),
@@ -39,10 +39,11 @@ FileHandle lockDirectory(const fs::path& directory) {
 }
 
 // Removes the directory of a run that has kept nothing.
-void removeRun(const fs::path& directory) {
+void removeRun(const fs::path& directory, FileHandle& lock) {
     std::error_code ignored;
     fs::remove(directory / numberedName(0, kState), ignored);
     fs::remove(directory / "run.json", ignored);
+    unlockToRemove(lock);
     fs::remove(directory, ignored); // fails if other files are in it
 }
 
@@ -156,7 +157,7 @@ ResumableVideoWriter::ResumableVideoWriter(const fs::path& path, const VideoWrit
         if (!there) writeRun();
         writer_.emplace(directory_, options_, segmentFrames_, segments_.size(), kept_.nextPts);
     } catch (...) {
-        if (!there) removeRun(directory_);
+        if (!there) removeRun(directory_, lock_);
         throw;
     }
 }
@@ -164,7 +165,7 @@ ResumableVideoWriter::ResumableVideoWriter(const fs::path& path, const VideoWrit
 ResumableVideoWriter::~ResumableVideoWriter() {
     if (complete_ || keepsWork()) return;
     if (writer_) writer_->drop();
-    removeRun(directory_);
+    removeRun(directory_, lock_);
 }
 
 void ResumableVideoWriter::readRun() {
@@ -260,6 +261,7 @@ void ResumableVideoWriter::finish(VideoReader* source, bool complete) {
     finished_ = true;
     std::error_code ignored; // the file is there
     if (complete) {
+        unlockToRemove(lock_);
         fs::remove_all(directory_, ignored);
         complete_ = true;
         listed_ = 0;
@@ -282,7 +284,8 @@ bool isVideoUnfinished(const fs::path& path) {
 void discardUnfinishedVideo(const fs::path& path) {
     if (!isVideoUnfinished(path)) return; // not our directory
     const fs::path directory = unfinishedVideoDirectory(path);
-    const FileHandle lock = lockDirectory(directory);
+    FileHandle lock = lockDirectory(directory);
+    unlockToRemove(lock);
     std::error_code error;
     fs::remove_all(directory, error);
     if (error) {

@@ -64,6 +64,8 @@ PartFile::PartFile(const fs::path& path) : path_(path), target_(followLinks(path
         return;
     }
     if (!target_.has_filename()) failWrite(path, EISDIR);
+    if (const std::string problem = nameProblem(target_); !problem.empty())
+        throw Error(ErrorCode::WriteFailed, path.string(), problem + ", expected another name");
     const FileState state = stateOf(target_);
     if (!state.exists() && state.error != ENOENT) failWrite(path, state.error);
     if (state.exists() && state.isDirectory())
@@ -128,12 +130,10 @@ void PartFile::finish() {
         return;
     }
     if (const int error = flushFile(file_)) failWrite(path_, error);
-    // Closed only after the rename, because closing releases the lock against other writers.
-    std::error_code failed;
-    fs::rename(part_, target_, failed);
-    if (failed) failWrite(path_, failed.value());
-    flushDirectoryOf(target_);
     if (const int result = avio_closep(&io_); result < 0) fail(result);
+    // Closed only after the rename, because closing releases the lock against other writers.
+    if (const int error = moveFile(part_, target_)) failWrite(path_, error);
+    flushDirectoryOf(target_);
     if (const int error = file_.close()) failWrite(path_, error);
 }
 

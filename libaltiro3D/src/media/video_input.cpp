@@ -75,8 +75,7 @@ void checkFile(const fs::path& path, const std::string& subject) {
     if (state.error == ENOENT || state.error == ENOTDIR)
         throw Error(ErrorCode::NotFound, subject, "does not exist, expected a video file");
     if (!state.exists()) {
-        throw Error(ErrorCode::ReadFailed, subject,
-                    "cannot be read: " + std::generic_category().message(state.error));
+        throw Error(ErrorCode::ReadFailed, subject, "cannot be read: " + reasonOf(state.error));
     }
     if (state.isDirectory())
         throw Error(ErrorCode::ReadFailed, subject, "is a directory, expected a video file");
@@ -92,8 +91,7 @@ std::string openStream(VideoInput& input, const fs::path& path) {
     input.kind = Kind::Stream;
     input.file = path == "-" ? standardInput() : openFile(path, OpenFor::Reading);
     if (!input.file.isOpen()) {
-        throw Error(ErrorCode::ReadFailed, input.subject,
-                    "cannot be read: " + std::generic_category().message(errno));
+        throw Error(ErrorCode::ReadFailed, input.subject, "cannot be read: " + reasonOf(errno));
     }
     const std::string start = waitingBytes(input.file);
     const std::string box = start.substr(std::min<std::size_t>(4, start.size()), 4);
@@ -151,11 +149,9 @@ void openContainer(VideoInput& input, const fs::path& path, const VideoReaderOpt
     fs::path source = path;
     if (input.kind == Kind::File && path == "-") {
         // one that is a file is read as one: the index of an .mp4 may be at its end
-        const bool isFile =
-            fs::is_regular_file("/dev/stdin", noFile) && ::lseek(STDIN_FILENO, 0, SEEK_CUR) == 0;
+        source = standardInputFile();
         input.kind = Kind::Stream;
-        source = "/dev/stdin";
-        url = isFile ? "file:/dev/stdin" : openStream(input, path);
+        url = source.empty() ? openStream(input, path) : "file:" + source.string();
     } else if (input.kind == Kind::File) {
         checkFile(path, input.subject);
         if (givesBytesOnce(path)) url = openStream(input, path);

@@ -273,26 +273,27 @@ void NativeLut::save(const std::filesystem::path& file) const {
 
 NativeLut NativeLut::load(const std::filesystem::path& file) {
     const std::string name = file.string();
-    const auto failRead = [&](const std::error_code& error) {
+    const auto failRead = [&](const std::string& reason) {
         throw Error(ErrorCode::ReadFailed, name,
-                    "cannot be read: " + error.message() + ", expected a .map file");
+                    "cannot be read: " + reason + ", expected a .map file");
     };
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(file, error);
     if (status.type() == std::filesystem::file_type::not_found) {
         throw Error(ErrorCode::NotFound, name, "does not exist, expected a .map file");
     }
-    if (error) failRead(error);
+    if (error) failRead(error.message());
     const bool isPipe = status.type() == std::filesystem::file_type::fifo;
     if (!isPipe && !std::filesystem::is_regular_file(status)) {
         throw Error(ErrorCode::ReadFailed, name, "is not a regular file, expected a .map file");
     }
     FileHandle opened = openFile(file, OpenFor::Reading);
-    if (!opened.isOpen()) failRead({errno, std::generic_category()});
+    if (!opened.isOpen()) failRead(reasonOf(errno));
     constexpr std::uintmax_t kMostOfPipe = std::uintmax_t{1} << 33;
     if (isPipe) opened = unnamedCopy(opened, file, kMostOfPipe);
-    const std::uintmax_t fileSize = std::filesystem::file_size(nameOf(opened), error);
-    if (error) failRead(error);
+    const FileState state = stateOf(opened);
+    if (!state.exists()) failRead(reasonOf(state.error));
+    const std::uintmax_t fileSize = state.size;
     Header h{};
     const auto requireFormat = [&](bool holds, const std::string& problem) {
         if (!holds) throw Error(ErrorCode::BadFormat, name, problem);

@@ -1009,6 +1009,21 @@ TEST_F(DepthNetworkFile, AProbeIgnoresErrorsThatTheNetworkReports) {
     probeNetwork(file, profileOf(8, 8)); // NotFound
 }
 
+TEST_F(DepthNetworkFile, OnlyAProgramThatIsStartedForAProbeAnswersIt) {
+    const std::string file = write(mixModel({1, 1, 1}, {8, 8})).string();
+    for (const std::vector<std::string>& other :
+         {std::vector<std::string>{},
+          {"--altiro3D-probe"},
+          {file, "8", "8", "8", "0", "0", "0", "1"},
+          {"photo.jpg", file, "8", "8", "8", "0", "0", "0", "1"}})
+        EXPECT_FALSE(answerProbe(other));
+    const std::vector<std::string> probe{
+        "--altiro3D-probe", file, "8", "8", "8", "0", "0", "0", "1"};
+    EXPECT_TRUE(answerProbe(probe));
+    write("no network"); // its caller reports this
+    EXPECT_TRUE(answerProbe(probe));
+}
+
 TEST_F(DepthNetworkFile, AProbeEndsInTime) {
     // reading a pipe without a writer never ends
     const fs::path file = directory / "pipe.onnx";

@@ -2,6 +2,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/json_reader.hpp"
+#include "base/system_process.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -294,23 +295,13 @@ const NetworkProfile* findProfile(const std::vector<NetworkProfile>& catalog,
 }
 
 std::vector<fs::path> modelSearchPath() {
-    const auto variable = [](const char* name) {
-        const char* value = std::getenv(name);
-        return std::string(value == nullptr ? "" : value);
-    };
     std::vector<fs::path> candidates;
-    std::istringstream list(variable("ALTIRO3D_MODELS"));
-    for (std::string entry; std::getline(list, entry, ':');) {
+    std::istringstream list(environmentOf("ALTIRO3D_MODELS"));
+    for (std::string entry; std::getline(list, entry, kListSeparator);) {
         if (!entry.empty()) candidates.emplace_back(entry);
     }
-    // The XDG base directory specification requires that a relative $XDG_DATA_HOME is ignored.
-    const fs::path dataHome = variable("XDG_DATA_HOME");
-    const fs::path home = variable("HOME");
-    if (dataHome.is_absolute()) {
-        candidates.push_back(dataHome / "altiro3D" / "models");
-    } else if (home.is_absolute()) {
-        candidates.push_back(home / ".local" / "share" / "altiro3D" / "models");
-    }
+    if (const fs::path data = userDataDirectory(); !data.empty())
+        candidates.push_back(data / "altiro3D" / "models");
     for (const fs::path& directory : dataDirectories())
         candidates.push_back(directory / "models");
 

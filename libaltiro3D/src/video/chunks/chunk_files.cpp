@@ -342,7 +342,7 @@ void WorkFolder::showLife() {
 bool WorkFolder::finish() {
     std::error_code error;
     fs::rename(path_, target_, error);
-    if (error == std::errc::directory_not_empty || error == std::errc::file_exists) return false;
+    if (error && fs::exists(target_)) return false; // another one was faster
     if (error)
         throw Error(ErrorCode::WriteFailed, target_.string(), "cannot be made: " + error.message());
     path_.clear();

@@ -3,8 +3,10 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/video_conversion.hpp"
+#include "cli/system.hpp"
 #include "cluster/cluster_plan.hpp"
 
+#include <QFile>
 #include <QProcess>
 #include <QString>
 #include <QStringList>
@@ -39,7 +41,7 @@ bool runTask(const ClusterPlan& plan, const QStringList& arguments) {
 }
 
 QString folderOf(const ClusterPlan& plan) {
-    return QString::fromLocal8Bit(plan.folder.c_str());
+    return QFile::decodeName(plan.folder.string().c_str());
 }
 
 // Makes chunks, `atOnce` at the same time.

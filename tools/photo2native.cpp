@@ -260,8 +260,8 @@ int main(int argc, char** argv) {
         const auto makePart = [&](const PhotoJob& planned, const PhotoPart& part) {
             return makePhotos(planned, &part, messages);
         };
-        if (const auto status =
-                runPhotoChunks(parsed, {argv, argv + argc}, addPhotoOptions, makePart, messages))
+        if (const auto status = runPhotoChunks(parsed, argumentsOf(argc, argv), addPhotoOptions,
+                                               makePart, messages))
             return *status;
         const PhotoJob job = photoJob(parsed);
         return makePhotos(job, nullptr, messages).status;

@@ -67,10 +67,7 @@ class Jobs : public ::testing::Test {
 
     static void parse(CommandLine& commandLine, Arguments call) {
         call.insert(call.begin(), commandLine.name());
-        std::vector<char*> words;
-        for (std::string& word : call)
-            words.push_back(word.data());
-        commandLine.parse(static_cast<int>(words.size()), words.data());
+        commandLine.parse(call);
     }
     static PhotoJob photo(const Arguments& call) {
         CommandLine commandLine("photo2native", "");

@@ -19,10 +19,7 @@ int triesOfASourceThatFails(ErrorCode code, const std::string& work) {
     for (int i = 0; i < 2; ++i) {
         CommandLine commandLine("tool", "Tests.");
         Budget::add(commandLine);
-        char name[] = "tool";
-        char option[] = "--budget=60000";
-        char* arguments[] = {name, option, nullptr};
-        commandLine.parse(2, arguments);
+        commandLine.parse({"tool", "--budget=60000"});
         Budget budget(commandLine);
         Messages messages("tool", false);
         messages.leaveStandardOutput();

@@ -411,8 +411,7 @@ class ViewerDisplay : public ::testing::Test {
         tools::CommandLine commandLine("test", "");
         tools::addDisplayOptions(commandLine);
         arguments.insert(arguments.begin(), "test");
-        commandLine.parse(static_cast<int>(arguments.size()),
-                          const_cast<char**>(arguments.data())); // NOLINT: as main() has them
+        commandLine.parse({arguments.begin(), arguments.end()});
         const auto volumes = [this] {
             return std::vector<MountedCalibration>{{folder_ / "first.json", "LKG-1"},
                                                    {folder_ / "second.json", "LKG-2"}};

@@ -8,10 +8,10 @@
 #include "cli/inputs.hpp"
 #include "cli/network_trust.hpp"
 #include "cli/outputs.hpp"
+#include "cli/system.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <malloc.h>
 #include <opencv2/core.hpp>
 
 namespace altiro3D::tools {
@@ -161,7 +161,7 @@ void ChosenDepth::useEstimator(std::shared_ptr<DepthSource> estimator) {
 
 void ChosenDepth::release() {
     source_.reset();
-    malloc_trim(0);
+    releaseMemory();
 }
 
 void ChosenDepth::tellEngine(const Messages& messages) {

@@ -185,7 +185,7 @@ CommandLine::Terms CommandLine::words(const std::vector<HelpEntry>& entries) con
     return used;
 }
 
-void CommandLine::parse(int argc, char** argv) {
+void CommandLine::parse(const std::vector<std::string>& words) {
     for (const HelpEntry& entry : entries_) {
         QStringList names;
         for (const std::string& name : entry.names)
@@ -194,12 +194,12 @@ void CommandLine::parse(int argc, char** argv) {
             parser_.addOption(QCommandLineOption(names, QString(), fromBytes(entry.valueName)));
     }
     QStringList arguments;
-    for (int i = 0; i < argc; ++i)
-        arguments << fromBytes(argv[i]);
+    for (const std::string& word : words)
+        arguments << fromBytes(word);
     if (!parser_.parse(arguments)) {
         std::string problem = toBytes(parser_.errorText());
         if (!problem.empty() && problem.back() == '.') problem.pop_back();
-        problem += suggestion(argc, argv);
+        problem += suggestion(words);
         throw UsageError(problem + "; see " + name_ + " --help");
     }
     for (const QString& file : parser_.positionalArguments()) {
@@ -208,9 +208,9 @@ void CommandLine::parse(int argc, char** argv) {
     }
 }
 
-std::string CommandLine::suggestion(int argc, char** argv) const {
-    for (int i = 1; i < argc; ++i) {
-        const std::string word(argv[i]);
+std::string CommandLine::suggestion(const std::vector<std::string>& words) const {
+    for (auto at = words.begin() + 1; at < words.end(); ++at) {
+        const std::string& word = *at;
         if (word == "--") break;
         const std::size_t dashes = std::min(word.find_first_not_of('-'), word.size());
         const std::string name = word.substr(dashes, word.find('=') - dashes);

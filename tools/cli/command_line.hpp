@@ -70,7 +70,8 @@ class CommandLine {
         addTerm(Chapter::Examples, arguments, meaning);
     }
 
-    void parse(int argc, char** argv); ///< @throws UsageError
+    /// @param words with the name of the tool @throws UsageError
+    void parse(const std::vector<std::string>& words);
 
     const std::string& name() const { return name_; }
     /// Whether --help omits options.
@@ -160,7 +161,7 @@ class CommandLine {
     // Refuses an empty value, and an option in place of one. @throws UsageError
     void checkValue(const std::string& option, const std::string& text) const;
     // The option that an unknown one may be a misspelling of; empty if none is similar.
-    std::string suggestion(int argc, char** argv) const;
+    std::string suggestion(const std::vector<std::string>& words) const;
 
     std::string name_;
     std::string summary_;

@@ -1,14 +1,13 @@
 #include "cli/messages.hpp"
 
 #include "cli/command_line.hpp"
+#include "cli/system.hpp"
 
 #include <algorithm>
-#include <fcntl.h>
 #include <mutex>
 #include <new>
 #include <opencv2/core.hpp>
 #include <system_error>
-#include <unistd.h>
 
 namespace altiro3D::tools {
 
@@ -41,12 +40,12 @@ struct Quiet {
 
 void writeLine(std::FILE* stream, const std::string& line) {
     const std::lock_guard<std::mutex> lock(console.mutex);
-    if (isatty(fileno(stream)) != 0) takeStatusAway();
+    if (isTerminal(stream)) takeStatusAway();
     put(stream, line + '\n');
 }
 
 bool hasStatusLine() {
-    return isatty(STDERR_FILENO) != 0;
+    return isTerminal(stderr);
 }
 
 void showStatus(const std::string& text) {
@@ -132,20 +131,13 @@ std::string codeOf(const std::exception& error) {
 QuietStandardError::QuietStandardError() {
     const std::lock_guard<std::mutex> lock(quiet.mutex);
     if (quiet.users++ > 0) return;
-    std::fflush(stderr);
-    const int null = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (null < 0) return;
-    quiet.saved = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3);
-    if (quiet.saved >= 0) dup2(null, STDERR_FILENO);
-    close(null);
+    quiet.saved = turnOffStandardError();
 }
 
 QuietStandardError::~QuietStandardError() {
     const std::lock_guard<std::mutex> lock(quiet.mutex);
     if (--quiet.users > 0 || quiet.saved < 0) return;
-    std::fflush(stderr);
-    dup2(quiet.saved, STDERR_FILENO);
-    close(quiet.saved);
+    turnOnStandardError(quiet.saved);
     quiet.saved = -1;
 }
 

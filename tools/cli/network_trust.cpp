@@ -3,13 +3,13 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
+#include "cli/system.hpp"
 
 #include <QCryptographicHash>
 #include <algorithm>
 #include <fstream>
 #include <opencv2/core/version.hpp>
 #include <sstream>
-#include <sys/stat.h>
 
 namespace altiro3D::tools {
 
@@ -39,12 +39,10 @@ std::string sha256(const fs::path& file) {
 // A key that changes with the file and with what it is tested with. Empty without such a file.
 std::string keyOf(const fs::path& file, const NetworkProfile& profile, cv::Size size,
                   InferenceEngine engine) {
-    struct stat state {};
-    if (::stat(file.c_str(), &state) != 0 || !S_ISREG(state.st_mode)) return {};
+    const std::string identity = identityOf(file);
+    if (identity.empty()) return {};
     std::ostringstream text;
-    text << version() << " " CV_VERSION << ' ' << state.st_dev << ' ' << state.st_ino << ' '
-         << state.st_size << ' ' << state.st_mtim.tv_sec << ' ' << state.st_mtim.tv_nsec << ' '
-         << state.st_ctim.tv_sec << ' ' << state.st_ctim.tv_nsec << ' ' << profile.inputWidth << ' '
+    text << version() << " " CV_VERSION << ' ' << identity << ' ' << profile.inputWidth << ' '
          << profile.inputHeight << ' ' << static_cast<int>(profile.inputShape) << ' '
          << profile.multipleOf << ' ' << size.width << ' ' << size.height << ' '
          << static_cast<int>(engine) << ' ' << static_cast<int>(profile.engine) << ' '

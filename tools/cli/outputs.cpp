@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
+#include "cli/system.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -12,9 +13,7 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <sys/stat.h>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
 namespace altiro3D::tools {
@@ -40,16 +39,9 @@ fs::path place(const fs::path& file) {
     return error ? file : resolved;
 }
 
-// Device and number of a file that exists: hard links share them.
-std::optional<std::pair<dev_t, ino_t>> identity(const fs::path& file) {
-    struct stat state {};
-    if (::stat(file.c_str(), &state) != 0) return std::nullopt;
-    return std::make_pair(state.st_dev, state.st_ino);
-}
-
 // @param problem says that files exist
 bool userAgrees(const std::string& problem) {
-    if (isatty(STDIN_FILENO) == 0 || isatty(STDERR_FILENO) == 0) return false;
+    if (!isTerminal(stdin) || !isTerminal(stderr)) return false;
     std::cerr << oneLine(problem) << ". Replace? [y/N] " << std::flush;
     std::string answer;
     std::getline(std::cin, answer);
@@ -81,7 +73,7 @@ void writePicture(const fs::path& file, const cv::Mat& picture, ImageMark mark) 
 }
 
 void requireNoTerminal(const fs::path& file) {
-    if (isStandardStream(file) && isatty(STDOUT_FILENO) != 0)
+    if (isStandardStream(file) && isTerminal(stdout))
         throw UsageError("standard output is a terminal, expected > FILE or | PROGRAM");
 }
 
@@ -104,12 +96,13 @@ std::string Outputs::existText(const std::vector<fs::path>& files) const {
 
 void Outputs::check() const {
     std::set<fs::path> inputPlaces;
-    std::set<std::pair<dev_t, ino_t>> inputIdentities;
+    std::set<std::string> inputIdentities; // hard links share them
     for (const fs::path& input : inputs_) {
         if (isStandardStream(input)) continue;
         inputPlaces.insert(place(input));
-        if (const auto number = identity(input)) inputIdentities.insert(*number);
+        inputIdentities.insert(identityOf(input));
     }
+    inputIdentities.erase(""); // of what is no file
     std::set<fs::path> newDirectories;
     for (const fs::path& directory : directories_)
         newDirectories.insert(place(directory / "file").parent_path()); // whatever slash it ends in
@@ -122,8 +115,7 @@ void Outputs::check() const {
                              "a file");
         }
         const fs::path outputPlace = place(output);
-        const auto number = identity(output);
-        if (inputPlaces.count(outputPlace) > 0 || (number && inputIdentities.count(*number) > 0)) {
+        if (inputPlaces.count(outputPlace) > 0 || inputIdentities.count(identityOf(output)) > 0) {
             throw UsageError(output.string() + ": is also an input, expected another output");
         }
         std::error_code error;
@@ -139,9 +131,10 @@ void Outputs::check() const {
         }
         const bool special = fs::exists(status) && !fs::is_regular_file(status);
         const bool isNew = newDirectories.count(directory) > 0;
-        if (!special && !isNew && ::access(directory.c_str(), W_OK | X_OK) != 0) {
+        const int problem = special || isNew ? 0 : checkDirectory(directory);
+        if (problem != 0) {
             throw Error(ErrorCode::WriteFailed, output.string(),
-                        "cannot be written: " + std::generic_category().message(errno) +
+                        "cannot be written: " + std::generic_category().message(problem) +
                             ", expected a directory in which you may write");
         }
         if (!special && !places.insert(outputPlace).second) {

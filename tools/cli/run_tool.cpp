@@ -1,5 +1,6 @@
 #include "cli/run_tool.hpp"
 
+#include "altiro3D/depth_network.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/version.hpp"
@@ -13,7 +14,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
@@ -48,10 +48,7 @@ int answer(const Messages& messages, const std::string& text) {
 } // namespace
 
 void catchStop() {
-    struct sigaction action {};
-    action.sa_handler = stopOnce; // not SA_RESTART: the signal ends waiting for a pipe
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
+    onStop(stopOnce);
 }
 
 bool isStopWanted() {
@@ -93,34 +90,13 @@ std::string StageTimes::text() const {
     return text;
 }
 
-double peakMegabytes() {
-    std::ifstream status("/proc/self/status");
-    for (std::string line; std::getline(status, line);) {
-        if (line.compare(0, 6, "VmHWM:") == 0) return std::atof(line.c_str() + 6) / 1024;
-    }
-    return 0;
-}
-
-void resetPeakMemory() {
-    std::ofstream("/proc/self/clear_refs") << "5";
-}
-
 std::string nameOf(const std::filesystem::path& file, const char* stream) {
     return isStandardStream(file) ? stream : file.string();
 }
 
-std::optional<std::string> environment(const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0' ? std::optional<std::string>(value) : std::nullopt;
-}
-
 std::filesystem::path cacheDirectory() {
-    const auto cache = environment("XDG_CACHE_HOME");
-    if (cache && std::filesystem::path(*cache).is_absolute())
-        return std::filesystem::path(*cache) / "altiro3D";
-    if (const auto home = environment("HOME"))
-        return std::filesystem::path(*home) / ".cache" / "altiro3D";
-    return {};
+    const std::filesystem::path caches = userCacheDirectory();
+    return caches.empty() ? caches : caches / "altiro3D";
 }
 
 bool isThere(const std::filesystem::path& name) {
@@ -147,8 +123,9 @@ int runTool(int argc, char** argv, CommandLine& commandLine,
 
 int runBody(int argc, char** argv, CommandLine& commandLine,
             const std::function<int(const CommandLine&, Messages&)>& body) {
-    std::signal(SIGPIPE, SIG_IGN); // a closed pipe is a failed write, not the end of the process
-    std::signal(SIGXFSZ, SIG_IGN); // and so is a file beyond the user's limit
+    prepareProcess();
+    const std::vector<std::string> arguments = argumentsOf(argc, argv);
+    if (answerProbe({arguments.begin() + 1, arguments.end()})) return kExitDone;
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     cv::redirectError([](int, const char*, const char*, const char*, int, void*) { return 0; });
 
@@ -171,7 +148,7 @@ int runBody(int argc, char** argv, CommandLine& commandLine,
         return status;
     };
     try {
-        commandLine.parse(argc, argv);
+        commandLine.parse(arguments);
         commandLine.take({{"report", report}});
         report = fileStamp(report);
         if (commandLine.has("help-all")) return answer(messages, commandLine.help(true));

@@ -2,12 +2,12 @@
 
 #include "cli/command_line.hpp"
 #include "cli/messages.hpp"
+#include "cli/system.hpp"
 
 #include <chrono>
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,11 +63,6 @@ class StageTimes {
 double fastestMilliseconds(const std::function<void()>& work,
                            double enough = std::numeric_limits<double>::infinity());
 
-/// Peak memory of this process since its start or the last resetPeakMemory(), in MB of 2^20 bytes;
-/// 0 if the system does not report it.
-double peakMegabytes();
-void resetPeakMemory();
-
 /// Runs a tool: adds the options of all tools (--help, --version, -v, -j), reads the command line,
 /// calls the body and turns every failure into one line and an exit status.
 int runTool(int argc, char** argv, CommandLine& commandLine,
@@ -89,9 +84,6 @@ std::string nameOf(const std::filesystem::path& file, const char* stream);
 bool isThere(const std::filesystem::path& name);
 bool isFile(const std::filesystem::path& name); ///< A regular one.
 bool isDirectory(const std::filesystem::path& name);
-
-/// The value of an environment variable; nothing if it is not set or empty.
-std::optional<std::string> environment(const char* name);
 
 /// The user's directory for cached look-up tables and measured costs. It need not exist. Empty if
 /// the environment does not define one.

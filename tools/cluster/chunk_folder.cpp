@@ -140,15 +140,12 @@ void openCommandLine(const fs::path& folder, const std::string& tool, int thread
                     "cannot be entered: " + error.message() +
                         ", expected the folder in which the plan was made, shared by all machines");
     }
-    std::vector<char*> pointers;
-    for (std::size_t i = 1; i < words.size(); ++i)
-        pointers.push_back(words[i].data());
     CommandLine commandLine(tool, "");
     addOptions(commandLine);
     commandLine.add({"v", "verbose"}, "");
     commandLine.add({"j"}, "", "N");
     try {
-        commandLine.parse(static_cast<int>(pointers.size()), pointers.data());
+        commandLine.parse({words.begin() + 1, words.end()});
         useThreads(threads);
         open(commandLine);
     } catch (const UsageError& problem) {

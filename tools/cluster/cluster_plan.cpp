@@ -15,7 +15,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
-#include <sys/vfs.h>
 
 namespace altiro3D::tools {
 
@@ -239,26 +238,6 @@ std::vector<bool> madeChunks(const ClusterPlan& plan) {
     for (int number = 1; number <= plan.chunks(); ++number)
         made.push_back(isMade(plan.folder, number));
     return made;
-}
-
-std::string localText(const fs::path& folder) {
-    for (const char* place : {"/tmp", "/var/tmp", "/dev/shm", "/run"}) {
-        const fs::path rest = folder.lexically_relative(place);
-        if (!rest.empty() && *rest.begin() != "..")
-            return folder.string() + ": lies in " + place + ", which other machines do not see";
-    }
-    struct statfs state {};
-    if (::statfs(folder.c_str(), &state) != 0) return {};
-    // of linux/magic.h: ext2 to ext4, XFS, btrfs, tmpfs, overlayfs, F2FS
-    for (const std::uint32_t local :
-         {0xef53U, 0x58465342U, 0x9123683eU, 0x01021994U, 0x794c7630U, 0xf2f52010U}) {
-        if (static_cast<std::uint32_t>(state.f_type) == local) {
-            return folder.string() +
-                   ": lies on a disk of this machine; other machines see it only if this machine "
-                   "shares it";
-        }
-    }
-    return {};
 }
 
 double secondsNow() {

@@ -32,10 +32,6 @@ ClusterPlan readClusterPlan(const std::filesystem::path& folder);
 /// Whether each chunk is made, from its files. Number 1 first.
 std::vector<bool> madeChunks(const ClusterPlan& plan);
 
-/// A sentence about a folder that only this machine sees, by its name or its file system; empty if
-/// it looks shared.
-std::string localText(const std::filesystem::path& folder);
-
 /// What the user wants of Slurm.
 struct SlurmOptions {
     std::vector<std::string> site; ///< Arguments of sbatch for all jobs, such as --partition=long.

@@ -5,6 +5,7 @@
 #include "altiro3D/version.hpp"
 #include "cli/folders.hpp"
 #include "cli/json_text.hpp"
+#include "cli/system.hpp"
 #include "video/video_progress.hpp"
 
 #include <QCoreApplication>
@@ -12,7 +13,6 @@
 #include <QProcess>
 #include <algorithm>
 #include <cmath>
-#include <malloc.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -32,7 +32,7 @@ class DisplayPlayer {
     DisplayPlayer(const VideoJob& job, const ChosenDisplay& display) {
         QStringList arguments{"--show", "-"};
         if (!display.isMapOnly && !display.files.empty()) { // behind the map, if there is one
-            arguments << "-c" << QFile::decodeName(display.files.back().c_str());
+            arguments << "-c" << QFile::decodeName(display.files.back().string().c_str());
         }
         for (const auto& [option, value] :
              {std::pair("--serial", job.display.serial), std::pair("--screen", job.screen)}) {
@@ -410,8 +410,7 @@ void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
 }
 
 void repeatEncoder(const VideoWriterOptions& encoding) {
-    // sets allocated memory to 0
-    if (encoding.preset > EncoderPreset::SuperFast) mallopt(M_PERTURB, 0xff);
+    if (encoding.preset > EncoderPreset::SuperFast) fillNewMemory();
 }
 
 int runVideo(const VideoJob& job, Messages& messages) {

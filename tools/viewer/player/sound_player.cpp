@@ -1,5 +1,7 @@
 #include "viewer/player/sound_player.hpp"
 
+#include "cli/system.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -7,7 +9,6 @@
 #ifdef ALTIRO3D_HAVE_SDL
 #define SDL_MAIN_HANDLED
 #include <SDL.h>
-#include <dlfcn.h>
 #include <mutex>
 #endif
 
@@ -33,8 +34,7 @@ void ignore(const char* /*file*/, int /*line*/, const char* /*function*/, int /*
 
 // ALSA writes to standard error where there is no device; SDL says it as well.
 void quietAlsa() {
-    void* const alsa = dlopen("libasound.so.2", RTLD_LAZY); // stays loaded: SDL uses it
-    void* const set = alsa != nullptr ? dlsym(alsa, "snd_lib_error_set_handler") : nullptr;
+    void* const set = tools::functionOf("libasound.so.2", "snd_lib_error_set_handler");
     if (set == nullptr) return;
     reinterpret_cast<int (*)(decltype(&ignore))>(set)(&ignore);
 }

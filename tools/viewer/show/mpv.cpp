@@ -1,10 +1,8 @@
 #include "altiro3D/altiro3D.hpp"
 #include "viewer/show/presentation.hpp"
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <unistd.h>
+#include <system_error>
 
 namespace altiro3D::viewer {
 
@@ -66,13 +64,9 @@ void becomeMpv(const ShowJob& job, const std::vector<Source>& files, const fs::p
     words.emplace_back("--");
     for (const Source& source : files) // absolute: never a protocol of mpv's
         words.push_back(fs::absolute(source.file).string());
-    std::vector<char*> arguments;
-    for (std::string& word : words)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    ::execvp("mpv", arguments.data());
+    const int number = tools::becomeProgram(words);
     throw Error(ErrorCode::NotFound, "mpv",
-                std::string("cannot be started (") + std::strerror(errno) +
+                "cannot be started (" + std::generic_category().message(number) +
                     "), expected the program mpv to be installed");
 }
 

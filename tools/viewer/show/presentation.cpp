@@ -38,11 +38,6 @@ std::string textOf(const qt::ScreenFacts& screen) {
     return text;
 }
 
-bool hasDesktop() {
-    return tools::environment("QT_QPA_PLATFORM") || tools::environment("DISPLAY") ||
-           tools::environment("WAYLAND_DISPLAY");
-}
-
 // --screen: by number as --list-displays counts, or by any of its names.
 std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenFacts>& screens) {
     std::string list;
@@ -294,7 +289,7 @@ int readNumber(std::FILE& file) {
 } // namespace
 
 void requireDesktop() {
-    if (hasDesktop()) return;
+    if (tools::hasDesktop()) return;
     throw Error(ErrorCode::NotFound, "desktop", "not found, expected $DISPLAY or $WAYLAND_DISPLAY");
 }
 
@@ -384,7 +379,7 @@ int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
                  tools::Messages& messages) {
     std::unique_ptr<QGuiApplication> application;
     std::vector<qt::ScreenFacts> screens;
-    if (hasDesktop()) {
+    if (tools::hasDesktop()) {
         application = std::make_unique<QGuiApplication>(argc, argv);
         screens = screenFacts();
     } else {

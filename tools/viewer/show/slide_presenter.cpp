@@ -69,7 +69,7 @@ SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles fi
     rescan_.setSingleShot(true);
     connect(&rescan_, &QTimer::timeout, this, &SlidePresenter::refresh);
     for (const std::filesystem::path& folder : files_.folders())
-        watcher_.addPath(QFile::decodeName(folder.c_str()));
+        watcher_.addPath(QFile::decodeName(folder.string().c_str()));
     connect(&watcher_, &QFileSystemWatcher::directoryChanged, &rescan_,
             [this] { rescan_.start(kSoon); });
     if (!files_.folders().empty()) rescan_.start(kRescan);
@@ -220,7 +220,7 @@ void SlidePresenter::refresh() {
     const bool isDone = files_.refresh(static_cast<double>(clock_.elapsed()) / 1000);
     show_.setFiles(files_.files());
     for (const std::filesystem::path& folder : files_.folders()) { // one may have come back
-        const QString name = QFile::decodeName(folder.c_str());
+        const QString name = QFile::decodeName(folder.string().c_str());
         if (!watcher_.directories().contains(name) && QFile::exists(name)) watcher_.addPath(name);
     }
     rescan_.start(isDone ? kRescan : kSoon);

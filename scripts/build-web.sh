@@ -20,28 +20,15 @@ mkdir -p "$out"
 # shellcheck source=scripts/log.sh
 . scripts/log.sh
 log_to "$out/log"
+# shellcheck source=scripts/debian-sources.sh
+. scripts/debian-sources.sh
 export NODE_PATH=/usr/share/nodejs # where Debian has the modules of emcc
 jobs=$(nproc)
 
-# Sources of Debian, which apt checks by the signature of the archive. Its list and what it knows are
-# here, so those of the system stay as they are.
 if [[ ! -e $out/sources/done ]]; then
     echo "Downloading the sources of OpenCV, Highway, zlib and expat"
     rm -rf -- "$out/sources"
-    mkdir -p "$out"/sources/{list,state/partial}
-    # from where this system has its packages
-    site=$(apt-get indextargets --format '$(SITE)' 'Created-By: Packages' 'Codename: bookworm' 'Origin: Debian' |
-        head -n 1)
-    if [[ -z $site ]]; then
-        echo "$0: apt has no packages of Debian 12 (bookworm), expected Debian 12" >&2
-        exit 1
-    fi
-    printf '%s\n' "Types: deb-src" "URIs: $site" "Suites: bookworm" "Components: main" \
-        "Signed-By: /usr/share/keyrings/debian-archive-keyring.gpg" >"$out/sources/list/debian.sources"
-    apt=(apt-get -q -oAPT::Sandbox::User=root -oDir::Etc::sourcelist=/dev/null
-         -oDir::Etc::sourceparts="$out/sources/list" -oDir::State::lists="$out/sources/state")
-    logged "${apt[@]}" update
-    (cd "$out/sources" && logged "${apt[@]}" source opencv highway zlib expat)
+    debian_sources "$out/sources" opencv highway zlib expat
     # OpenCV rounds x.5 up on WebAssembly, and to even numbers on other processors.
     rounding=$(ls "$out"/sources/opencv-*/modules/core/include/opencv2/core/hal/intrin_wasm.hpp)
     sed -i 's/trunc_saturate_f32x4(wasm_f32x4_add(a.val, h))/trunc_saturate_f32x4(wasm_f32x4_nearest(a.val))/' \

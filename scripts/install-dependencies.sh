@@ -8,6 +8,7 @@
 #   scripts/install-dependencies.sh web      to build and check the library for browsers (scripts/build-web.sh)
 #   scripts/install-dependencies.sh package  to build the tools and make and check packages of them
 #   scripts/install-dependencies.sh archive  to make and check an archive for any Linux
+#   scripts/install-dependencies.sh windows  to build the tools for Windows, and to try them with Wine
 #
 # The output of apt goes to build/packages.log, or to the file that $ALTIRO3D_LOG names.
 set -euo pipefail
@@ -30,6 +31,9 @@ arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 web=(emscripten cmake ninja-build dpkg-dev nlohmann-json3-dev brotli chromium)
 packages=(lintian debootstrap dpkg-dev file git)
 archive=(patchelf xz-utils)
+windows=(g++-mingw-w64-x86-64-posix mingw-w64-tools libz-mingw-w64-dev nasm meson ninja-build cmake make pkg-config
+         dpkg-dev protobuf-compiler qtbase5-dev-tools nlohmann-json3-dev pandoc
+         librsvg2-bin nsis zip wine wine64 xvfb xdotool)
 optional=(libonnxruntime-dev) # where the distribution has them
 
 case "${1:-build}" in
@@ -43,8 +47,9 @@ web)
     ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
 archive) wanted=("${build[@]}" "${packages[@]}" "${archive[@]}") ;;
+windows) wanted=("${windows[@]}") ;;
 *)
-    wrong_usage "$1: unknown, expected build, test, cluster, arm64, web, package or archive"
+    wrong_usage "$1: unknown, expected build, test, cluster, arm64, web, package, archive or windows"
     ;;
 esac
 if ! command -v apt-get >/dev/null; then

@@ -1,0 +1,27 @@
+# Toolchain file: programs for 64-bit Windows, by Debian's MinGW-w64. scripts/build-windows.sh uses it and
+# makes the libraries, whose folder is in $ALTIRO3D_WINDOWS_LIBRARIES.
+set(CMAKE_SYSTEM_NAME Windows)
+set(CMAKE_SYSTEM_PROCESSOR AMD64)
+set(triple x86_64-w64-mingw32)
+set(CMAKE_C_COMPILER ${triple}-gcc-posix)
+set(CMAKE_CXX_COMPILER ${triple}-g++-posix)
+set(CMAKE_RC_COMPILER ${triple}-windres)
+set(CMAKE_AR ${triple}-gcc-ar-posix)
+set(CMAKE_RANLIB ${triple}-gcc-ranlib-posix)
+set(ALTIRO3D_WINDOWS_LIBRARIES $ENV{ALTIRO3D_WINDOWS_LIBRARIES})
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES ALTIRO3D_WINDOWS_LIBRARIES)
+list(APPEND CMAKE_PREFIX_PATH ${ALTIRO3D_WINDOWS_LIBRARIES} ${ALTIRO3D_WINDOWS_LIBRARIES}/qt)
+set(CMAKE_FIND_ROOT_PATH ${ALTIRO3D_WINDOWS_LIBRARIES} /usr/${triple})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(PKG_CONFIG_ARGN --static)
+set(ENV{PKG_CONFIG_LIBDIR} ${ALTIRO3D_WINDOWS_LIBRARIES}/lib/pkgconfig)
+# On Windows, GCC aligns the stack to 16 bytes and no more (its bug 54412): the assembler then writes
+# moves that need no alignment for vectors of 32 and 64 bytes.
+set(CMAKE_C_FLAGS_INIT -Wa,-muse-unaligned-vector-move)
+set(CMAKE_CXX_FLAGS_INIT -Wa,-muse-unaligned-vector-move)
+foreach(kind EXE SHARED MODULE)
+  set(CMAKE_${kind}_LINKER_FLAGS_INIT "-static -static-libgcc -static-libstdc++")
+endforeach()

@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Tries the programs for Windows under Wine: the tools write the bytes of the Linux build of the same commit,
+# names of all kinds work, a stopped video goes on, the window opens, the installer leaves nothing behind.
+#
+#   scripts/check-windows.sh [--made]    --made: takes what is in build/windows/
+set -euo pipefail
+# shellcheck source=scripts/usage.sh
+. "$(dirname "$0")/usage.sh"
+check_arguments 0 --made -- "$@"
+cd "$(dirname "$0")/.."
+[[ ${1:-} == --made ]] || scripts/build-windows.sh
+scripts/install-dependencies.sh windows
+out=$PWD/build/windows
+folder=$(echo "$out"/altiro3D-*-windows-x64/)
+export WINEPREFIX=$out/wine WINEDEBUG=-all WINEDLLOVERRIDES='mscoree=;mshtml='
+# shellcheck source=scripts/log.sh
+. scripts/log.sh
+log_to "$out/log"
+fail() {
+    echo "$0: $1" >&2
+    exit 1
+}
+
+# 1. Only DLLs of Windows and ours are asked for
+system='^(ADVAPI32|AVICAP32|bcrypt|comdlg32|CRYPT32|dnsapi|dwmapi|DWrite|GDI32|IMM32|IPHLPAPI|KERNEL32|MPR|msvcrt|netapi32|OLEAUT32|ole32|PSAPI|Secur32|SETUPAPI|SHELL32|SHLWAPI|USER32|userenv|USP10|UxTheme|VERSION|WINMM|WINSPOOL|ws2_32|WTSAPI32|api-ms-win-.*)\.(dll|DRV)$'
+find "$folder/bin" -name '*.exe' -o -name '*.dll' | xargs -n 1 x86_64-w64-mingw32-objdump -p | sed -n 's/.*DLL Name: //p' |
+    sort -u | grep -viE "$system" | while read -r name; do
+    [[ -e $folder/bin/$name ]] || fail "$name is needed, which is not of Windows"
+done
+
+# 2. The bytes of the tools
+logged wineboot --init
+wineserver --wait
+mkdir -p "$out/by-wine/tools"
+for program in "$folder"/bin/*.exe; do
+    tool=$(basename "$program" .exe)
+    printf '#!/bin/sh\nexec wine "%s" "$@"\n' "$program" >"$out/by-wine/tools/$tool"
+    chmod +x "$out/by-wine/tools/$tool"
+done
+scripts/compare-results.sh build/package "$out/by-wine"
+
+# 3. Names, standard streams, errors
+work=$(mktemp -d)
+trap 'wineserver --kill; rm -rf "$work"' EXIT
+cp docs/examples/sample.jpg docs/examples/sample-depth.png "$work/"
+cp calibration/portrait-sample.json "$work/visual.json"
+cd "$work"
+tool() { "$out/by-wine/tools/$1" "${@:2}"; }
+display=(-c visual.json)
+tool photo2native "${display[@]}" -d sample.jpg sample-depth.png native.png
+long=$(printf 'x%.0s' {1..200})
+mkdir -p "$long/$long"
+for name in ü日.png '🙂.png' "$long/$long/native.png"; do
+    cp sample.jpg "$(dirname "$name")/photo-$(basename "$name" .png).jpg"
+    tool photo2native "${display[@]}" -d "$(dirname "$name")/photo-$(basename "$name" .png).jpg" sample-depth.png "$name"
+    cmp native.png "$name"
+done
+tool photo2native "${display[@]}" -d - sample-depth.png - <sample.jpg >stream.png
+cmp native.png stream.png
+said=$(tool photo2native "${display[@]}" -d sample.jpg sample-depth.png CON.png 2>&1) && fail "CON.png was accepted"
+grep -q 'Windows keeps for a device' <<<"$said"
+said=$(tool photo2native "${display[@]}" nowhere.jpg o.png 2>&1) && fail "a missing photo was accepted"
+[[ $(wc -l <<<"$said") == 1 ]] || fail "an error has several lines: $said"
+echo "the programs for Windows are good, as far as Wine shows"

@@ -9,31 +9,14 @@ set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 check_arguments 1 --all -- "$@"
 cd "$(dirname "$0")/.."
+# shellcheck source=scripts/changed-sources.sh
+. scripts/changed-sources.sh
 [[ -f build/dev/compile_commands.json ]] || cmake --preset dev >/dev/null
 # the fuzz targets need Clang and are in a build of their own
 if [[ ! -f build/fuzz/compile_commands.json ]] && command -v clang++ >/dev/null; then
     cmake --preset fuzz >/dev/null
 fi
-if [[ ${1:-} == --all ]]; then
-    mapfile -t files < <(git ls-files 'bindings/*.cpp' 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
-else
-    left=$(git merge-base HEAD '@{upstream}' 2>/dev/null) && [[ $left != "$(git rev-parse HEAD)" ]] || left=HEAD~1
-    base=${1:-$left}
-    git rev-parse --verify -q "$base^{commit}" >/dev/null || base=HEAD
-    mapfile -t files < <(git diff --name-only --diff-filter=d "$base" -- \
-        'bindings/*.cpp' 'libaltiro3D/*.cpp' 'tools/*.cpp' 'tests/*.cpp')
-    # A header is seen through a source, its own if it has one, even if that did not change.
-    while read -r header; do
-        name=$(basename "$header" .hpp)
-        mapfile -t sources < <(git ls-files "bindings/*/$name.cpp" "libaltiro3D/*/$name.cpp" "tools/*/$name.cpp" "tests/*/$name.cpp")
-        if [[ ${#sources[@]} -eq 0 ]]; then # else the first that includes it
-            mapfile -t sources < <(git grep -l "[\"/]$name\.hpp\"" -- '*.cpp' | head -n 1)
-        fi
-        for source in "${sources[@]}"; do
-            [[ " ${files[*]} " == *" $source "* ]] || files+=("$source")
-        done
-    done < <(git diff --name-only --diff-filter=d "$base" -- 'bindings/*.hpp' 'libaltiro3D/*.hpp' 'tools/*.hpp' 'tests/*.hpp')
-fi
+mapfile -t files < <(changed_sources "${1:-}" bindings libaltiro3D tools tests)
 for build in dev fuzz; do # clang-tidy cannot read precompiled headers of GCC
     [[ -f build/$build/compile_commands.json ]] || continue
     mkdir -p "build/tidy/$build"

@@ -64,7 +64,7 @@ build_webp() {
         -DWEBP_BUILD_{ANIM_UTILS,CWEBP,DWEBP,GIF2WEBP,IMG2WEBP,VWEBP,WEBPINFO,WEBPMUX,EXTRAS}=OFF
 }
 build_tiff() {
-    by_cmake "$(source_of tiff)" -Dtiff-{tools,tests,contrib,docs}=OFF -D{lzma,zstd,jbig,lerc,libdeflate,cxx}=OFF
+    by_cmake "$(source_of tiff)" -Dtiff-{tools,tests,contrib,docs}=OFF -D{lzma,zstd,jbig,lerc,libdeflate,webp,cxx}=OFF
 }
 build_lcms2() { by_configure "$(source_of lcms2)" --disable-shared --without-{jpeg,tiff}; }
 build_expat() {
@@ -75,8 +75,8 @@ build_expat() {
     by_cmake "$expat" -DEXPAT_BUILD_{TOOLS,EXAMPLES,TESTS,DOCS}=OFF -DEXPAT_SHARED_LIBS=OFF
 }
 build_highway() { by_cmake "$(source_of highway)" -DHWY_ENABLE_{TESTS,EXAMPLES,CONTRIB}=OFF -DBUILD_TESTING=OFF; }
-build_imath() { by_cmake "$(source_of imath)" -DBUILD_TESTING=OFF; }
-build_openexr() { by_cmake "$(source_of openexr)" -DBUILD_TESTING=OFF -DOPENEXR_{BUILD_TOOLS,INSTALL_{EXAMPLES,TOOLS}}=OFF; }
+build_imath() { by_cmake "$(source_of imath)" -DBUILD_TESTING=OFF -DIMATH_INSTALL_PKG_CONFIG=ON; }
+build_openexr() { by_cmake "$(source_of openexr)" -DBUILD_TESTING=OFF -DOPENEXR_INSTALL_PKG_CONFIG=ON -DOPENEXR_{BUILD_TOOLS,INSTALL_{EXAMPLES,TOOLS}}=OFF; }
 build_protobuf() {
     by_cmake "$(source_of protobuf)" -Dprotobuf_{BUILD_{TESTS,PROTOC_BINARIES,EXAMPLES},WITH_ZLIB,MSVC_STATIC_RUNTIME}=OFF
 }
@@ -132,10 +132,10 @@ build_ffmpeg() { # all it reads, and what the tools write
     make -j "$jobs" install
 }
 build_sdl2() { # the viewer's sound, loaded when it is needed
-    by_cmake "$(source_of libsdl2)" -DSDL_{SHARED=ON,STATIC=OFF,TEST=OFF,VIDEO=OFF,RENDER=OFF,JOYSTICK=OFF,HAPTIC=OFF,SENSOR=OFF}
+    by_cmake "$(source_of libsdl2)" -DSDL_{SHARED=ON,STATIC=OFF,TEST=OFF,JOYSTICK=OFF,HAPTIC=OFF,SENSOR=OFF}
 }
 build_qt() {
-    local off=(sql testlib concurrent printsupport dbus xml vnc pdf printer)
+    local off=(sql testlib concurrent dbus xml pdf printer)
     "$(source_of qtbase-opensource-src)/configure" -xplatform win32-g++ -device-option CROSS_COMPILE=$host- \
         -prefix "$libraries/qt" -opensource -confirm-license -release -shared -nomake examples -nomake tests \
         -no-{opengl,dbus,icu,openssl,compile-examples,pch} \

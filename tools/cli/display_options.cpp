@@ -365,7 +365,7 @@ ChosenDisplay findDisplay(const DisplayOptions& options, Messages& messages,
         display.calibration =
             readChosenCalibration(file, options.serial, volumes.isWindow, messages);
         display.files.push_back(file);
-        requireSameDisplay(*display.map, options.map, display.calibration, file);
+        requireSameDisplay(*display.map, options.map.string(), display.calibration, file.string());
     } else {
         display.isMapOnly = true;
         display.calibration.serial = display.map->serial();

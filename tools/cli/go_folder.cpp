@@ -29,7 +29,8 @@ Playing readPlaying(const fs::path& storage) {
     playing.isThere = isThere(playing.file);
     if (!playing.isThere) return playing;
     const std::string expected = "a list of playlists of a Looking Glass Go";
-    playing.json = parseForeignJson(readFile(playing.file, kMaxBytes), playing.file, expected);
+    playing.json =
+        parseForeignJson(readFile(playing.file, kMaxBytes), playing.file.string(), expected);
     const Json& json = playing.json;
     if (!json.is_object() || !json.contains("playlists") || !json["playlists"].is_array())
         throw Error(ErrorCode::BadFormat, playing.file.string(),

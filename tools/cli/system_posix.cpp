@@ -96,7 +96,7 @@ std::optional<std::string> environment(const char* name) {
 }
 
 fs::path userCacheDirectory() {
-    const fs::path cache = environment("XDG_CACHE_HOME").value_or("");
+    fs::path cache = environment("XDG_CACHE_HOME").value_or("");
     if (cache.is_absolute()) return cache;
     const auto home = environment("HOME");
     return home ? fs::path(*home) / ".cache" : fs::path();

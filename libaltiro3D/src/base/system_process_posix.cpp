@@ -125,7 +125,7 @@ const char kListSeparator = ':';
 
 std::filesystem::path userDataDirectory() {
     // The XDG base directory specification requires that a relative $XDG_DATA_HOME is ignored.
-    const std::filesystem::path data = environmentOf("XDG_DATA_HOME");
+    std::filesystem::path data = environmentOf("XDG_DATA_HOME");
     if (data.is_absolute()) return data;
     const std::filesystem::path home = environmentOf("HOME");
     return home.is_absolute() ? home / ".local" / "share" : std::filesystem::path();

@@ -33,7 +33,9 @@ for component in runtime library viewer; do
     logged cmake --install "$out/tools" --strip --prefix "$folder" --component "$component"
 done
 
-# Qt, and the sound of the viewer
+# Qt with the libraries of its compiler, and the sound of the viewer
+cp /usr/lib/gcc/x86_64-w64-mingw32/12-posix/{libgcc_s_seh-1,libstdc++-6}.dll /usr/x86_64-w64-mingw32/lib/libwinpthread-1.dll \
+    "$folder/bin/"
 cp "$libraries"/qt/bin/Qt5{Core,Gui,Network,Widgets}.dll "$libraries/bin/SDL2.dll" "$folder/bin/"
 for plugin in platforms/qwindows styles/qwindowsvistastyle imageformats/qjpeg; do
     mkdir -p "$folder/bin/plugins/${plugin%/*}"
@@ -55,9 +57,9 @@ cp "$out/altiro3D.ico" "$folder/"
 sed 's/$/\r/' LICENSE >"$folder/LICENSE.txt"
 licences=$folder/share/licences
 mkdir -p "$licences"
-for source in "$out"/sources/*/; do
-    name=$(basename "$source")
-    cp "$source/debian/copyright" "$licences/${name%%-[0-9]*}.txt"
+for licence in "$out"/sources/*/debian/copyright; do
+    name=$(basename "${licence%/debian/copyright}")
+    cp "$licence" "$licences/${name%%-[0-9]*}.txt"
 done
 cp /usr/share/doc/g++-mingw-w64-x86-64-posix/copyright "$licences/gcc.txt"
 [[ ${WINDOWS_X264:-yes} == yes ]] || rm "$licences/x264.txt"

@@ -2,13 +2,21 @@
 # Tries the programs for Windows under Wine: the tools write the bytes of the Linux build of the same commit,
 # names of all kinds work, a stopped video goes on, the window opens, the installer leaves nothing behind.
 #
-#   scripts/check-windows.sh [--made]    --made: takes what is in build/windows/
+#   scripts/check-windows.sh [BUILD]
+#
+# BUILD is a build for Linux of the same commit, as build/dev: then that is taken, and what is in build/windows/.
+# Otherwise both are built first.
 set -euo pipefail
 # shellcheck source=scripts/usage.sh
 . "$(dirname "$0")/usage.sh"
-check_arguments 0 --made -- "$@"
+check_arguments 1 -- "$@"
 cd "$(dirname "$0")/.."
-[[ ${1:-} == --made ]] || scripts/build-windows.sh
+linux=${1:-build/package}
+if [[ $# -eq 0 ]]; then
+    scripts/build-windows.sh
+    cmake --preset package
+    cmake --build --preset package
+fi
 scripts/install-dependencies.sh windows
 out=$PWD/build/windows
 folder=$(echo "$out"/altiro3D-*-windows-x64/)
@@ -37,7 +45,7 @@ for program in "$folder"/bin/*.exe; do
     printf '#!/bin/sh\nexec wine "%s" "$@"\n' "$program" >"$out/by-wine/tools/$tool"
     chmod +x "$out/by-wine/tools/$tool"
 done
-scripts/compare-results.sh build/package "$out/by-wine"
+scripts/compare-results.sh "$linux" "$out/by-wine"
 
 # 3. Names, standard streams, errors
 work=$(mktemp -d)
@@ -61,4 +69,29 @@ said=$(tool photo2native "${display[@]}" -d sample.jpg sample-depth.png CON.png 
 grep -q 'Windows keeps for a device' <<<"$said"
 said=$(tool photo2native "${display[@]}" nowhere.jpg o.png 2>&1) && fail "a missing photo was accepted"
 [[ $(wc -l <<<"$said") == 1 ]] || fail "an error has several lines: $said"
+
+# 4. Two runs with one output; a run that is ended by TerminateProcess, as by the task manager, and resumed
+tool photo2native "${display[@]}" --seconds 8 --size 640x360 --lg clip.mp4 -d sample.jpg sample-depth.png other.png
+run=(tool video2native "${display[@]}" -y -q 3x4 -r 280x210)
+"${run[@]}" clip.mp4 whole.mkv
+"${run[@]}" clip.mp4 part.mkv &
+while [[ ! -e part.mkv.parts/000002.mp4.part ]]; do sleep 0.2; done
+said=$("${run[@]}" clip.mp4 part.mkv 2>&1) && fail "two runs write one file"
+grep -q 'in use by another process' <<<"$said"
+pkill -KILL -f 'video2native.exe'
+wait || true
+"${run[@]}" --resume clip.mp4 part.mkv
+cmp whole.mkv part.mkv
+[[ ! -e part.mkv.parts ]] || fail "part.mkv.parts was left"
+
+# 5. The installer
+wine "${folder%/}-setup.exe" /S
+installed=$(find "$WINEPREFIX/drive_c/users" -path '*/Programs/altiro3D' -prune)
+wine "$installed/bin/photo2native.exe" "${display[@]}" -d sample.jpg sample-depth.png installed.png
+cmp native.png installed.png
+wine "$installed/uninstall.exe" /S
+for _ in {1..30}; do [[ ! -e $installed ]] || sleep 1; done # it goes on by itself
+[[ ! -e $installed ]] || fail "the uninstaller leaves $installed"
+wineserver --wait
+! grep -i 'OpenWithList.*altiro3D' "$WINEPREFIX/user.reg" || fail "the uninstaller leaves entries in the registry"
 echo "the programs for Windows are good, as far as Wine shows"

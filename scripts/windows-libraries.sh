@@ -85,9 +85,10 @@ build_opencv() {
         FFMPEG GSTREAMER DSHOW MSMF MSMF_DXVA DIRECTX VTK WIN32UI GTK 1394 VULKAN OBSENSOR)
     off=("${off[@]/#/-DWITH_}")
     # CVAPI_EXPORTS: a DLL that contains these static libraries exports their functions. HAVE_PTHREAD: it
-    # does not look for threads here. The processor's instructions are those of Debian's own library, which
-    # makes the results the same.
-    by_cmake "$(source_of opencv)" "${off[@]/%/=OFF}" -DCMAKE_{C,CXX}_FLAGS="-DCVAPI_EXPORTS $vectors" \
+    # does not look for threads here. Results are those of Debian's own library: the same instructions of the
+    # processor, and functions for float by their short names (math.h), which inpainting calls.
+    by_cmake "$(source_of opencv)" "${off[@]/%/=OFF}" -DCMAKE_C_FLAGS="-DCVAPI_EXPORTS $vectors" \
+        -DCMAKE_CXX_FLAGS="-DCVAPI_EXPORTS -include math.h $vectors" \
         -DBUILD_LIST=core,imgproc,imgcodecs,photo,calib3d,features2d,flann,dnn,video \
         -DCPU_BASELINE=SSE2 -DCPU_BASELINE_DISABLE=SSE3 \
         -DHAVE_PTHREAD=1 -DWITH_PTHREADS_PF=ON -DBUILD_{ZLIB,PNG,JPEG,TIFF,WEBP,PROTOBUF}=OFF \

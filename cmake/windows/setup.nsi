@@ -1,6 +1,7 @@
 ; The installer for Windows, made by scripts/build-windows.sh: for one user, without an administrator.
 ; It is given VERSION, FOLDER (what is installed), OUT (the installer).
 Unicode true
+Target amd64-unicode
 Name "altiro3D ${VERSION}"
 OutFile "${OUT}"
 InstallDir "$LOCALAPPDATA\Programs\altiro3D"

@@ -116,7 +116,7 @@ std::optional<std::string> environment(const char* name) {
 
 fs::path userCacheDirectory() {
     const auto local = environment("LOCALAPPDATA");
-    return local ? fs::path(*local) / "cache" : fs::path();
+    return local ? fs::path(*local) : fs::path();
 }
 
 bool hasDesktop() {

@@ -64,7 +64,7 @@ done
 cp /usr/share/doc/g++-mingw-w64-x86-64-posix/copyright "$licences/gcc.txt"
 [[ ${WINDOWS_X264:-yes} == yes ]] || rm "$licences/x264.txt"
 sed 's/$/\r/' >"$folder/README.txt" <<TEXT
-altiro3D $version for 64-bit Windows 10 and 11. Experimental: it was tried with Wine, and not on Windows.
+altiro3D $version for 64-bit Windows 10 and 11. Experimental: the tools were tried with Wine, and nothing on Windows.
 
     bin\\altiro3Dview.exe                        the window
     bin\\photo2native.exe PHOTO native.png       makes the picture for a lenticular display

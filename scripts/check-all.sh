@@ -60,6 +60,7 @@ part "chunks on a real Slurm, under faults" cluster slurm
 part "chunks on a real ssh, under faults" cluster ssh
 part "Debian packages" scripts/check-packages.sh
 part "the archive for any Linux, on bare Debian 12 and 13" scripts/check-archive.sh
+part "the programs for Windows, under Wine" scripts/check-windows.sh
 part "the README's commands on a bare Debian 13" scripts/check-fresh.sh trixie
 printf '%s\n' "" "${results[@]}"
 exit "$failed"

@@ -31,7 +31,7 @@ fail() {
 
 # 1. Only DLLs of Windows and ours are asked for
 system='^(ADVAPI32|AVICAP32|bcrypt|comdlg32|CRYPT32|dnsapi|dwmapi|DWrite|GDI32|IMM32|IPHLPAPI|KERNEL32|MPR|msvcrt|netapi32|OLEAUT32|ole32|PSAPI|Secur32|SETUPAPI|SHELL32|SHLWAPI|USER32|userenv|USP10|UxTheme|VERSION|WINMM|WINSPOOL|ws2_32|WTSAPI32|api-ms-win-.*)\.(dll|DRV)$'
-find "$folder/bin" -name '*.exe' -o -name '*.dll' | xargs -n 1 x86_64-w64-mingw32-objdump -p | sed -n 's/.*DLL Name: //p' |
+find "$folder/bin" -name '*.[ed][xl][el]' -exec x86_64-w64-mingw32-objdump -p {} + | sed -n 's/.*DLL Name: //p' |
     sort -u | grep -viE "$system" | while read -r name; do
     [[ -e $folder/bin/$name ]] || fail "$name is needed, which is not of Windows"
 done

@@ -25,7 +25,7 @@ build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-d
 tests=(libgtest-dev libbenchmark-dev clang clang-format clang-tidy cppcheck valgrind doxygen graphviz
        mypy python3-venv python3-setuptools python3-wheel python3-jsonschema git ffmpeg groff-base man-db zsh
        xvfb xdotool desktop-file-utils shared-mime-info libclang-rt-dev llvm locales mpv mesa-vulkan-drivers
-       xauth)
+       xauth g++-mingw-w64-x86-64-posix) # reads sources as for Windows
 cluster=(slurm-wlm munge parallel openssh-server openssh-client)
 arm64=(cmake ninja-build pkg-config g++-aarch64-linux-gnu qemu-user)
 web=(emscripten cmake ninja-build dpkg-dev nlohmann-json3-dev brotli chromium)

@@ -119,7 +119,7 @@ build_heif() {
         -DBUILD_TESTING=OFF -DCMAKE_CXX_FLAGS="-DLIBDE265_STATIC_BUILD $vectors"
 }
 build_ffmpeg() { # all it reads, and what the tools write
-    local x264=(--enable-gpl --enable-libx264 --enable-encoder=libx264,libx264rgb)
+    local x264=(--enable-gpl --enable-libx264 "--enable-encoder=libx264,libx264rgb")
     [[ ${WINDOWS_X264:-yes} == yes ]] || x264=()
     "$(source_of ffmpeg)/configure" --arch=x86_64 --target-os=mingw32 --cross-prefix=$host- --enable-cross-compile \
         --cc=$host-gcc-posix --cxx=$host-g++-posix --prefix="$libraries" --pkg-config=pkg-config \

@@ -136,7 +136,7 @@ build_sdl2() { # the viewer's sound, loaded when it is needed
     by_cmake "$(source_of libsdl2)" -DSDL_{SHARED=ON,STATIC=OFF,TEST=OFF,JOYSTICK=OFF,HAPTIC=OFF,SENSOR=OFF}
 }
 build_qt() {
-    local off=(sql testlib concurrent dbus xml pdf printer)
+    local off=(sql testlib concurrent dbus xml pdf printer tabletevent) # Debian has no wintab.h
     sed -i "s/-lSecur32/-lsecur32/; s/-lCrypt32/-lcrypt32/" "$(source_of qtbase-opensource-src)/src/network/ssl/ssl.pri" # as MinGW names them
     "$(source_of qtbase-opensource-src)/configure" -xplatform win32-g++ -device-option CROSS_COMPILE=$host- \
         -prefix "$libraries/qt" -opensource -confirm-license -release -shared -nomake examples -nomake tests \

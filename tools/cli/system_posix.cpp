@@ -1,6 +1,5 @@
 #include "cli/system.hpp"
 
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>

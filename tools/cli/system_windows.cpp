@@ -1,6 +1,5 @@
 #include "cli/system.hpp"
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <fcntl.h>

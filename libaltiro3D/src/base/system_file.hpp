@@ -123,11 +123,11 @@ int flushFile(const FileHandle& file);
 /// Flushes the directory of a file to the disk. Failures are ignored: the data is on the disk.
 void flushDirectoryOf(const std::filesystem::path& path);
 
-/// Gives a file another name, also that of a file, which it then replaces. @return 0 or errno
+/// Renames a file or directory. A file replaces one of that name. @return 0 or errno; ENOTEMPTY or
+/// EEXIST: a directory of that name is not empty
 int moveFile(const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// Where drives have their roots that others than this system may be on: `C:\\`, `D:\\`. Empty
-/// where all are in one tree.
+/// The roots of the drives, as `D:\\`; empty where the system has one tree for all.
 std::vector<std::filesystem::path> driveRoots();
 
 /// Sets the time of a file or directory to that of its file system. Failures are ignored.

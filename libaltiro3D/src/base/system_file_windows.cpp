@@ -11,9 +11,7 @@
 #include <io.h>
 #include <map>
 #include <mutex>
-#include <sys/stat.h>
 #include <system_error>
-#include <winioctl.h>
 
 namespace altiro3D {
 
@@ -168,8 +166,7 @@ FileHandle openFile(const fs::path& path, OpenFor use) {
         return openAs(path, GENERIC_WRITE, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL);
     case OpenFor::Part:
         return openAs(path, GENERIC_READ | GENERIC_WRITE, OPEN_ALWAYS, FILE_ATTRIBUTE_NORMAL);
-    case OpenFor::Directory: // a directory has no locks: a file in it has, which goes with its
-                             // handle
+    case OpenFor::Directory: // has no locks: a file in it has, which goes when it is closed
         return openAs(path / ".lock", GENERIC_READ | GENERIC_WRITE | DELETE, OPEN_ALWAYS,
                       FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE);
     case OpenFor::Device:
@@ -339,17 +336,21 @@ void touch(const fs::path& path) {
 }
 
 int moveFile(const fs::path& from, const fs::path& to) {
-    return ::MoveFileExW(longName(from).c_str(), longName(to).c_str(), MOVEFILE_REPLACE_EXISTING) !=
-                   0
-               ? 0
-               : lastErrno();
+    if (::MoveFileExW(longName(from).c_str(), longName(to).c_str(), MOVEFILE_REPLACE_EXISTING) != 0)
+        return 0;
+    const int error = lastErrno();
+    return error == EACCES && stateOf(to).isDirectory() ? EEXIST
+                                                        : error; // it denies access to them
 }
 
 TemporaryFile::TemporaryFile(const fs::path& directory) : directory_(directory) {
-    tryNames([this] {
+    for (int attempt = 0; attempt < 1000; ++attempt) {
+        path_ = temporaryName(directory_);
         file_ = newFile(path_);
-        return file_.isOpen();
-    });
+        if (file_.isOpen()) return;
+        if (errno != EEXIST) break;
+    }
+    path_.clear(); // the name belongs to another file
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -364,17 +365,6 @@ int TemporaryFile::moveTo(const fs::path& target) {
     if (const int error = moveFile(path_, target)) return error;
     path_.clear();
     return 0;
-}
-
-template <class Take>
-int TemporaryFile::tryNames(const Take& take) {
-    for (int attempt = 0; attempt < 1000; ++attempt) {
-        path_ = temporaryName(directory_);
-        if (take()) return 0;
-        if (errno != EEXIST) break;
-    }
-    path_.clear(); // the name belongs to another file
-    return errno;
 }
 
 FileHandle unnamedFile(const fs::path& directory) {

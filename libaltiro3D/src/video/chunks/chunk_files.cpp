@@ -8,6 +8,7 @@
 #include "base/system_process.hpp"
 #include "media/resumable_video.hpp"
 
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -340,11 +341,10 @@ void WorkFolder::showLife() {
 }
 
 bool WorkFolder::finish() {
-    std::error_code error;
-    fs::rename(path_, target_, error);
-    if (error && fs::exists(target_)) return false; // another one was faster
-    if (error)
-        throw Error(ErrorCode::WriteFailed, target_.string(), "cannot be made: " + error.message());
+    const int error = moveFile(path_, target_);
+    if (error == ENOTEMPTY || error == EEXIST) return false;
+    if (error != 0)
+        throw Error(ErrorCode::WriteFailed, target_.string(), "cannot be made: " + reasonOf(error));
     path_.clear();
     flushDirectoryOf(target_);
     return true;

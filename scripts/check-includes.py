@@ -15,12 +15,12 @@ from pathlib import Path
 
 ROOMS = ["base", "display", "image", "media",
          "depth/map", "depth/refine", "depth/network", "depth/source", "depth/stereo", "slide",
-         "views", "views/fast", "views/real", "views/layered", "scene", "native", "recipe",
+         "views", "views/fast", "views/real", "views/layered", "scene", "splats", "native", "recipe",
          "video/motion", "video/conversion", "video/chunks"]
 # Public headers without a source of their name.
 HEADER_ROOMS = {"export": "base", "enum_table": "base", "version": "base", "image_io": "image",
                 "video_io": "media",
-                "scene": "depth/map", "video_conversion": "video/conversion"}
+                "scene": "depth/map", "splats": "splats", "video_conversion": "video/conversion"}
 UMBRELLA = "altiro3D"
 # What only the sources of system_* have, one for each system.
 SYSTEM = re.compile(r"^\s*#\s*(?:include <((?:unistd|fcntl|poll|dlfcn|malloc|sched|spawn|termios|pwd|windows|io|"

@@ -17,7 +17,7 @@ set -euo pipefail
 check_arguments 1 -- "$@"
 
 build=(g++ cmake ninja-build pkg-config libopencv-dev libturbojpeg0-dev libpng-dev libheif-dev libopenexr-dev
-       liblcms2-dev libtiff-dev libhwy-dev zlib1g-dev libexpat1-dev qtbase5-dev libqt5svg5
+       liblcms2-dev libtiff-dev libhwy-dev zlib1g-dev libzstd-dev libexpat1-dev qtbase5-dev libqt5svg5
        nlohmann-json3-dev libavformat-dev libavcodec-dev libavfilter-dev libavutil-dev libswscale-dev
        libswresample-dev
        libavdevice-dev libsdl2-dev pybind11-dev python3-dev python3-numpy

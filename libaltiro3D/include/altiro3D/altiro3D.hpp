@@ -69,6 +69,7 @@
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/recipe.hpp"
 #include "altiro3D/scene.hpp"
+#include "altiro3D/splats.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "altiro3D/sway.hpp"
 #include "altiro3D/version.hpp"

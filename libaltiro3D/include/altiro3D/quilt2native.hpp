@@ -103,6 +103,17 @@ class ALTIRO3D_EXPORT Quilt2Native {
     std::shared_ptr<const Impl> impl_;
 };
 
+/// Removes detail of views that the lenses of a display cannot show in one direction, where it
+/// would become coloured noise: docs/mathematics.md, (2.10). Views as they are rendered or
+/// photographed need it, those of Depth2Quilt have it by NativeOptions::lensFilter.
+/// @param quilt [layout.size(), CV_8UC3, BGR]
+/// @param layout its layout
+/// @param calibration the display; nothing is removed for lenses that lie
+/// @return the filtered quilt
+/// @throws Error BadFormat (calibration), InvalidArgument (type), Mismatch (size)
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat filterForLens(const cv::Mat& quilt, const QuiltLayout& layout,
+                                                    const Calibration& calibration);
+
 /// A shader that renders Natives from quilts on the graphics card, for mpv and other players with
 /// libplacebo. The quilt may have any size. The text contains no strings of the calibration.
 ///

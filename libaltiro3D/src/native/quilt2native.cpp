@@ -2,6 +2,7 @@
 
 #include "base/checks.hpp"
 #include "base/pixel_rows.hpp"
+#include "native/lens_filter.hpp"
 #include "native/quilt_shape.hpp"
 #include "native/view_table.hpp"
 
@@ -298,6 +299,24 @@ cv::Mat QuiltShape::apply(const cv::Mat& picture) const try {
     return quilt;
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
+}
+
+cv::Mat filterForLens(const cv::Mat& quilt, const QuiltLayout& layout,
+                      const Calibration& calibration) {
+    checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
+    checkSize(quilt.size(), layout.size(), "quilt");
+    const LensGeometry lens = lensGeometry(calibration);
+    if (lens.isLying()) return quilt;
+    const LensFilter filter(lens, layout.tileSize);
+    cv::Mat result = quilt.clone();
+    cv::parallel_for_({0, layout.viewCount}, [&](const cv::Range& views) {
+        for (int view = views.start; view < views.end; ++view) {
+            cv::Mat filtered;
+            filter.apply(quilt(layout.tile(view)), filtered);
+            filtered.copyTo(result(layout.tile(view)));
+        }
+    });
+    return result;
 }
 
 } // namespace altiro3D

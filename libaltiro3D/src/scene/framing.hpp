@@ -67,4 +67,8 @@ cv::Rect withoutScanBorder(const cv::Mat& photo);
 Framing insideViews(const Scene& scene, const cv::Rect& inside, double panelAspect,
                     const Framing& framing, const ViewOptions& options);
 
+/// The largest strength for a range of depth without double edges and too large shifts; (7.3).
+/// @param depthRange smallest and largest depth @return %, at most kMaxAutoStrength
+double strengthOfRange(double focus, const QuiltLayout& quilt, cv::Vec2d depthRange);
+
 } // namespace altiro3D

@@ -48,18 +48,6 @@ double fallOfRows(const cv::Mat& depth) {
     return std::max(right, left) / depth.rows;
 }
 
-// The largest strength for a range of depth without double edges and too large shifts; (7.3).
-double strengthOfRange(double focus, const QuiltLayout& quilt, cv::Vec2d depthRange) {
-    const double reach = std::max(std::abs(depthRange[0] - focus), std::abs(depthRange[1] - focus));
-    double widths = kMaxAutoParallax / 100; // shift of content at `reach`
-    if (quilt.viewCount > 1) {
-        const double pixels = kParallaxBudgetPixels * (quilt.viewCount - 1);
-        widths = std::min(widths, pixels / quilt.tileSize.width);
-    }
-    const double strength = 100 * widths / reach; // infinite for a flat picture in focus
-    return strength < kMaxAutoStrength ? strength : kMaxAutoStrength;
-}
-
 // The strength at which kMaxAutoHidden of an outermost view was hidden or is stretched; (7.4).
 // Infinite if the depth is level.
 double strengthLimit(const cv::Mat& depth) {
@@ -111,6 +99,17 @@ void chooseSubject(const Scene& scene, double aspect, const AutoChoices& choices
 }
 
 } // namespace
+
+double strengthOfRange(double focus, const QuiltLayout& quilt, cv::Vec2d depthRange) {
+    const double reach = std::max(std::abs(depthRange[0] - focus), std::abs(depthRange[1] - focus));
+    double widths = kMaxAutoParallax / 100; // shift of content at `reach`
+    if (quilt.viewCount > 1) {
+        const double pixels = kParallaxBudgetPixels * (quilt.viewCount - 1);
+        widths = std::min(widths, pixels / quilt.tileSize.width);
+    }
+    const double strength = 100 * widths / reach; // infinite for a flat picture in focus
+    return strength < kMaxAutoStrength ? strength : kMaxAutoStrength;
+}
 
 Scene withDepthCurve(const Scene& scene, double exponent) try {
     Scene bent = scene;

@@ -1,0 +1,193 @@
+#pragma once
+
+#include "altiro3D/error.hpp"
+#include "altiro3D/export.hpp"
+#include "altiro3D/view_options.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/matx.hpp>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace altiro3D {
+
+// Scenes of Gaussian splats ("3DGS", Kerbl et al. 2023). x to the right, y down, z forward; lengths
+// have any unit, the same for all.
+
+/// A splat: a soft ellipsoid of one colour.
+struct Splat {
+    cv::Vec3f centre;   ///< Its middle.
+    cv::Vec3f radii;    ///< Standard deviations along its own axes, 0 or more.
+    cv::Vec4f rotation; ///< Quaternion w, x, y, z that turns its axes to those of the scene; unit.
+    cv::Vec3f colour;   ///< Red, green, blue in display values: 0 black, 1 full. May exceed both.
+    float opacity = 0;  ///< In its middle, 0..1.
+};
+
+/// A pinhole camera in a scene of splats.
+struct SplatCamera {
+    cv::Size size;               ///< Size of its pictures in px.
+    CameraIntrinsics intrinsics; ///< In px of its pictures.
+    /// Directions in the scene: rows right, down and forward. Orthonormal.
+    cv::Matx33d axes = cv::Matx33d::eye();
+    cv::Vec3d eye; ///< Position in the scene.
+};
+
+/// A scene of splats.
+struct SplatScene {
+    std::vector<Splat> splats; ///< In the order of the file.
+    int degree = 0;            ///< Degree of the spherical harmonics, 0 (none) .. 3.
+    /// Coefficients that change the colour with the direction of view: for each splat (degree +
+    /// 1)^2
+    /// - 1 times red, green, blue.
+    std::vector<float> harmonics;
+    /// The scene was trained with the filter of Mip-Splatting: small splats are fainter.
+    bool isAntialiased = false;
+    std::optional<SplatCamera> camera; ///< The camera of the photo, if the file has it.
+    /// Distance from `camera` at which the photo's middle lies; 0 if the file does not have it.
+    double focusDistance = 0;
+};
+
+/// How the axes of a file lie.
+enum class SplatAxes {
+    Auto, ///< As its format says: RUB in .spz, RDF in all others.
+    Rdf,  ///< x right, y down, z forward.
+    Rub   ///< x right, y up, z back.
+};
+
+/// Whether a file is named like a scene of splats. @param path the file; it is not opened
+/// @return true for .ply, .splat and .spz in upper or lower case
+[[nodiscard]] ALTIRO3D_EXPORT bool isSplatFileName(const std::filesystem::path& path);
+
+/// Reads a scene of splats: .ply (as 3DGS and SHARP write it, and compressed), .splat, .spz (also
+/// version 4 where libzstd was there when the library was built). Splats whose numbers make no
+/// sense are left out and counted in a remark. A camera comes from the elements of SHARP, or from
+/// `cameras.json` beside the file (the middle one of those).
+/// @param path the file, at most 16 GiB; 64 million splats
+/// @param axes how the axes of the file lie
+/// @param notes if given, receives remarks
+/// @return the scene, with at least one splat
+/// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory, Unsupported (.sog, .ksplat, meshes,
+///         point clouds), BadFormat (what is damaged; how many splats of how many are there)
+[[nodiscard]] ALTIRO3D_EXPORT SplatScene readSplats(const std::filesystem::path& path,
+                                                    SplatAxes axes = SplatAxes::Auto,
+                                                    Notes* notes = nullptr);
+
+/// As readSplats(), from memory; without `cameras.json`.
+/// @param bytes contents of the file @param name its name, for its ending and errors
+/// @param axes, notes as above @return the scene @throws Error as above
+[[nodiscard]] ALTIRO3D_EXPORT SplatScene parseSplats(const std::string& bytes,
+                                                     const std::filesystem::path& name,
+                                                     SplatAxes axes = SplatAxes::Auto,
+                                                     Notes* notes = nullptr);
+
+/// Writes a scene as .ply (fields that all viewers read) or .spz (version 3: rounded, 10 times
+/// smaller; y up, z back).
+/// @param path the file; its ending decides
+/// @param scene the scene; `camera` goes into a .ply as elements after the splats, as SHARP writes
+///        them; some viewers stumble over them
+/// @throws Error WriteFailed, InvalidArgument (ending; a splat out of the range of .spz)
+ALTIRO3D_EXPORT void writeSplats(const std::filesystem::path& path, const SplatScene& scene);
+
+/// How a camera is chosen for a scene. What is not set is chosen by the scene.
+struct SplatCameraOptions {
+    double yaw = 0;  ///< Turn of the camera around the scene to its right, degrees, -360..360.
+    double tilt = 0; ///< Turn of the camera upwards around the scene, degrees, -90..90.
+    std::optional<cv::Vec3d> position; ///< Its place.
+    std::optional<cv::Vec3d> lookAt;   ///< A point in the middle of the picture.
+    std::optional<cv::Vec3d> up;       ///< A direction that is up in the picture.
+    std::optional<double> viewDegrees; ///< Vertical angle of view, degrees, 1..150.
+};
+
+/// A chosen camera.
+struct ChosenSplatCamera {
+    SplatCamera camera; ///< For pictures of the wanted size.
+    std::string how;    ///< How it was chosen, for people: "that of the file".
+};
+
+/// Chooses a camera (docs/mathematics.md, 9): that of the file; else the origin if the scene lies
+/// before it, as scenes of one photo do; else one before the middle of what is opaque.
+/// @param scene the scene
+/// @param size of the pictures in px
+/// @param aspect width : height of what they fill, 0.01..100; not that of `size` if px are not
+///        square
+/// @param options see SplatCameraOptions
+/// @return the camera
+/// @throws Error InvalidArgument (size, aspect, an option), BadFormat (no splat is opaque enough)
+[[nodiscard]] ALTIRO3D_EXPORT ChosenSplatCamera chooseSplatCamera(
+    const SplatScene& scene, cv::Size size, double aspect, const SplatCameraOptions& options = {});
+
+/// What a camera sees of a scene.
+struct SplatView {
+    cv::Mat picture; ///< [rows x cols, CV_8UC3, BGR] before black
+    cv::Mat
+        distance;  ///< [as `picture`, CV_32FC1], along the view; NaN where nothing is half opaque
+    cv::Mat alpha; ///< [as `picture`, CV_32FC1] opacity, 0..1
+};
+
+/// Renders a scene of splats by parallel cameras: the formula of 3DGS, docs/mathematics.md, 9.
+/// Splats are sorted once for all of them.
+///
+/// Immutable; render() is thread-safe. Results are the same bytes for any number of threads.
+class ALTIRO3D_EXPORT SplatRenderer {
+  public:
+    /// Sorts the splats by their distance.
+    /// @param scene the scene; must outlive the renderer if it has harmonics
+    /// @param camera the middle camera; sides of 1..16384 px
+    /// @param simple without harmonics: quicker, for a camera that is being moved
+    /// @throws Error InvalidArgument (camera), OutOfMemory
+    SplatRenderer(const SplatScene& scene, const SplatCamera& camera, bool simple = false);
+
+    /// Renders the view of a camera that has moved to the side.
+    /// @param shift of the eye to the right
+    /// @param focusDistance at this distance all views show the same, > 0; may be infinite
+    /// @param picture [rows x cols, CV_8UC3, BGR]; may be a part of a larger one
+    /// @throws Error InvalidArgument
+    void render(double shift, double focusDistance, cv::Mat& picture) const;
+
+    /// Renders the middle view with its distances. @return the view
+    [[nodiscard]] SplatView render() const;
+
+    /// Splats nearer than this are not drawn. @return distance along the view
+    [[nodiscard]] double nearest() const;
+
+  private:
+    struct Impl;
+    std::shared_ptr<const Impl> impl_;
+};
+
+/// Where views of splats cross, and how far their cameras are apart.
+struct SplatPlacement {
+    double focusDistance = 0; ///< Distance of zero parallax.
+    double baseline = 0;      ///< Distance of the outermost cameras from the middle one.
+    double focus = 0;         ///< 0 (farthest) .. 1 (nearest): `focusDistance` as depth.
+    double strengthPercent =
+        0;            ///< Parallax between the outermost views of depth 0 and 1, % of width.
+    double zNear = 0; ///< Distance of depth 1: nearer are 2 % of what is seen.
+    double zFar = 0;  ///< Distance of depth 0: farther are 2 % of what is seen.
+};
+
+/// Places views (docs/mathematics.md, 9). Depth is linear in 1 / distance.
+/// @param view what the middle camera sees
+/// @param camera the middle camera
+/// @param quilt layout of the views: their number
+/// @param focus 0..1; not set: the median of what the middle third shows
+/// @param strengthPercent 0..10000; not set: the largest that the display shows without double
+///        edges, as for photos
+/// @return the placement; a baseline of 0 if all that is seen has one distance
+/// @throws Error InvalidArgument (an option; nothing is seen)
+[[nodiscard]] ALTIRO3D_EXPORT SplatPlacement
+placeSplats(const SplatView& view, const SplatCamera& camera, const QuiltLayout& quilt,
+            std::optional<double> focus = {}, std::optional<double> strengthPercent = {});
+
+/// The depth of a view. @param view from SplatRenderer::render() @param placement from
+/// placeSplats()
+/// @return [as the view, CV_32FC1, 0..1, 1 = nearest]; what is not seen has depth 0
+[[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthOf(const SplatView& view,
+                                              const SplatPlacement& placement);
+
+} // namespace altiro3D

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "altiro3D/splats.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace altiro3D {
+
+/// Y of degree 0, by which files multiply colours: sqrt(1 / 4 pi).
+constexpr double kHarmonic0 = 0.28209479177387814;
+/// Most splats of a file.
+constexpr std::uint64_t kMaxSplats = std::uint64_t{1} << 26;
+
+/// The number of coefficients of a degree for each colour, besides that of degree 0.
+constexpr std::size_t coefficientsOf(int degree) {
+    return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
+}
+
+/// The opacity that a file gives as its logit; infinite ones are valid.
+inline float opacityOf(double logit) {
+    return static_cast<float>(1 / (1 + std::exp(-logit)));
+}
+
+/// Collects the splats of a file and leaves out those whose numbers make no sense.
+class SplatCollector {
+  public:
+    /// @param count number of splats that will come, at most kMaxSplats
+    /// @param degree of the file's harmonics, 0..4; those of degree 4 are not kept
+    SplatCollector(std::uint64_t count, int degree);
+
+    /// @param splat its rotation may have any length
+    /// @param harmonics red, green, blue of each coefficient; may be null without harmonics
+    void add(Splat splat, const float* harmonics);
+
+    /// @param name of the file, for errors
+    /// @return the scene @throws Error BadFormat (no splat is left)
+    SplatScene finish(const std::string& name, Notes* notes);
+
+  private:
+    SplatScene scene_;
+    std::uint64_t leftOut_ = 0;
+    int fileDegree_;
+};
+
+/// Largest side of a picture, px.
+constexpr int kMaxPicture = 16384;
+
+/// @throws Error InvalidArgument unless pictures can be made with the camera
+void requireCamera(const SplatCamera& camera);
+
+/// Turns a scene by half a turn about x, as RUB and RDF differ.
+void turnAboutX(SplatScene& scene);
+
+/// Reads each format. @param bytes the whole file @param name for errors
+/// @throws Error as readSplats()
+SplatScene parsePly(std::string_view bytes, const std::string& name, Notes* notes);
+SplatScene parseSpz(std::string_view bytes, const std::string& name, SplatAxes axes, Notes* notes);
+/// As above, for scenes of .spz to be written. @throws Error InvalidArgument
+std::string spzBytes(const SplatScene& scene, const std::string& name);
+std::string plyBytes(const SplatScene& scene);
+
+} // namespace altiro3D

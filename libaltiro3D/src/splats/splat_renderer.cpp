@@ -1,0 +1,355 @@
+#include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
+#include "splats/splat_harmonics.hpp"
+#include "splats/splat_kernels.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <hwy/cache_control.h>
+#include <limits>
+
+namespace altiro3D {
+
+namespace {
+
+constexpr double kLowPass = 0.3;           // px^2, added to each covariance (3DGS)
+constexpr double kFaintest = 1.0 / 255;    // what is fainter is not drawn
+constexpr double kMostSigmas = 3;          // what is farther from a splat's centre is not drawn
+constexpr double kNearest = 0.2;           // distance of the nearest splats in 3DGS,
+constexpr double kNearestShare = 1.0 / 20; // in scenes of a smaller scale this share of the median
+constexpr double kFarToSide = 1.3;         // half angles of view beyond which shapes are frozen
+constexpr double kLargest = 1e15;          // covariance in px^2 of splats that make no sense
+
+// What all views know of a splat: (9.3). One cache line.
+struct alignas(64) Prepared {
+    float x, y;      // its centre in the middle view, px
+    float closeness; // 1 / z
+    float across[3]; // covariance xx = across[0] + a across[1] + a^2 across[2]
+    float mixed[2];  // covariance xy = mixed[0] + a mixed[1]
+    float down;      // covariance yy
+    float opacity;
+    float limit; // -ln(255 opacity)
+    float red, green, blue;
+    std::uint32_t index;       // in the scene
+    std::uint16_t top, bottom; // rows that it reaches; none if bottom is above top
+};
+static_assert(sizeof(Prepared) == 64);
+
+// The covariance of a splat in the axes of a camera.
+cv::Matx33d covarianceOf(const Splat& splat, const cv::Matx33d& axes) {
+    const cv::Vec4d q = splat.rotation;
+    const double w = q[0];
+    const double x = q[1];
+    const double y = q[2];
+    const double z = q[3];
+    cv::Matx33d shape =
+        axes * cv::Matx33d(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                           2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y));
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c)
+            shape(r, c) *= static_cast<double>(splat.radii[c]);
+    return shape * shape.t();
+}
+
+// How far a splat is drawn from its centre, px.
+// @param limit exponent of what is too faint @param variance in this direction, px^2
+double reachOf(double limit, double variance) {
+    return std::sqrt(std::min(kMostSigmas * kMostSigmas, -2 * limit) * variance);
+}
+
+// The first and the last px of 0..last that an interval holds.
+int firstIn(double low, int last) {
+    return cvCeil(std::clamp(low, 0.0, last + 1.0));
+}
+int lastIn(double high, int last) {
+    return cvFloor(std::clamp(high, -1.0, static_cast<double>(last)));
+}
+
+} // namespace
+
+struct SplatRenderer::Impl {
+    const SplatScene* scene = nullptr;
+    int degree = 0;
+    SplatCamera camera;
+    double nearest = kNearest;
+    std::vector<Prepared> splats;        // nearest first
+    std::vector<std::uint64_t> rowStart; // in rowSplats, for each row of tiles, and the end
+    std::vector<std::uint32_t> rowSplats;
+
+    // Buffers of a thread.
+    struct Work {
+        std::vector<ProjectedSplat> splats;
+        std::vector<std::uint32_t> starts; // of each tile in `order`
+        std::vector<std::uint32_t> order;
+        SplatTile tile{};
+    };
+
+    void prepare();
+    std::optional<Prepared> prepared(std::uint32_t index, const cv::Vec3d& place) const;
+    bool project(const Prepared& splat, double shift, double closeness, ProjectedSplat& to) const;
+    void renderRow(int row, double shift, double closeness, Work& work, cv::Mat& picture,
+                   SplatView* view) const;
+    void renderAll(double shift, double closeness, cv::Mat& picture, SplatView* view) const;
+};
+
+std::optional<Prepared> SplatRenderer::Impl::prepared(std::uint32_t index,
+                                                      const cv::Vec3d& place) const {
+    const Splat& splat = scene->splats[index];
+    const CameraIntrinsics& lens = camera.intrinsics;
+    if (static_cast<double>(splat.opacity) < kFaintest) return std::nullopt;
+    const double z = place[2];
+    const double steepest = kFarToSide * camera.size.height / (2 * lens.fy) +
+                            std::abs(lens.cy - (camera.size.height - 1) / 2.0) / lens.fy;
+    const double e = -std::clamp(place[1] / z, -steepest, steepest);
+    const cv::Matx33d s = covarianceOf(splat, camera.axes);
+    const double xx = lens.fx * lens.fx / (z * z);
+    const double xy = lens.fx * lens.fy / (z * z);
+    const double yy = lens.fy * lens.fy / (z * z);
+    const double down = yy * (s(1, 1) + 2 * e * s(1, 2) + e * e * s(2, 2));
+    const double a = 1 + std::abs(place[0] / z);
+    if (!(down < kLargest && xx * a * a * (s(0, 0) + s(2, 2)) < kLargest)) return std::nullopt;
+    Prepared result{};
+    result.x = static_cast<float>(lens.fx * place[0] / z + lens.cx);
+    result.y = static_cast<float>(lens.fy * place[1] / z + lens.cy);
+    result.closeness = static_cast<float>(1 / z);
+    result.across[0] = static_cast<float>(xx * s(0, 0));
+    result.across[1] = static_cast<float>(xx * 2 * s(0, 2));
+    result.across[2] = static_cast<float>(xx * s(2, 2));
+    result.mixed[0] = static_cast<float>(xy * (s(0, 1) + e * s(0, 2)));
+    result.mixed[1] = static_cast<float>(xy * (s(1, 2) + e * s(2, 2)));
+    result.down = static_cast<float>(down);
+    result.opacity = splat.opacity;
+    result.red = splat.colour[0];
+    result.green = splat.colour[1];
+    result.blue = splat.colour[2];
+    result.index = index;
+    const double limit = std::log(kFaintest / static_cast<double>(splat.opacity));
+    result.limit = static_cast<float>(limit);
+    const double reach = reachOf(limit, down + kLowPass);
+    const int height = camera.size.height;
+    const double y = lens.fy * place[1] / z + lens.cy;
+    const int top = firstIn(y - reach, height - 1);
+    const int bottom = lastIn(y + reach, height - 1);
+    if (top > bottom) return std::nullopt;
+    result.top = static_cast<std::uint16_t>(top);
+    result.bottom = static_cast<std::uint16_t>(bottom);
+    return result;
+}
+
+void SplatRenderer::Impl::prepare() {
+    const std::size_t count = scene->splats.size();
+    const auto placeOf = [&](std::uint32_t i) {
+        return camera.axes * (cv::Vec3d(scene->splats[i].centre) - camera.eye);
+    };
+    std::vector<std::uint64_t> keys(count); // distance and index; 0: behind the camera
+    std::vector<float> distances;
+    overRows(static_cast<int>((count + 4095) / 4096), [&](int part) {
+        const auto first = static_cast<std::size_t>(part) * 4096;
+        for (std::size_t i = first; i < std::min(count, first + 4096); ++i) {
+            const auto z = static_cast<float>(placeOf(static_cast<std::uint32_t>(i))[2]);
+            std::uint32_t bits = 0; // positive floats are ordered as their bits
+            std::memcpy(&bits, &z, sizeof bits);
+            keys[i] = z > 0 && z < kLargest ? std::uint64_t{bits} << 32 | i : 0;
+        }
+    });
+    keys.erase(std::remove(keys.begin(), keys.end(), std::uint64_t{0}), keys.end());
+    std::sort(keys.begin(), keys.end());
+    const auto distanceOf = [](std::uint64_t key) {
+        const auto bits = static_cast<std::uint32_t>(key >> 32);
+        float z = 0;
+        std::memcpy(&z, &bits, sizeof z);
+        return static_cast<double>(z);
+    };
+    if (!keys.empty())
+        nearest = std::min(kNearest, kNearestShare * distanceOf(keys[keys.size() / 2]));
+    keys.erase(keys.begin(), std::partition_point(keys.begin(), keys.end(), [&](auto key) {
+                   return distanceOf(key) <= nearest;
+               }));
+    splats.resize(keys.size());
+    overRows(static_cast<int>((keys.size() + 4095) / 4096), [&](int part) {
+        const auto first = static_cast<std::size_t>(part) * 4096;
+        for (std::size_t i = first; i < std::min(keys.size(), first + 4096); ++i) {
+            const auto index = static_cast<std::uint32_t>(keys[i]);
+            splats[i] = prepared(index, placeOf(index)).value_or(Prepared{});
+        }
+    });
+    splats.erase(std::remove_if(splats.begin(), splats.end(),
+                                [](const Prepared& splat) { return splat.opacity <= 0; }),
+                 splats.end());
+    const int rows = (camera.size.height + kSplatTile - 1) / kSplatTile;
+    rowStart.assign(static_cast<std::size_t>(rows) + 1, 0);
+    const auto overRowsOf = [&](const Prepared& splat, const auto& take) {
+        for (int row = splat.top / kSplatTile; row <= splat.bottom / kSplatTile; ++row)
+            take(static_cast<std::size_t>(row));
+    };
+    for (const Prepared& splat : splats)
+        overRowsOf(splat, [&](std::size_t row) { ++rowStart[row + 1]; });
+    for (std::size_t row = 1; row < rowStart.size(); ++row)
+        rowStart[row] += rowStart[row - 1];
+    rowSplats.resize(rowStart.back());
+    std::vector<std::uint64_t> next(rowStart.begin(), rowStart.end() - 1);
+    for (std::size_t i = 0; i < splats.size(); ++i)
+        overRowsOf(splats[i], [&](std::size_t row) {
+            rowSplats[next[row]++] = static_cast<std::uint32_t>(i);
+        });
+}
+
+// The splat in the view of an eye that is `shift` to the right: (9.2) to (9.4).
+// @param closeness 1 / distance of the focus @return false if it is not in the picture
+bool SplatRenderer::Impl::project(const Prepared& splat, double shift, double closeness,
+                                  ProjectedSplat& to) const {
+    const CameraIntrinsics& lens = camera.intrinsics;
+    const auto near = static_cast<double>(splat.closeness);
+    const double x = static_cast<double>(splat.x) - lens.fx * shift * (near - closeness);
+    const double flattest = kFarToSide * camera.size.width / (2 * lens.fx) +
+                            std::abs(lens.cx - (camera.size.width - 1) / 2.0) / lens.fx +
+                            std::abs(shift) * closeness;
+    const double side = (static_cast<double>(splat.x) - lens.cx) / lens.fx;
+    const double a = -std::clamp(side - shift * near, -flattest, flattest);
+    const double xx = std::max(
+        static_cast<double>(splat.across[0]) +
+            a * (static_cast<double>(splat.across[1]) + a * static_cast<double>(splat.across[2])),
+        0.0);
+    const double xy = static_cast<double>(splat.mixed[0]) + a * static_cast<double>(splat.mixed[1]);
+    const auto yy = static_cast<double>(splat.down);
+    const double before =
+        std::max(xx * yy - xy * xy, 0.0); // rounding makes it negative for needles
+    const double determinant = before + kLowPass * (xx + yy + kLowPass);
+    to.opacity = splat.opacity;
+    to.limit = splat.limit;
+    if (scene->isAntialiased) {
+        to.opacity *= static_cast<float>(std::sqrt(before / determinant));
+        if (static_cast<double>(to.opacity) < kFaintest) return false;
+        to.limit = static_cast<float>(std::log(kFaintest / static_cast<double>(to.opacity)));
+    }
+    const double reach = reachOf(static_cast<double>(to.limit), xx + kLowPass);
+    to.left = firstIn(x - reach, camera.size.width - 1);
+    to.right = lastIn(x + reach, camera.size.width - 1);
+    if (to.left > to.right) return false;
+    const double scale = 1 / determinant;
+    to.x = static_cast<float>(x);
+    to.y = splat.y;
+    to.xx = static_cast<float>((yy + kLowPass) * scale);
+    to.xy = static_cast<float>(-xy * scale);
+    to.yy = static_cast<float>((xx + kLowPass) * scale);
+    cv::Vec3f colour(splat.red, splat.green, splat.blue);
+    if (degree > 0) {
+        const cv::Vec3d eye = camera.eye + camera.axes.t() * cv::Vec3d(shift, 0, 0);
+        const cv::Vec3d way = cv::Vec3d(scene->splats[splat.index].centre) - eye;
+        const std::size_t stride = 3 * coefficientsOf(degree);
+        colour += colourOfHarmonics(scene->harmonics.data() + splat.index * stride, degree,
+                                    cv::Vec3f(way / cv::norm(way)));
+    }
+    to.red = std::max(colour[0], 0.0F);
+    to.green = std::max(colour[1], 0.0F);
+    to.blue = std::max(colour[2], 0.0F);
+    to.distance = 1 / splat.closeness;
+    to.top = splat.top;
+    to.bottom = splat.bottom;
+    return true;
+}
+
+void SplatRenderer::Impl::renderRow(int row, double shift, double closeness, Work& work,
+                                    cv::Mat& picture, SplatView* view) const {
+    const int width = camera.size.width;
+    const int tiles = (width + kSplatTile - 1) / kSplatTile;
+    const auto r = static_cast<std::size_t>(row);
+    work.splats.clear();
+    work.starts.assign(static_cast<std::size_t>(tiles) + 1, 0);
+    const auto overTiles = [](const ProjectedSplat& splat, const auto& take) {
+        for (int t = splat.left / kSplatTile; t <= splat.right / kSplatTile; ++t)
+            take(static_cast<std::size_t>(t));
+    };
+    for (std::uint64_t i = rowStart[r]; i < rowStart[r + 1]; ++i) {
+        constexpr std::uint64_t kAhead = 16; // they lie anywhere in memory
+        hwy::Prefetch(&splats[rowSplats[std::min(i + kAhead, rowStart[r + 1] - 1)]]);
+        ProjectedSplat splat{};
+        if (!project(splats[rowSplats[i]], shift, closeness, splat)) continue;
+        work.splats.push_back(splat);
+        overTiles(splat, [&](std::size_t t) { ++work.starts[t + 1]; });
+    }
+    for (std::size_t t = 1; t < work.starts.size(); ++t)
+        work.starts[t] += work.starts[t - 1];
+    work.order.resize(work.starts.back());
+    std::vector<std::uint32_t> next(work.starts.begin(), work.starts.end() - 1);
+    for (std::size_t i = 0; i < work.splats.size(); ++i)
+        overTiles(work.splats[i],
+                  [&](std::size_t t) { work.order[next[t]++] = static_cast<std::uint32_t>(i); });
+    const int top = row * kSplatTile;
+    const int rows = std::min(kSplatTile, camera.size.height - top);
+    for (int t = 0; t < tiles; ++t) {
+        SplatTile& tile = work.tile;
+        std::fill(std::begin(tile.clear), std::end(tile.clear), 1.0F);
+        for (float* const sums : {tile.red, tile.green, tile.blue})
+            std::fill(sums, sums + SplatTile::kPixels, 0.0F);
+        std::fill(std::begin(tile.distance), std::end(tile.distance),
+                  std::numeric_limits<float>::quiet_NaN());
+        const std::uint32_t* const starts = work.starts.data() + t;
+        const int left = t * kSplatTile;
+        blendSplats(work.splats.data(), work.order.data() + starts[0], starts[1] - starts[0], left,
+                    top, tile);
+        const int columns = std::min(kSplatTile, width - left);
+        for (int y = 0; y < rows; ++y) {
+            uchar* const to = picture.ptr(top + y, left);
+            const auto code = [](float value) {
+                return static_cast<uchar>(std::min(value, 1.0F) * 255 + 0.5F);
+            };
+            for (int x = 0; x < columns; ++x) {
+                const auto at = static_cast<std::size_t>(y * kSplatTile + x);
+                to[3 * x] = code(tile.blue[at]);
+                to[3 * x + 1] = code(tile.green[at]);
+                to[3 * x + 2] = code(tile.red[at]);
+                if (view == nullptr) continue;
+                view->alpha.at<float>(top + y, left + x) = 1 - std::abs(tile.clear[at]);
+                view->distance.at<float>(top + y, left + x) = tile.distance[at];
+            }
+        }
+    }
+}
+
+void SplatRenderer::Impl::renderAll(double shift, double closeness, cv::Mat& picture,
+                                    SplatView* view) const {
+    picture.create(camera.size, CV_8UC3);
+    forRows(static_cast<int>(rowStart.size()) - 1, [&](const cv::Range& rows) {
+        Work work;
+        for (int row = rows.start; row < rows.end; ++row)
+            renderRow(row, shift, closeness, work, picture, view);
+    });
+}
+
+SplatRenderer::SplatRenderer(const SplatScene& scene, const SplatCamera& camera, bool simple) {
+    requireCamera(camera);
+    check(!scene.splats.empty() && scene.splats.size() <= kMaxSplats, "scene",
+          "has " + std::to_string(scene.splats.size()) + " splats, expected 1 to 67108864");
+    check(scene.degree >= 0 && scene.degree <= 3 &&
+              scene.harmonics.size() == scene.splats.size() * 3 * coefficientsOf(scene.degree),
+          "harmonics", "do not have the number that their degree needs");
+    auto impl = std::make_shared<Impl>();
+    impl->scene = &scene;
+    impl->degree = simple ? 0 : scene.degree;
+    impl->camera = camera;
+    orOutOfMemory("splats", "do not fit into memory, expected a smaller scene",
+                  [&] { impl->prepare(); });
+    impl_ = std::move(impl);
+}
+
+void SplatRenderer::render(double shift, double focusDistance, cv::Mat& picture) const {
+    checkNumber(std::abs(shift) < kLargest, "shift", shift, "a number");
+    checkNumber(focusDistance > 0, "focusDistance", focusDistance, "more than 0");
+    impl_->renderAll(shift, 1 / focusDistance, picture, nullptr);
+}
+
+SplatView SplatRenderer::render() const {
+    SplatView view;
+    view.distance.create(impl_->camera.size, CV_32FC1);
+    view.alpha.create(impl_->camera.size, CV_32FC1);
+    impl_->renderAll(0, 0, view.picture, &view);
+    return view;
+}
+
+double SplatRenderer::nearest() const {
+    return impl_->nearest;
+}
+
+} // namespace altiro3D

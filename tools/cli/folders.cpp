@@ -4,6 +4,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/splats.hpp"
 #include "altiro3D/video_io.hpp"
 #include "base/image_format.hpp"
 #include "cli/inputs.hpp"
@@ -74,7 +75,7 @@ struct KindWords {
     const char* name;
     const char* why;
 };
-constexpr std::array<KindWords, 14> kWords = {{
+constexpr std::array<KindWords, 15> kWords = {{
     // as FileKind
     {"photo", "is a picture; photo2native makes Natives of photos"},
     {"depth image", "is a depth image by its name, but its photo is missing"},
@@ -91,6 +92,7 @@ constexpr std::array<KindWords, 14> kWords = {{
      "is made for headsets (VR) by its name, which is not read; if it is flat, rename it"},
     {"photo saved with depth", "is a photo that was saved with its depth: "},
     {"Live Photo clip", "is the clip of the Live Photo "},
+    {"scene of splats", "is a scene of splats by its name; splat2native makes Natives of those"},
     {"folder", "is a folder; --recursive also converts what it holds"},
     {"system folder",
      "is a folder of the system by its name (thumbnails, trash); it is not searched"},
@@ -183,6 +185,8 @@ void search(const fs::path& folder, const fs::path& relative, const FolderSearch
             kind = kindOfPicture(entry, pictures, how);
         } else if (isVideoFileName(entry)) {
             kind = kindOfVideo(entry, photos);
+        } else if (isSplatFileName(entry)) {
+            kind = FileKind::Splats;
         }
         if (how.wanted.count(kind) > 0) {
             files.push_back({entry, {}, relative});

@@ -27,6 +27,7 @@ enum class FileKind {
     Vr,          ///< A picture or video for headsets, by its name.
     WithDepth,   ///< A photo that photo2native saved with its depth, beside the photo itself.
     LiveClip,    ///< The video of a Live Photo, beside the photo of the same name.
+    Splats,      ///< A scene of Gaussian splats, by its name.
     Folder,
     SystemFolder, ///< Thumbnails, trash and the like, by its name.
     Other

@@ -166,6 +166,7 @@ void addPhotoOptions(CommandLine& commandLine) {
     commandLine.addUsage("[options] PHOTO PHOTO... | DIR  OUTDIR");
     commandLine.addUsage("--lg OUT.mp4 [options] PHOTO");
     commandLine.addUsage("--save-stereo OUT.png [options] PHOTO");
+    commandLine.addUsage("--save-splats OUT.ply [options] PHOTO");
     commandLine.addUsage("--go DIR [options] PHOTO... | DIR");
     commandLine.addUsage("--plan PLAN [options] DIR OUTDIR");
     commandLine.addUsage("--chunk K PLAN");
@@ -199,6 +200,17 @@ void addPhotoOptions(CommandLine& commandLine) {
                             "FILE.jpg");
     commandLine.addAdvanced({"save-views"}, "Also write the single views, leftmost camera first.",
                             "DIR");
+    commandLine.add({"save-splats"},
+                    "Also write photo, depth and painted background as a scene of Gaussian splats, "
+                    "for headsets, the web and splat2native. Without OUT no Native is made.",
+                    "FILE.ply|FILE.spz");
+    commandLine.addAdvanced({"splat-side"},
+                            "Longer side of the grid of splats in px, at most that of the photo "
+                            "(default 1024: some million splats).",
+                            "PX");
+    commandLine.addAdvanced({"splat-camera"},
+                            "Put the photo's camera into a .ply, as SHARP does; some viewers do "
+                            "not read such files.");
     EyesFiles::add(
         commandLine,
         "It has the photo's own size and needs no display, and without OUT no Native is "

@@ -26,6 +26,7 @@ struct SlideJob {
     fs::path views; // a folder
     fs::path photo;
     fs::path depth;
+    fs::path splats;
     fs::path video;
     EyesFiles eyes;
     bool replace = false;
@@ -53,6 +54,7 @@ SlideJob slideJob(const CommandLine& commandLine) {
                       {"save-views", job.views},
                       {"save-photo", job.photo},
                       {"save-depth", job.depth},
+                      {"save-splats", job.splats},
                       {"lg", job.video},
                       {"y", job.replace},
                       {"method", job.slide.views, kMethods},
@@ -61,6 +63,7 @@ SlideJob slideJob(const CommandLine& commandLine) {
                       {"view-angle", job.slide.viewDegrees, 1, 150}});
     if (!job.photo.empty()) requirePictureName(job.photo);
     if (!job.depth.empty()) requirePictureName(job.depth, false);
+    requireSplatName(job.splats);
     requireSwayFile(commandLine);
     if (!job.video.empty()) requireVideoName(job.video);
     job.eyes = EyesFiles(commandLine);
@@ -91,7 +94,7 @@ int makeNative(const SlideJob& job, Messages& messages) {
         quiltOutput = quiltFileName(job.quilt, layout, display.aspect());
         requirePictureName(quiltOutput);
     }
-    outputs.addOutputs({quiltOutput, job.photo, job.depth, job.video});
+    outputs.addOutputs({quiltOutput, job.photo, job.depth, job.splats, job.video});
     outputs.addOutputs(job.eyes.files());
     if (!job.views.empty()) {
         outputs.addDirectory(job.views);
@@ -131,13 +134,18 @@ int makeNative(const SlideJob& job, Messages& messages) {
         });
     progress.clear();
     times.end("views");
-    if (!job.photo.empty() || !job.depth.empty()) {
+    if (!job.photo.empty() || !job.depth.empty() || !job.splats.empty()) {
         cv::Mat photo;
         cv::Mat depth;
         slide.makeDepth(photo, depth);
         normalizeDepth(depth, depth);
         if (!job.photo.empty()) writeImage(job.photo, photo);
         if (!job.depth.empty()) writeImage(job.depth, depthTo16Bit(depth));
+        if (!job.splats.empty()) {
+            SplatScene scene = photoSplats({photo, depth}, PlacementOptions());
+            scene.camera.reset();
+            writeSplats(job.splats, scene);
+        }
         times.end("depth");
     }
     if (!quiltOutput.empty()) writeImage(quiltOutput, quilt);
@@ -187,6 +195,9 @@ int main(int argc, char** argv) {
     commandLine.add({"save-photo"}, "Also write the middle view, for --save-depth.", "FILE");
     commandLine.add({"save-depth"},
                     "Also write the depth of the middle view, 16-bit, near = white.", "FILE.png");
+    commandLine.add({"save-splats"},
+                    "Also write the middle view with its depth as Gaussian splats.",
+                    "FILE.ply|FILE.spz");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     addSwayFileOption(commandLine, "It shows the views, and");
     commandLine.add({"y"}, "Replace outputs that exist.");

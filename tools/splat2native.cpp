@@ -237,16 +237,15 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
                  fixed(placed.focus, 2) + ", strength " + fixed(placed.strengthPercent, 1) + " %");
     times.end("camera");
 
-    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
-    const int count = layout.viewCount;
-    for (int i = 0; i < count; ++i) {
+    cv::Mat quilt;
+    renderQuilt(renderer, placed, layout, quilt, [](int) {
         endIfStopWanted();
-        const double position = count > 1 ? 2.0 * i / (count - 1) - 1 : 0;
-        cv::Mat view = quilt(layout.tile(i));
-        renderer.render(position * placed.baseline, placed.focusDistance, view);
-        if (!item.views.empty()) writeImage(item.views / viewFileName(i, count), view);
-    }
+        return true;
+    });
     times.end("views");
+    if (!item.views.empty())
+        writeViews([&](int view) { return item.views / viewFileName(view, layout.viewCount); },
+                   quilt, layout);
     if (!item.depth.empty()) writeImage(item.depth, depthTo16Bit(depthOf(middle, placed)));
     if (!item.quilt.empty()) writeImage(item.quilt, quilt);
     if (!item.eyes.files().empty())

@@ -57,6 +57,7 @@ void bindPlacement(py::module_& m);
 void bindViews(py::module_& m);
 void bindNative(py::module_& m);
 void bindQuilt2Native(py::module_& m);
+void bindSplats(py::module_& m);
 void bindLensView(py::module_& m);
 void bindPrintSheet(py::module_& m);
 void bindVideoIo(py::module_& m);

@@ -42,6 +42,7 @@ PYBIND11_MODULE(altiro3d, m) {
     python::bindViews(m);
     python::bindNative(m);
     python::bindQuilt2Native(m);
+    python::bindSplats(m);
     python::bindLensView(m);
     python::bindPrintSheet(m);
     python::bindVideoIo(m);

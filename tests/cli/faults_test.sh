@@ -21,7 +21,7 @@ mkdir -p "$root/home" "$root/in"
 failures=0
 checks=0
 tools_tried=(altiro3Dnative altiro3Dtradeoff native2view photo2native quilt2native quilt2video
-             slide2native video2native views2native)
+             slide2native splat2native video2native views2native)
 case $part in
 all) ;;
 altiro3Dview | inputs) tools_tried=() ;;
@@ -91,7 +91,7 @@ call() {
         words=(--csv "$3" -j 1 --photo="$2" --disparity "$root/in/views/view_1.png"
                --disparity-scale 50 --truth "$root/in/views/view_2.png")
         ;;
-    native2view | photo2native | quilt2native | slide2native | views2native) words=("${display[@]}" -- "$2" "$3") ;;
+    native2view | photo2native | quilt2native | slide2native | splat2native | views2native) words=("${display[@]}" -- "$2" "$3") ;;
     quilt2video) words=(-q 2x3 --seconds 0.2 --turns 1 --fps 20 -j 1 -- "$2" "$3") ;;
     video2native) words=("${display[@]}" -j 1 -- "$2" "$3") ;;
     esac
@@ -103,6 +103,7 @@ input_of() {
     native2view) echo "$root/in/native.png" ;;
     photo2native) echo "$root/in/photo.jpg" ;;
     slide2native) echo "$root/in/slide" ;;
+    splat2native) echo "$root/in/scan.ply" ;;
     video2native) echo "$root/in/clip.mp4" ;;
     views2native) echo "$root/in/views" ;;
     *) echo "$root/in/quilt_qs3x2a0.75.png" ;;
@@ -128,6 +129,8 @@ cd "$root" || exit 1
 run photo2native -c in/small.json -q 2x3 -r 40x30 --save-quilt in/quilt.png --save-views in/views \
     in/photo.jpg in/native.png
 check "inputs can be made" ends 0
+run photo2native --save-splats in/scan.ply --splat-side 64 in/photo.jpg
+check "splats can be made" ends 0
 run photo2native -c in/small.json -q 4x3 -r 360x480 --save-views in/slide in/photo.jpg in/slide.png
 check "a slide can be made" ends 0
 run quilt2video -q 2x3 --seconds 0.2 --turns 1 --fps 20 in/quilt_qs3x2a0.75.png in/clip.mp4

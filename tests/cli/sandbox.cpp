@@ -31,6 +31,7 @@ int quilt2videoMain(int argc, char** argv);
 int views2nativeMain(int argc, char** argv);
 int native2viewMain(int argc, char** argv);
 int slide2nativeMain(int argc, char** argv);
+int splat2nativeMain(int argc, char** argv);
 int altiro3DtradeoffMain(int argc, char** argv);
 
 namespace altiro3D::test {
@@ -60,11 +61,11 @@ Main mainOf(const std::string& tool) {
     (void)tool; // sanitizers are set up at a program's start
 #else
     static const std::map<std::string, Main> tools{
-        {"altiro3Dnative", altiro3DnativeMain},    {"photo2native", photo2nativeMain},
-        {"video2native", video2nativeMain},        {"quilt2native", quilt2nativeMain},
-        {"quilt2video", quilt2videoMain},          {"views2native", views2nativeMain},
-        {"native2view", native2viewMain},          {"slide2native", slide2nativeMain},
-        {"altiro3Dtradeoff", altiro3DtradeoffMain}};
+        {"altiro3Dnative", altiro3DnativeMain}, {"photo2native", photo2nativeMain},
+        {"video2native", video2nativeMain},     {"quilt2native", quilt2nativeMain},
+        {"quilt2video", quilt2videoMain},       {"views2native", views2nativeMain},
+        {"native2view", native2viewMain},       {"slide2native", slide2nativeMain},
+        {"splat2native", splat2nativeMain},     {"altiro3Dtradeoff", altiro3DtradeoffMain}};
     if (const auto found = tools.find(tool); found != tools.end()) return found->second;
 #endif
     return nullptr;
@@ -334,6 +335,23 @@ void SmallStudio::makeSlide() const {
     writeLossless(*this / "slide.mkv", pictures);
 }
 
+void SmallStudio::makeScan() const {
+    std::string text = "ply\nformat ascii 1.0\nelement vertex 64\n";
+    for (const char* const field :
+         {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2",
+          "rot_0", "rot_1", "rot_2", "rot_3"})
+        text += "property float " + std::string(field) + "\n";
+    text += "end_header\n";
+    for (int i = 0; i < 64; ++i) { // a cube of coloured balls
+        for (const int place : {i % 4, i / 4 % 4, i / 16})
+            text += std::to_string(place - 1.5) + " ";
+        for (const int place : {i % 4, i / 4 % 4, i / 16})
+            text += std::to_string(place - 1) + " ";
+        text += "3 -1 -1 -1 1 0 0 0\n";
+    }
+    spill(*this / "scan.ply", text);
+}
+
 Arguments fixedWay(Arguments given) {
     const std::pair<const char*, const char*> options[] = {
         {"--fit", "cover"}, {"--focus", "0.5"}, {"--strength", "10"}};
@@ -353,15 +371,16 @@ Arguments SmallStudio::goodCall(const std::string& tool, const std::string& outp
     if (tool == "quilt2native") return display() + Arguments{"quilt.png", output};
     if (tool == "native2view") return display() + Arguments{"panel.png", output};
     if (tool == "slide2native") return display() + Arguments{"slide.mkv", output};
+    if (tool == "splat2native") return display() + Arguments{"scan.ply", output};
     if (tool == "quilt2video") return kSway + Arguments{"quilt.png", output};
     if (tool == "video2native") return display() + Arguments{"--codec", "ffv1", "clip.mp4", output};
     return display() + Arguments{"views", output};
 }
 
 const std::vector<std::string>& allTools() {
-    static const std::vector<std::string> tools{"altiro3Dnative", "native2view", "photo2native",
-                                                "quilt2native",   "quilt2video", "slide2native",
-                                                "video2native",   "views2native"};
+    static const std::vector<std::string> tools{"altiro3Dnative", "native2view",  "photo2native",
+                                                "quilt2native",   "quilt2video",  "slide2native",
+                                                "splat2native",   "video2native", "views2native"};
     return tools;
 }
 

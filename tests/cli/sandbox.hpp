@@ -131,6 +131,7 @@ class SmallStudio : public Sandbox {
     /// Makes clip.mp4, which video2native reads.
     void makeClip() const;
     void makeSlide() const; ///< slide.mkv and the same in photos/, for slide2native.
+    void makeScan() const;  ///< scan.ply, for splat2native.
     /// The arguments of a run that succeeds and writes one file.
     Arguments goodCall(const std::string& tool, const std::string& output) const;
 };
@@ -170,6 +171,7 @@ class ToolTest : public ::testing::TestWithParam<std::string> {
     ToolTest() {
         if (tool() == "video2native") studio_.makeClip();
         if (tool() == "slide2native") studio_.makeSlide();
+        if (tool() == "splat2native") studio_.makeScan();
     }
     const std::string& tool() const { return GetParam(); }
     /// A name for the tool's output, with the extension that it writes.

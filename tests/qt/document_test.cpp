@@ -1,6 +1,7 @@
 #include "viewer/model/document.hpp"
 
 #include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/splats.hpp"
 #include "cli/folders.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -215,6 +216,26 @@ TEST_F(ViewerDocument, PipesAreRefusedInsteadOfWaitedFor) {
             EXPECT_TRUE(holds(error.what(), "is a pipe"));
         }
     }
+}
+
+TEST_F(ViewerDocument, ScenesOfSplatsBecomeTheQuiltOfTheirViews) {
+    Scene photo;
+    photo.photo = detailedPhoto({40, 30});
+    photo.depth = cv::Mat(30, 40, CV_32FC1, cv::Scalar(0.5));
+    photo.depth.colRange(10, 20) = 1;
+    const SplatScene splats = splatsOf(photo);
+    writeSplats(folder_ / "a.ply", splats);
+    const Document document = read("a.ply");
+    EXPECT_EQ(document.kind, Kind::Quilt);
+    const SplatCamera camera =
+        chooseSplatCamera(splats, display_.quilt.tileSize, display_.aspect()).camera;
+    const SplatRenderer renderer(splats, camera);
+    cv::Mat quilt;
+    renderQuilt(renderer, placeSplats(renderer.render(), camera, display_.quilt), display_.quilt,
+                quilt);
+    EXPECT_TRUE(samePicture(document.picture, quilt, 2)); // a .ply has opacities as logits
+    EXPECT_TRUE(contains(textOf(document.notes), "that of the file"));
+    EXPECT_EQ(codeOf([&] { (void)read("missing.splat"); }), ErrorCode::NotFound);
 }
 
 TEST_F(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {

@@ -19,7 +19,7 @@ enum class ValueKind { None, File, Directory, Words, Free };
 constexpr const char* kTools[] = {"altiro3Dcluster", "altiro3Dnative", "altiro3Dtradeoff",
                                   "altiro3Dview",    "native2view",    "photo2native",
                                   "quilt2native",    "quilt2video",    "slide2native",
-                                  "video2native",    "views2native"};
+                                  "splat2native",    "video2native",   "views2native"};
 
 ValueKind kindOf(const std::string& valueName) {
     if (valueName.empty()) return ValueKind::None;

@@ -208,6 +208,12 @@ void warnAboutDepthFormat(const fs::path& file, Messages& messages) {
     }
 }
 
+void requireSplatName(const fs::path& file) {
+    const std::string ending = lowerExtension(file);
+    if (file.empty() || ending == ".ply" || ending == ".spz") return;
+    throw UsageError(file.string() + ": is not the name of splats, expected .ply or .spz");
+}
+
 std::string viewFileName(int view, int views) {
     const std::size_t digits = std::to_string(views - 1).size();
     const std::string number = std::to_string(view);

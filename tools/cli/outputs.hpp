@@ -88,6 +88,9 @@ void requirePictureName(const std::filesystem::path& file, bool colours = true);
 /// Refuses a file name whose format cannot hold a video. @throws UsageError
 void requireVideoName(const std::filesystem::path& file);
 
+/// Refuses a file name that splats are not written to; an empty one is none. @throws UsageError
+void requireSplatName(const std::filesystem::path& file);
+
 /// The file name of one of `views` views: "view_07.png".
 std::string viewFileName(int view, int views);
 

@@ -3,6 +3,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/splats.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/folders.hpp"
 #include "cli/inputs.hpp"
@@ -25,6 +26,7 @@ void requirePhotoName(const fs::path& name) {
     if (extension == ".map") hint = "a look-up table is given with -m";
     if (extension == ".onnx") hint = "a network is given with -n";
     if (isVideoFileName(name)) hint = "video2native makes Natives of videos";
+    if (isSplatFileName(name)) hint = "splat2native makes Natives of scenes of splats";
     if (hint == nullptr || isDirectory(name)) return;
     throw UsageError(name.string() + ": is not a picture, expected a photo; " + hint);
 }
@@ -48,6 +50,7 @@ constexpr OutputKind kOutputs[] = {
     {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
     {"lg", &PhotoOutputs::video, ".mp4"},
     {"save-views", &PhotoOutputs::views, "_views"},
+    {"save-splats", &PhotoOutputs::splats, ".ply"},
     {"save-stereo", &PhotoOutputs::stereo, ""}}; // by its layout
 
 std::string pairName(const DepthOptions& depth) {
@@ -234,6 +237,10 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     if (!commandLine.has("save-depth") && !commandLine.has("save-photo-with-depth"))
         commandLine.refuse({"save-depth-size"}, " is the size of saved depth, expected "
                                                 "--save-depth or --save-photo-with-depth with it");
+    commandLine.take(
+        {{"splat-side", job.splatSide, 16, 8192}, {"splat-camera", job.keepsSplatCamera}});
+    commandLine.refuseWithout("save-splats", {"splat-side", "splat-camera"},
+                              " describes saved splats, expected --save-splats with it");
     job.report = commandLine.value("report").value_or("");
     job.plan = commandLine.value("plan").value_or("");
     const auto given = commandLine.given();
@@ -355,6 +362,7 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
             throw UsageError("--save-photo-with-depth " + item.photoWithDepth.string() +
                              ": is not the name of a JPEG, expected FILE.jpg");
         if (!item.video.empty()) requireVideoName(item.video);
+        requireSplatName(item.splats);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         const std::vector<fs::path> files = outputsOf(item, views);
         if (job.quiltIsForBridge && item.native.empty())

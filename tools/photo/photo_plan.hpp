@@ -31,14 +31,17 @@ struct PhotoOutputs {
     std::filesystem::path photoWithDepth; ///< JPEG with depth inside
     std::filesystem::path video;          ///< the swaying video
     std::filesystem::path views;          ///< a directory
+    std::filesystem::path splats;         ///< See PhotoJob::splatSide.
     std::filesystem::path stereo;         ///< See EyesFiles.
 };
 
 /// The command line of a run.
 struct PhotoJob {
     std::vector<std::filesystem::path> inputs; ///< Names of photos and folders.
-    PhotoOutputs outputs;   ///< As they are named: of several photos, folders for them.
-    int savedDepthSide = 0; ///< Longer side of depth that is saved, at most; px.
+    PhotoOutputs outputs;          ///< As they are named: of several photos, folders for them.
+    int savedDepthSide = 0;        ///< Longer side of depth that is saved, at most; px.
+    int splatSide = 1024;          ///< Longer side of the grid of splats that are saved, at most.
+    bool keepsSplatCamera = false; ///< Splats are saved with the photo's camera.
     std::filesystem::path report;
     std::filesystem::path plan; ///< Folder of `--plan`.
     std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.

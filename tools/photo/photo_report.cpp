@@ -44,6 +44,7 @@ std::vector<OtherOutput> othersOf(const PhotoItem& item) {
         {"rgbd", "RGB-D image", item.rgbd.string()},
         {"photoWithDepth", "photo with its depth", item.photoWithDepth.string()},
         {"views", "views", item.views.string()},
+        {"splats", "splats", item.splats.string()},
         {"stereo", item.eyes.words(), item.eyes.names()}};
     std::vector<OtherOutput> made;
     for (const OtherOutput& other : all)

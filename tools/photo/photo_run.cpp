@@ -109,6 +109,22 @@ void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
     item.eyes.write(photoEyes(scene, options, wanted.strengthPercent, wanted.from), messages);
 }
 
+// Writes the photo as splats: the whole photo, or the part that was asked for.
+// @param shown the part of the photo on the panel
+void saveSplats(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+                const PhotoScene& scene, const cv::Rect& shown, Messages& messages) {
+    const double focalLength = isFile(item.photo) ? focalLengthOf(item.photo) : 0;
+    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
+    SplatScene splats = photoSplats(scene, options, isFramed ? std::optional(shown) : std::nullopt,
+                                    run.job.splatSide, focalLength);
+    if (!run.job.keepsSplatCamera) splats.camera.reset();
+    writeSplats(item.splats, splats);
+    messages.say("splats: " + std::to_string(splats.splats.size()) + "; focal length " +
+                 (focalLength > 0 ? "by EXIF, " + numberText(focalLength)
+                                  : "not known, taken as " + numberText(kUsualFocalLength)) +
+                 " mm on 36 x 24");
+}
+
 // Whether saveOthers() needs the depth of a scene.
 bool needsDepth(const PhotoItem& item) {
     return !item.savedDepth.empty() || !item.photoWithDepth.empty() || !item.rgbd.empty();
@@ -414,7 +430,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         makeQuilt(maker, scene, placed, run.quilt);
         times.end("views");
     }
-    if (!needsDepth(item) && item.video.empty() && item.stereo.empty())
+    if (!needsDepth(item) && item.video.empty() && item.stereo.empty() && item.splats.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative && !run.print) {
         warnAboutNativeFormat(item.native, messages);
@@ -431,6 +447,11 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     if (!item.stereo.empty()) {
         saveStereo(item, run, placed.options, scene, messages);
         times.end("stereo");
+        endIfStopWanted();
+    }
+    if (!item.splats.empty()) {
+        saveSplats(item, run, placed.options, scene, facts.crop, messages);
+        times.end("splats");
         endIfStopWanted();
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");

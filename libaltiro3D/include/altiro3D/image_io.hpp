@@ -91,6 +91,12 @@ class ALTIRO3D_EXPORT PhotoFile {
 ///         without libheif), TooLarge, BadFormat, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const PhotoFile& file, Notes* notes = nullptr);
 
+/// The focal length that the EXIF of a JPEG, PNG or WebP states, as for film of 36 x 24 mm.
+/// @param file the photo; not read from a pipe
+/// @return mm; 0 if it states none
+/// @throws Error as PhotoFile::look()
+[[nodiscard]] ALTIRO3D_EXPORT double focalLengthOf(const PhotoFile& file);
+
 /// The formats that readImage() reads, for people.
 /// @return "PNG, JPEG, HEIC, AVIF, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000"; without HEIC
 ///         and AVIF if the library was built without libheif

@@ -5,6 +5,7 @@
 #include "altiro3D/placement.hpp"
 #include "altiro3D/quilt.hpp"
 #include "altiro3D/scene.hpp"
+#include "altiro3D/splats.hpp"
 #include "altiro3D/stereo_views.hpp"
 #include "altiro3D/sway.hpp"
 
@@ -78,6 +79,22 @@ constexpr int kSavedDepthSide = 4096;
 [[nodiscard]] ALTIRO3D_EXPORT SwayView swayViewsOf(const Scene& scene,
                                                    const PlacementOptions& options,
                                                    const PhotoFit& fit);
+
+/// The splats of a photo: splatsOf() for a grid of px of its own shape.
+///
+/// @param scene photo and depth
+/// @param options focus and the depth
+/// @param part of the photo, px; not set: all of it
+/// @param side longer side of the grid, 16..8192; never more than the part has
+/// @param focalLength mm as for film of 36 x 24 mm, 1..5000; 0, unknown: kUsualFocalLength
+/// @return the splats with the camera of the part
+/// @throws Error as fitScene() and splatsOf(), InvalidArgument
+[[nodiscard]] ALTIRO3D_EXPORT SplatScene photoSplats(const Scene& scene,
+                                                     const PlacementOptions& options,
+                                                     const std::optional<cv::Rect>& part = {},
+                                                     int side = 1024, double focalLength = 0);
+/// Of photos that do not state it: between a phone's and a camera's, mm.
+constexpr double kUsualFocalLength = 35;
 
 /// Writes the views of a quilt as pictures, several at a time.
 ///

@@ -2,10 +2,12 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/export.hpp"
+#include "altiro3D/scene.hpp"
 #include "altiro3D/view_options.hpp"
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/core/matx.hpp>
@@ -152,6 +154,9 @@ class ALTIRO3D_EXPORT SplatRenderer {
     /// Renders the middle view with its distances. @return the view
     [[nodiscard]] SplatView render() const;
 
+    /// Size of the pictures. @return px
+    [[nodiscard]] cv::Size size() const;
+
     /// Splats nearer than this are not drawn. @return distance along the view
     [[nodiscard]] double nearest() const;
 
@@ -184,10 +189,41 @@ struct SplatPlacement {
 placeSplats(const SplatView& view, const SplatCamera& camera, const QuiltLayout& quilt,
             std::optional<double> focus = {}, std::optional<double> strengthPercent = {});
 
+/// Renders the views of a quilt.
+/// @param renderer of the middle camera, whose pictures have the size of a view
+/// @param placement from placeSplats() @param layout of the quilt
+/// @param quilt [layout.size(), CV_8UC3, BGR]; reused if it fits
+/// @param goOn receives the number of each view before it is rendered; false cancels. May be empty.
+/// @return false if `goOn` has stopped the work
+/// @throws Error Mismatch (size), InvalidArgument (layout, placement)
+ALTIRO3D_EXPORT bool renderQuilt(const SplatRenderer& renderer, const SplatPlacement& placement,
+                                 const QuiltLayout& layout, cv::Mat& quilt,
+                                 const std::function<bool(int view)>& goOn = {});
+
 /// The depth of a view. @param view from SplatRenderer::render() @param placement from
 /// placeSplats()
 /// @return [as the view, CV_32FC1, 0..1, 1 = nearest]; what is not seen has depth 0
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthOf(const SplatView& view,
                                               const SplatPlacement& placement);
+
+/// How a photo becomes splats.
+struct PhotoSplatOptions {
+    double viewDegrees = 55; ///< Vertical angle of view of the photo, degrees, 1..150.
+    double radius = 0.4;     ///< Standard deviation of a splat, px, 0.05..5.
+    double focus = 0.5;      ///< Depth at SplatScene::focusDistance, 0..1.
+    /// Background is painted behind steps of depth for cameras up to this parallax between the
+    /// outermost ones, as ViewOptions::strengthPercent, 0..100.
+    double reachPercent = 20;
+};
+
+/// Turns a photo and its depth into splats: a flat one for each px, along the slope of its surface;
+/// surfaces end at steps of depth, and what method Layered paints behind them is there as splats of
+/// its own. Depth 0..1 becomes distances of 100..10; they are not metric.
+/// @param scene photo and depth of the same size, as placeScene() makes them
+/// @param options see PhotoSplatOptions
+/// @return the scene with the camera of the photo
+/// @throws Error as for Depth2Quilt::render(), InvalidArgument (options)
+[[nodiscard]] ALTIRO3D_EXPORT SplatScene splatsOf(const Scene& scene,
+                                                  const PhotoSplatOptions& options = {});
 
 } // namespace altiro3D

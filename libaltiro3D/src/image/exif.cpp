@@ -59,24 +59,45 @@ int validOrientation(unsigned value) {
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
 }
 
-int exifOrientation(string_view blob) {
+namespace {
+
+// The whole number of an EXIF blob with a tag, in the main directory or that of the photo.
+std::optional<std::uint64_t> exifNumber(string_view blob, unsigned tag, bool isOfPhoto) {
     constexpr string_view kPrefix("Exif\0\0", 6);
     constexpr unsigned kSizes[] = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4}; // bytes of whole numbers, by type
+    constexpr unsigned kPhotoDirectory = 0x8769;
     if (startsWith(blob, kPrefix)) blob.remove_prefix(kPrefix.size());
     const bool isLittle = startsWith(blob, "II");
-    if (!isLittle && !startsWith(blob, "MM")) return 1;
+    if (!isLittle && !startsWith(blob, "MM")) return std::nullopt;
     const ByteReader reader(blob, isLittle);
-    const std::uint64_t directory = reader.u32(4);
-    const unsigned entries = reader.u16(directory);
-    for (unsigned i = 0; i < entries; ++i) { // 12 bytes each: tag, type, count, value
-        const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
-        if (reader.u16(entry) != 0x112) continue;
-        const unsigned type = reader.u16(entry + 2);
-        const unsigned size = type < std::size(kSizes) ? kSizes[type] : 0;
-        if (reader.u32(entry + 4) != 1) return 1;
-        return validOrientation(static_cast<unsigned>(reader.number(entry + 8, size)));
-    }
-    return 1;
+    const auto find = [&](std::uint64_t directory,
+                          unsigned wanted) -> std::optional<std::uint64_t> {
+        const unsigned entries = reader.u16(directory);
+        for (unsigned i = 0; i < entries; ++i) { // 12 bytes each: tag, type, count, value
+            const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
+            if (reader.u16(entry) != wanted) continue;
+            const unsigned type = reader.u16(entry + 2);
+            const unsigned size = type < std::size(kSizes) ? kSizes[type] : 0;
+            if (reader.u32(entry + 4) != 1) return std::nullopt;
+            return reader.number(entry + 8, size);
+        }
+        return std::nullopt;
+    };
+    if (!isOfPhoto) return find(reader.u32(4), tag);
+    const auto photo = find(reader.u32(4), kPhotoDirectory);
+    return photo ? find(*photo, tag) : std::nullopt;
+}
+
+} // namespace
+
+int exifOrientation(string_view blob) {
+    return validOrientation(static_cast<unsigned>(exifNumber(blob, 0x112, false).value_or(1)));
+}
+
+int exifFocalLength(string_view blob) {
+    constexpr std::uint64_t kLongest = 5000;
+    const std::uint64_t millimetres = exifNumber(blob, 0xA405, true).value_or(0);
+    return millimetres <= kLongest ? static_cast<int>(millimetres) : 0;
 }
 
 std::optional<int> exifOrientationInPngText(string_view chunk, bool compressed) {

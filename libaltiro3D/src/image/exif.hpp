@@ -13,6 +13,9 @@ int validOrientation(unsigned value);
 /// @return 1..8; 1 (upright) if it states none
 int exifOrientation(std::string_view blob);
 
+/// The focal length of an EXIF blob, as for film of 36 x 24 mm. @return mm; 0 if it states none
+int exifFocalLength(std::string_view blob);
+
 /// The orientation of the EXIF data that ImageMagick stores in a text chunk of a PNG file.
 /// @param compressed a zTXt chunk instead of a tEXt one
 /// @return nothing for chunks with other text

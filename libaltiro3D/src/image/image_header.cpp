@@ -46,6 +46,7 @@ void readPng(string_view bytes, ImageHeader& header) {
             header.pictures = std::max(1u, reader.u32(data));
         } else if (name == "eXIf") {
             exif = exifOrientation(chunk);
+            header.focalLength = exifFocalLength(chunk);
         } else if (name == "tEXt" && chunk == kNativeMark) {
             header.isNative = true;
         } else if ((name == "tEXt" || name == "zTXt") && textProfiles < kMaxTextProfiles) {
@@ -89,6 +90,7 @@ void readJpeg(string_view bytes, ImageHeader& header) {
             progressive = marker == 0xc2 || marker == 0xca;
         } else if (marker == 0xe1 && !hasExif && startsWith(body, string_view("Exif\0\0", 6))) {
             header.orientation = exifOrientation(body);
+            header.focalLength = exifFocalLength(body);
             hasExif = true;
         } else if (marker == 0xee && startsWith(body, "Adobe")) {
             hasAdobe = true;
@@ -125,6 +127,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
             ++frames;
         } else if (name == "EXIF") {
             header.orientation = exifOrientation(reader.text(data, size));
+            header.focalLength = exifFocalLength(reader.text(data, size));
         }
         if (!reader.holds(data, size)) header.isCutOff = true;
         return true;

@@ -486,4 +486,8 @@ cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) {
     });
 }
 
+double focalLengthOf(const PhotoFile& file) {
+    return readImageHeader(file.look(), lowerCase(file.path().extension().string())).focalLength;
+}
+
 } // namespace altiro3D

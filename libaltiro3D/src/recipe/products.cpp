@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth_map.hpp"
 #include "altiro3D/image_io.hpp"
+#include "base/checks.hpp"
 
 #include <algorithm>
 #include <mutex>
@@ -67,6 +68,35 @@ SwayView swayViewsOf(const Scene& scene, const PlacementOptions& options, const 
     fitScene(withDepthCurve(scene, options.depthCurve), fit, options.views.focus, fitted,
              options.refine);
     return photoViews(fitted, options.views);
+}
+
+SplatScene photoSplats(const Scene& scene, const PlacementOptions& options,
+                       const std::optional<cv::Rect>& part, int side, double focalLength) {
+    constexpr double kFilmDiagonal = 43.267; // mm
+    const cv::Rect shown = part.value_or(cv::Rect({}, scene.photo.size()));
+    check(!shown.empty() && (shown & cv::Rect({}, scene.photo.size())) == shown, "part",
+          "is not inside the photo, expected a part of its px");
+    checkRange("side", side, 16, 8192, " px");
+    checkRange("focalLength", focalLength, 0, 5000, " mm");
+    const double scale =
+        std::min(1.0, static_cast<double>(side) / std::max(shown.width, shown.height));
+    const cv::Size size(std::max(1, cvRound(shown.width * scale)),
+                        std::max(1, cvRound(shown.height * scale)));
+    PhotoFit fit;
+    fit.size = size;
+    fit.source = shown;
+    fit.target = {{}, size};
+    Scene fitted;
+    fitScene(withDepthCurve(scene, options.depthCurve), fit, options.views.focus, fitted,
+             options.refine);
+    const double millimetres = focalLength > 0 ? focalLength : kUsualFocalLength;
+    const double diagonal = std::hypot(scene.photo.cols, scene.photo.rows);
+    const double focal = millimetres / kFilmDiagonal * diagonal; // px of the photo
+    PhotoSplatOptions splats;
+    splats.focus = options.views.focus;
+    splats.viewDegrees =
+        std::clamp(2 * std::atan(shown.height / 2.0 / focal) * 180 / CV_PI, 1.0, 150.0);
+    return splatsOf(fitted, splats);
 }
 
 bool writeViews(const std::function<fs::path(int)>& fileOf, const cv::Mat& quilt,

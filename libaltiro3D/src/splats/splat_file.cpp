@@ -190,8 +190,13 @@ SplatScene parseSplats(const std::string& bytes, const fs::path& path, SplatAxes
 SplatScene readSplats(const fs::path& path, SplatAxes axes, Notes* notes) {
     constexpr std::uintmax_t kMaxBytes = std::uintmax_t{1} << 34;
     SplatScene scene = parseSplats(readFile(path, kMaxBytes), path, axes, notes);
-    if (!scene.camera && axes != SplatAxes::Rub && lowerCase(path.extension().string()) == ".ply")
-        takeCameras(path.parent_path() / "cameras.json", scene, notes);
+    if (scene.camera || axes == SplatAxes::Rub || lowerCase(path.extension().string()) != ".ply")
+        return scene;
+    const fs::path folder = path.parent_path();
+    const bool isIteration = startsWith(folder.filename().string(), "iteration_");
+    takeCameras(folder / "cameras.json", scene, notes);
+    if (!scene.camera && isIteration) // as the training lays out its results
+        takeCameras(folder / ".." / ".." / "cameras.json", scene, notes);
     return scene;
 }
 

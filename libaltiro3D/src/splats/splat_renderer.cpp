@@ -348,8 +348,29 @@ SplatView SplatRenderer::render() const {
     return view;
 }
 
+cv::Size SplatRenderer::size() const {
+    return impl_->camera.size;
+}
+
 double SplatRenderer::nearest() const {
     return impl_->nearest;
+}
+
+bool renderQuilt(const SplatRenderer& renderer, const SplatPlacement& placement,
+                 const QuiltLayout& layout, cv::Mat& quilt,
+                 const std::function<bool(int view)>& goOn) {
+    validate(layout);
+    checkSize(renderer.size(), layout.tileSize, "renderer", "the view's ");
+    if (quilt.size() != layout.size() || quilt.type() != CV_8UC3 ||
+        layout.viewCount < layout.columns * layout.rows)
+        quilt = cv::Mat(layout.size(), CV_8UC3, cv::Scalar::all(0));
+    for (int i = 0; i < layout.viewCount; ++i) {
+        if (goOn && !goOn(i)) return false;
+        const double position = layout.viewCount > 1 ? 2.0 * i / (layout.viewCount - 1) - 1 : 0;
+        cv::Mat view = quilt(layout.tile(i));
+        renderer.render(position * placement.baseline, placement.focusDistance, view);
+    }
+    return true;
 }
 
 } // namespace altiro3D

@@ -229,6 +229,11 @@ TEST(SplatFile, TheMiddleOneOfTheCamerasBesideAFileIsTaken) {
     ASSERT_TRUE(scene.camera);
     EXPECT_EQ(scene.camera->eye, cv::Vec3d(1, 2, 1));
     EXPECT_EQ(scene.camera->axes.row(2), cv::Matx13d(1, 0, 0)); // the third column of the file
+    // where the training puts it
+    std::filesystem::create_directories(directory / "out/point_cloud/iteration_7000");
+    writeFile(directory / "out/point_cloud/iteration_7000/point_cloud.ply", plyOf({kRow}));
+    writeFile(directory / "out/cameras.json", "[" + camera(5) + "]");
+    EXPECT_TRUE(readSplats(directory / "out/point_cloud/iteration_7000/point_cloud.ply").camera);
     writeFile(directory / "cameras.json", "[{}]");
     Notes notes;
     EXPECT_FALSE(readSplats(directory / "a.ply", SplatAxes::Auto, &notes).camera);

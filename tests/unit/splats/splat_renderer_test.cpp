@@ -1,8 +1,10 @@
 #include "altiro3D/splats.hpp"
 
+#include "altiro3D/depth2quilt.hpp"
+#include "altiro3D/depth_source.hpp"
 #include "altiro3D/file_io.hpp"
 #include "altiro3D/image_io.hpp"
-#include "altiro3D/quilt.hpp"
+#include "altiro3D/placement.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/splat_reference.hpp"
@@ -12,6 +14,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 namespace altiro3D::test {
 
@@ -183,6 +186,28 @@ TEST(SplatRenderer, WithstandsExtremeSplats) {
     EXPECT_LE(picture.at<cv::Vec3b>(10, 50)[1], 1);
 }
 
+TEST(SplatRenderer, QuiltsHoldTheViewsFromTheLeftmostCameraOn) {
+    const SplatScene scene = randomScene(300, 0);
+    const SplatRenderer renderer(scene, turnedCamera({40, 30}, 30));
+    QuiltLayout layout{2, 2, {40, 30}, 3};
+    SplatPlacement placement;
+    placement.baseline = 0.4;
+    placement.focusDistance = 3;
+    cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(77));
+    EXPECT_TRUE(renderQuilt(renderer, placement, layout, quilt));
+    for (const int view : {0, 1, 2}) {
+        cv::Mat expected;
+        renderer.render(0.4 * (view - 1), 3, expected);
+        EXPECT_TRUE(samePicture(quilt(layout.tile(view)), expected));
+    }
+    EXPECT_EQ(cv::norm(quilt(cv::Rect(40, 0, 40, 30))), 0); // no view is there
+    EXPECT_FALSE(
+        renderQuilt(renderer, placement, layout, quilt, [](int view) { return view < 1; }));
+    layout.tileSize = {41, 30};
+    EXPECT_EQ(codeOf([&] { renderQuilt(renderer, placement, layout, quilt); }),
+              ErrorCode::Mismatch);
+}
+
 TEST(SplatRenderer, RefusesWhatMakesNoSense) {
     SplatScene scene = randomScene(3, 1);
     const SplatCamera camera = cameraOf({10, 10}, 10);
@@ -258,6 +283,108 @@ TEST(SplatPlacement, MovesNearAndFarByTheStrength) {
     EXPECT_EQ(codeOf([&] { (void)placeSplats(view, camera, quilt); }), ErrorCode::InvalidArgument);
     view.distance = 3;
     EXPECT_EQ(placeSplats(view, camera, quilt).baseline, 0); // flat
+}
+
+namespace {
+
+// A photo with fine texture whose middle stands in front.
+Scene steppedScene(cv::Size size) {
+    cv::Mat noise(size, CV_8UC3);
+    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 255);
+    Scene scene;
+    cv::GaussianBlur(noise, scene.photo, {0, 0}, 2);
+    scene.photo = (scene.photo - cv::Scalar::all(100)) * 4;
+    scene.depth = cv::Mat(size, CV_32FC1, cv::Scalar(0.2));
+    scene.depth(cv::Rect(size.width / 3, size.height / 4, size.width / 3, size.height / 2)) = 0.8;
+    for (int y = size.height - 20; y < size.height; ++y) // a slope
+        scene.depth.row(y) = 0.2 + 0.03 * (y - size.height + 20);
+    return scene;
+}
+
+// How the views of photos, made of their splats, compare with those of Layered: the mean of the
+// PSNR in the middle and at the outermost views, and the least opacity.
+struct Loop {
+    double middle = 0;
+    double outer = 0;
+    double alpha = 1;
+};
+Loop loopOf(const Scene& fitted, const ViewOptions& options) {
+    PhotoSplatOptions how;
+    how.focus = options.focus;
+    const SplatScene scene = splatsOf(fitted, how);
+    const SplatCamera& camera = *scene.camera;
+    // cameras that move depth 0 and 1 as the views do: depth is 100 (1 / z - 1 / 100) / 9
+    const double perDepth = camera.intrinsics.fx * 0.09;
+    const double width = shownColumns(fitted).size();
+    const double baseline = options.strengthPercent / 100 * width / 2 / perDepth;
+    const SplatRenderer renderer(scene, camera);
+    QuiltLayout layout{3, 1, {shownColumns(fitted).size(), fitted.photo.rows}, 3};
+    const Depth2Quilt layered(layout, options);
+    Loop loop;
+    for (const int position : {-1, 0, 1}) {
+        cv::Mat expected;
+        cv::Mat picture;
+        layered.renderView(fitted, position, expected);
+        renderer.render(position * baseline, scene.focusDistance, picture);
+        expected.convertTo(expected, CV_32F);
+        const double footprint = std::sqrt(how.radius * how.radius + 0.3); // with the low-pass
+        cv::GaussianBlur(expected, expected, {0, 0}, footprint);
+        const double psnr = psnrOf(picture.colRange(shownColumns(fitted)), expected);
+        (position == 0 ? loop.middle : loop.outer) += position == 0 ? psnr : psnr / 2;
+    }
+    double least = 0;
+    cv::minMaxLoc(renderer.render().alpha, &least);
+    loop.alpha = least;
+    return loop;
+}
+
+} // namespace
+
+TEST(SplatsOfPhotos, ShowWhatTheViewsOfLayeredShow) {
+    const Loop loop = loopOf(steppedScene({160, 120}), ViewOptions());
+    EXPECT_GE(loop.middle, 28); // finer texture than photos have
+    EXPECT_GE(loop.outer, 26);
+    EXPECT_GE(loop.alpha, 0.98);
+}
+
+TEST(SplatsOfPhotos, ShowPhotosAsLayeredDoes) {
+    ALTIRO3D_REQUIRE_DATA("photos");
+    const auto source = estimatedDepth();
+    PlacementOptions options;
+    Loop mean;
+    const char* const photos[] = {"skimage/astronaut.png", "skimage/chelsea.png",
+                                  "skimage/coffee.png",    "kodak/kodim04.png",
+                                  "kodak/kodim19.png",     "kodak/kodim23.png"};
+    for (const char* const photo : photos) {
+        Scene scene;
+        source->readScene(readPhoto(dataPath("photos") / photo), 0.5, scene);
+        const Loop loop = loopOf(placeScene(scene, 0.75, {420, 560}, options).scene, options.views);
+        mean.middle += loop.middle / std::size(photos);
+        mean.outer += loop.outer / std::size(photos);
+        EXPECT_GE(loop.alpha, 0.98) << photo;
+    }
+    EXPECT_GE(mean.middle, 31);
+    EXPECT_GE(mean.outer, 27);
+}
+
+TEST(SplatsOfPhotos, PhotosOfOneDepthAreFlatAndRowsOfPxAreTheirColours) {
+    Scene scene = steppedScene({40, 30});
+    scene.depth = 0.5;
+    const SplatScene splats = splatsOf(scene);
+    ASSERT_EQ(splats.splats.size(), 1200U);
+    for (const Splat& splat : splats.splats) {
+        EXPECT_NEAR(splat.centre[2], splats.focusDistance, 1e-4);
+        EXPECT_NEAR(splat.radii[0], splat.radii[1], 1e-5F);
+        EXPECT_LT(splat.radii[2], splat.radii[1]);
+    }
+    EXPECT_NEAR(splats.splats[41].colour[0], scene.photo.at<cv::Vec3b>(1, 1)[2] / 255.0, 1e-6);
+    scene.depth = std::nanf("");
+    EXPECT_FALSE(splatsOf(scene).splats.empty()); // NaN counts as 0
+    EXPECT_EQ(codeOf([] { (void)splatsOf(Scene()); }), ErrorCode::InvalidArgument);
+    EXPECT_EQ(codeOf([&] {
+                  (void)splatsOf(scene, {0, 0.4, 0.5, 20});
+              }),
+              ErrorCode::InvalidArgument);
 }
 
 } // namespace altiro3D::test

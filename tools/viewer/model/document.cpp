@@ -101,6 +101,22 @@ Document documentOfSlide(const Source& source, const Display& display) {
     return document;
 }
 
+// The views of a scene of splats, with the camera and placement that splat2native chooses.
+Document documentOfSplats(const Source& source, const Display& display) {
+    Document document;
+    document.source = source;
+    document.kind = Kind::Quilt;
+    document.layout = display.quilt;
+    const SplatScene scene = readSplats(source.file, SplatAxes::Auto, &document.notes);
+    const auto [camera, how] = chooseSplatCamera(scene, document.layout.tileSize, display.aspect());
+    const SplatRenderer renderer(scene, camera);
+    const SplatPlacement placed = placeSplats(renderer.render(), camera, document.layout);
+    renderQuilt(renderer, placed, document.layout, document.picture);
+    document.notes.push_back({NoteCode::Chosen, "splats, seen by the camera " + how +
+                                                    "; splat2native has options for others"});
+    return document;
+}
+
 // The left picture is shown; pairs that do not match have no depth.
 void addPair(Document& document, const StereoPair& pair) {
     document.picture = pair.left;
@@ -260,8 +276,8 @@ cv::Mat firstPicture(const fs::path& file, const VideoReaderOptions& reading) {
 FolderFiles filesOfFolder(const fs::path& folder) {
     using tools::FileKind;
     tools::FolderSearch search;
-    search.wanted = {FileKind::Photo, FileKind::Quilt,      FileKind::Native,
-                     FileKind::Video, FileKind::QuiltVideo, FileKind::DepthVideo};
+    search.wanted = {FileKind::Photo,      FileKind::Quilt,      FileKind::Native, FileKind::Video,
+                     FileKind::QuiltVideo, FileKind::DepthVideo, FileKind::Splats};
     const tools::FolderContents found = tools::searchFolder(folder, search);
     FolderFiles result;
     for (const tools::FolderFile& file : found.files)
@@ -350,6 +366,7 @@ Document readDocument(const Source& source, const Display& display) {
     refusePipe(source.file);
     refusePipe(source.depth);
     if (source.reading == Reading::Slide) return documentOfSlide(source, display);
+    if (isSplatFileName(source.file)) return documentOfSplats(source, display);
     if (tools::isDirectory(source.file)) return documentOfViews(source, display);
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);

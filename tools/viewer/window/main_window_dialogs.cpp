@@ -70,14 +70,14 @@ fs::path fileToSave(QWidget* parent, const QString& title, const fs::path& propo
 } // namespace
 
 void MainWindow::openDialog() {
-    QStringList patterns;
+    QStringList patterns = {"*.ply", "*.splat", "*.spz"};
     for (const auto* endings : {&imageExtensions(), &tools::videoEndings()})
         for (const std::string& ending : *endings) // contents decide, also of other names
             patterns << "*" + QString::fromStdString(ending);
     std::vector<fs::path> files;
     for (const QString& name : QFileDialog::getOpenFileNames(
              this, tr("Open"), QSettings().value("folder").toString(),
-             tr("Pictures and videos (%1);;All files (*)").arg(patterns.join(' '))))
+             tr("Pictures, videos and splats (%1);;All files (*)").arg(patterns.join(' '))))
         files.push_back(toPath(name));
     open(files);
 }

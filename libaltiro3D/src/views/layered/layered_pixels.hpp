@@ -1,0 +1,28 @@
+#pragma once
+
+#include "views/view_methods.hpp"
+
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace altiro3D {
+
+/// A px of a surface of a scene, or of the background that is painted behind one.
+struct LayeredPixel {
+    int x = 0;           ///< Column of the photo; painted ones may lie beside the frame.
+    int y = 0;           ///< Row.
+    float depth = 0;     ///< 0..1
+    float across = 0;    ///< Slope of the surface: depth of the next column minus this one's,
+    float down = 0;      ///< and of the next row.
+    float share = 1;     ///< The part of the px that it covers, 0..1.
+    std::uint8_t bgr[3]; ///< Its colour.
+};
+
+/// All px of a scene, as method Layered sees it: surfaces that are cut at steps of the depth, and
+/// what is painted behind them on both sides.
+/// @param photo, depth, focus, options as for makeLayeredRenderer()
+std::vector<LayeredPixel> layeredPixels(const cv::Mat& photo, const cv::Mat& depth, double focus,
+                                        const LayeredSettings& options);
+
+} // namespace altiro3D

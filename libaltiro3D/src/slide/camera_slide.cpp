@@ -11,13 +11,13 @@
 #include "image/pixel_values.hpp"
 #include "slide/slide_checks.hpp"
 #include "slide/slide_path.hpp"
+#include "slide/slide_strangers.hpp"
 #include "slide/slide_tracks.hpp"
 #include "slide/slide_views.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
@@ -119,9 +119,6 @@ struct CameraSlide::Impl {
 
     // Reads and measures.
     void find();
-    // @return the steps of those that stay
-    PictureSteps leaveOutStrangers(std::vector<SlidePicture>& pictures);
-    std::string nameOf(const SlidePicture& picture) const;
     void findStretch(const std::vector<SlidePicture>& pictures,
                      const std::vector<std::size_t>& chosen, const SlideTracks& corners,
                      const SlidePath& path);
@@ -154,49 +151,6 @@ double CameraSlide::Impl::frontShareOf(const std::vector<SlidePicture>& pictures
     return frontShare(pairs, lens, window, low, high);
 }
 
-std::string CameraSlide::Impl::nameOf(const SlidePicture& picture) const {
-    const auto number = static_cast<std::size_t>(picture.number);
-    return number < options.names.size() ? options.names[number]
-                                         : "picture " + std::to_string(number + 1);
-}
-
-PictureSteps CameraSlide::Impl::leaveOutStrangers(std::vector<SlidePicture>& pictures) {
-    PictureSteps found = stepsOf(pictures);
-    const std::vector<double> counts(std::next(found.counts.begin()), found.counts.end());
-    requireCorners(static_cast<int>(percentileOf(counts, 0.5)), name);
-    const std::size_t all = pictures.size();
-    const std::size_t most = std::max<std::size_t>(2, all / 10);
-    std::vector<SlidePicture> kept = pictures;
-    const std::vector<SlidePicture> strangers = removeStrangers(kept, found);
-    // if none are left, following corners reports what is missing
-    if (strangers.empty() || kept.size() < 2) return found;
-    if (strangers.size() > most) {
-        constexpr std::size_t kNamed = 8;
-        std::string names;
-        for (std::size_t i = 0; i < std::min(kNamed, strangers.size()); ++i)
-            names += (i > 0 ? ", " : "") + nameOf(strangers[i]);
-        refuse(std::to_string(strangers.size()) + " of " + std::to_string(all) +
-               " pictures do not show the scene of the others (" + names +
-               (strangers.size() > kNamed ? ", ..." : "") + "), expected " + std::to_string(most) +
-               " at most");
-    }
-    std::vector<double> sharp;
-    for (const SlidePicture& one : kept)
-        sharp.push_back(one.sharpness);
-    for (const SlidePicture& one : strangers) {
-        const double mean = cv::mean(one.grey)[0];
-        const bool isBlurred = one.sharpness < 0.1 * percentileOf(sharp, 0.5);
-        addNote(&notes, NoteCode::LeftOut,
-                nameOf(one) + " is left out: it " +
-                    (mean < 16    ? "is black"
-                     : mean > 240 ? "is white"
-                     : isBlurred  ? "is blurred"
-                                  : "does not show what its neighbours show"));
-    }
-    pictures = std::move(kept);
-    return stepsOf(pictures);
-}
-
 void CameraSlide::Impl::find() {
     using Clock = std::chrono::steady_clock;
     auto begin = Clock::now();
@@ -221,7 +175,7 @@ void CameraSlide::Impl::find() {
                (report.pictures == 1 ? "" : "s") +
                ", expected a video or several photos of a camera that moves sideways");
     std::vector<SlidePicture>& pictures = reduced.kept();
-    PictureSteps steps = leaveOutStrangers(pictures);
+    PictureSteps steps = leaveOutStrangers(pictures, {name, options.names}, notes);
     aspect = static_cast<double>(size.height) / size.width;
     if (options.turntable) // most corners may be those of the room, which stands
         std::fill(steps.steps.begin(), steps.steps.end(), cv::Point2d(1, 0));

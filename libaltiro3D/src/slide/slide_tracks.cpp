@@ -84,6 +84,29 @@ double brightnessAt(const cv::Mat& grey, const cv::Point2f& p) {
     return cv::mean(grey(part))[0];
 }
 
+} // namespace
+
+void SlidePictures::add(const cv::Mat& picture) {
+    const int number = count_++;
+    if (number % stride_ != 0) return;
+    SlidePicture next;
+    next.number = number;
+    cv::resize(greyOf(picture), next.grey, downscaledSize(picture.size(), kTrackSide), 0, 0,
+               cv::INTER_AREA);
+    cv::Mat right;
+    cv::Mat down;
+    cv::Sobel(next.grey, right, CV_16S, 1, 0);
+    cv::Sobel(next.grey, down, CV_16S, 0, 1);
+    next.sharpness = cv::norm(right, cv::NORM_L2SQR) + cv::norm(down, cv::NORM_L2SQR);
+    kept_.push_back(next);
+    if (kept_.size() < kMostPictures) return;
+    stride_ *= 2;
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < kept_.size(); i += 2)
+        kept_[left++] = kept_[i];
+    kept_.resize(left);
+}
+
 PictureSteps stepsWith(const std::vector<SlidePicture>& pictures, cv::Size window) {
     constexpr int kCorners = 120;
     PictureSteps result;
@@ -114,29 +137,6 @@ PictureSteps stepsWith(const std::vector<SlidePicture>& pictures, cv::Size windo
     return result;
 }
 
-} // namespace
-
-void SlidePictures::add(const cv::Mat& picture) {
-    const int number = count_++;
-    if (number % stride_ != 0) return;
-    SlidePicture next;
-    next.number = number;
-    cv::resize(greyOf(picture), next.grey, downscaledSize(picture.size(), kTrackSide), 0, 0,
-               cv::INTER_AREA);
-    cv::Mat right;
-    cv::Mat down;
-    cv::Sobel(next.grey, right, CV_16S, 1, 0);
-    cv::Sobel(next.grey, down, CV_16S, 0, 1);
-    next.sharpness = cv::norm(right, cv::NORM_L2SQR) + cv::norm(down, cv::NORM_L2SQR);
-    kept_.push_back(next);
-    if (kept_.size() < kMostPictures) return;
-    stride_ *= 2;
-    std::size_t left = 0;
-    for (std::size_t i = 0; i < kept_.size(); i += 2)
-        kept_[left++] = kept_[i];
-    kept_.resize(left);
-}
-
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
     constexpr double kMany = 80;    // corners of stepsWith()
     constexpr double kGained = 1.2; // ratio of corners at which the wide window is worth it
@@ -147,42 +147,6 @@ PictureSteps stepsOf(const std::vector<SlidePicture>& pictures) {
     if (pictures.size() < 2 || usual(steps) >= kMany) return steps;
     PictureSteps wide = stepsWith(pictures, kWide);
     return usual(wide) > kGained * usual(steps) ? wide : steps;
-}
-
-std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
-                                          const PictureSteps& steps) {
-    constexpr std::size_t kRuns = 3;   // runs that a picture may continue
-    constexpr int kFewest = 10;        // corners of stepsOf()
-    constexpr double kSharpness = 0.1; // sharpness of one picture against the other
-    const auto areNeighbours = [&](std::size_t a, std::size_t b) {
-        if (std::min(pictures[a].sharpness, pictures[b].sharpness) <
-            kSharpness * std::max(pictures[a].sharpness, pictures[b].sharpness))
-            return false;
-        const int count = b == a + 1
-                              ? steps.counts[b]
-                              : stepsWith({pictures[a], pictures[b]}, steps.window).counts.back();
-        return count >= kFewest;
-    };
-    // pictures that continue each other; those that were continued last come first
-    std::vector<std::vector<std::size_t>> runs;
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
-        const auto end = runs.begin() + static_cast<std::ptrdiff_t>(std::min(kRuns, runs.size()));
-        auto run = std::find_if(runs.begin(), end,
-                                [&](const auto& one) { return areNeighbours(one.back(), i); });
-        if (run == end) run = runs.insert(runs.begin(), std::vector<std::size_t>());
-        run->push_back(i);
-        std::rotate(runs.begin(), run, run + 1);
-    }
-    const auto isShorter = [](const auto& a, const auto& b) { return a.size() < b.size(); };
-    const std::vector<std::size_t>& longest =
-        *std::max_element(runs.begin(), runs.end(), isShorter);
-    std::vector<SlidePicture> kept;
-    std::vector<SlidePicture> strangers;
-    for (std::size_t i = 0; i < pictures.size(); ++i)
-        (std::binary_search(longest.begin(), longest.end(), i) ? kept : strangers)
-            .push_back(pictures[i]);
-    pictures = std::move(kept);
-    return strangers;
 }
 
 std::vector<std::size_t> choosePictures(const std::vector<SlidePicture>& pictures,

@@ -41,12 +41,8 @@ struct PictureSteps {
 };
 /// Steps of pictures, with a wide window if that follows more corners, where there is much noise.
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
-
-/// Removes pictures that do not continue the others: black, blurred or of another scene.
-/// @param pictures keeps the longest row of pictures in which each shows what the one before shows
-/// @param steps steps of the pictures @return what was removed
-std::vector<SlidePicture> removeStrangers(std::vector<SlidePicture>& pictures,
-                                          const PictureSteps& steps);
+/// Steps of pictures with a given window.
+PictureSteps stepsWith(const std::vector<SlidePicture>& pictures, cv::Size window);
 
 /// Chooses pictures at equal steps of the way, of each step the sharpest one.
 /// @param most their number at most @return indices, ascending

@@ -240,6 +240,15 @@ class BridgeTest(unittest.TestCase):
         entry = self.entries(bridge)[0]
         self.assertEqual(Path(entry["uri"]).name, "d_qs3x2a0.75.mp4")
         self.assertEqual((entry["cols"], entry["durationMS"]), (3, 1000))
+        for name in ("in/a.mp4", "in/b.mp4"):
+            (self.work / name).parent.mkdir(exist_ok=True)
+            shutil.copy(self.work / "c.mp4", self.work / name)
+        (self.work / "in/c.mp4").write_text("no video")
+        run = self.run_tool("video2native", "--bridge", bridge.address, "--method", "fast", "--quilt-out",
+                            "in", "out")
+        self.assertEqual(run.returncode, 1, run)
+        self.assertEqual([Path(entry["uri"]).name for entry in self.entries(bridge)[-2:]],
+                         ["a_qs3x2a0.75.mp4", "b_qs3x2a0.75.mp4"])
         run = self.run_tool("video2native", "--bridge", bridge.address, "c.mp4", "e.mp4")
         self.assertEqual(run.returncode, 2, run)
 

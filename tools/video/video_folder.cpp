@@ -104,9 +104,13 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     FolderRun run("video", leftOut, messages, job.jsonProgress);
     Json reports = Json::array();
     std::string text; // of the report
+    std::vector<fs::path> made;
     const auto make = [&](std::size_t i) {
         const std::string name = oneLine(files[i].input.filename().string());
-        return makeVideo(videoRun, files[i], run.place() + " " + name + " ", &text, messages);
+        const int status =
+            makeVideo(videoRun, files[i], run.place() + " " + name + " ", &text, messages);
+        if (status == kExitDone) made.push_back(files[i].output);
+        return status;
     };
     const int status = run.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
         if (!text.empty()) {
@@ -123,6 +127,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
                           {"warnings", messages.warnings()}};
         writeFile(report, jsonText(all, 2) + "\n");
     }
+    if (status != kExitStopped) showByBridge(videoRun, made, messages);
     return status;
 }
 

@@ -287,7 +287,7 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     if (job.bridge &&
         ((plan.product != VideoProduct::Quilt && !isRgbd) || isStandardStream(plan.output)))
         throw UsageError("--bridge shows a quilt or RGB-D video, expected --quilt-out or "
-                         "--rgbd-out with one file as OUT");
+                         "--rgbd-out with a file or a folder as OUT");
     job.quilt = quiltRequest(commandLine);
     job.encoding = encoderOptions(commandLine, job.profile);
     job.given = commandLine.given();

@@ -409,6 +409,18 @@ void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
                  "--codec hevc it may");
 }
 
+void showByBridge(const VideoRun& run, const std::vector<std::filesystem::path>& files,
+                  Messages& messages) {
+    if (!run.job.bridge || files.empty()) return;
+    std::vector<BridgeEntry> entries;
+    for (const std::filesystem::path& file : files)
+        entries.push_back(
+            run.job.plan.product == VideoProduct::Rgbd
+                ? rgbdEntry(file, savedRgbdLayout(file).halves == StereoHalves::Squeezed)
+                : bridgeEntry(file, run.display.aspect()));
+    showOnBridge(*run.job.bridge, entries, messages);
+}
+
 void repeatEncoder(const VideoWriterOptions& encoding) {
     if (encoding.preset > EncoderPreset::SuperFast) fillNewMemory();
 }
@@ -428,15 +440,7 @@ int runVideo(const VideoJob& job, Messages& messages) {
         throw;
     }
     if (!report.empty()) writeFile(job.plan.report, report);
-    if (status == kExitDone && job.bridge) {
-        const std::filesystem::path& file = run.job.plan.output;
-        const bool isSqueezed = savedRgbdLayout(file).halves == StereoHalves::Squeezed;
-        const bool isRgbd = run.job.plan.product == VideoProduct::Rgbd;
-        showOnBridge(
-            *job.bridge,
-            {isRgbd ? rgbdEntry(file, isSqueezed) : bridgeEntry(file, run.display.aspect())},
-            messages);
-    }
+    if (status == kExitDone) showByBridge(run, {run.job.plan.output}, messages);
     if (status != kExitDone || job.plan.native.empty()) return status;
     VideoJob other = job;
     other.plan.product = VideoProduct::Native;

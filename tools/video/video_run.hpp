@@ -72,6 +72,10 @@ std::string bytesAndRateText(double bytes, double seconds);
 /// Says what decodes H.264 4:4:4 that one thread can hardly play. @param rate Mbit/s
 void tellDecoding(const VideoRun& run, double rate, Messages& messages);
 
+/// Shows the videos that a run has made by the Bridge that its job names, if it names one.
+void showByBridge(const VideoRun& run, const std::vector<std::filesystem::path>& files,
+                  Messages& messages);
+
 /// Makes the encoder give the same bytes in every run: x264's slower presets read uninitialized
 /// memory.
 void repeatEncoder(const VideoWriterOptions& encoding);

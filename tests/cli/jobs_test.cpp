@@ -231,6 +231,7 @@ photo.png a.mp4 => a.mp4: unknown picture extension, expected .png; video2native
 --lg a.mp4 --size 63x64 photo.png a.png => --size is "63x64", expected WIDTHxHEIGHT
 --lg a.mp4 --size 14x64 photo.png a.png => even numbers 16..16384
 --lg a.mp4 --size 64 photo.png a.png => even numbers
+--lg= photo.png a.png => --lg is empty
 --lg a.mp4 --size 16x16000 photo.png a.png => 1:100..100:1
 --lg a.mp4 --fps 0 photo.png a.png => --fps is "0", expected a number 1..240
 --lg a.mp4 --turns 1.5 photo.png a.png => expected a whole number 1..1000

@@ -344,6 +344,7 @@ TEST_F(Quilt2NativeTool, WhatCannotBeMadeIsNamedAndLeavesNothing) {
         {"-r 10x10 quilt.png a.png", 1, "-r: says views of 10 x 10"},
         {"-q 100x100 quilt.png a.png", 1, "do not fit"},
         {"-q 2x3 q_qs2x3.png a.png", 1, "-q: says 3 columns x 2 rows"},
+        {"--lg= quilt.png a.png", 2, "--lg is empty"},
         {"--lg s.mp4 --fps 0 quilt.png a.png", 2, "--fps"},
         {"--fps 20 quilt.png a.png", 2, "--lg"},
         {"--lg s.gif quilt.png a.png", 2, "s.gif"},

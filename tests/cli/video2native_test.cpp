@@ -183,6 +183,16 @@ TEST_F(Video2NativeTool, EveryFrameIsTheNativeOfThePhotoAndItsDepth) {
         path.keep = true;
     });
     add({"-k"}, direct(true, ViewPositions::Discrete));
+    add({"--method", "fast", "--refine", "3"}, [](LibraryPath& path) {
+        path.views.method = ViewMethod::Fast;
+        path.views.refinement = 3;
+    });
+    add({"-g", "--inpaint-from", "behind"}, [](LibraryPath& path) {
+        path.views.method = ViewMethod::Real;
+        path.views.real.backgroundOnly = true;
+    });
+    add({"--fill", "continue"},
+        [](LibraryPath& path) { path.views.layered.fill = LayeredFill::Continue; });
     add({"--continuous"}, direct(false, ViewPositions::Continuous));
     add({"-g"}, real);
     add({"--focus", "0.3"}, [](LibraryPath& path) { path.views.focus = 0.3; });

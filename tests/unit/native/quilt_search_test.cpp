@@ -114,11 +114,11 @@ std::string remarksOf(const cv::Mat& quilt, const QuiltLayout& layout) {
 }
 
 TEST(FindQuiltLayout, IsNotSureOfRowsFromTheTop) {
-    ALTIRO3D_TAKES(5);
+    ALTIRO3D_TAKES(7);
     int seed = 8;
     for (const QuiltLayout& layout : {layoutOf(5, 4, {150, 120}), layoutOf(8, 6, {105, 140}),
                                       layoutOf(4, 8, {160, 90}), layoutOf(7, 2, {90, 120})}) {
-        for (const double strength : {10.0, 40.0}) {
+        for (const double strength : {5.0, 10.0, 40.0}) {
             const cv::Mat quilt = quiltOf(layout, ++seed, strength);
             const std::string columns = std::to_string(layout.columns);
             const std::string expected = columns + " x " + std::to_string(layout.rows);
@@ -251,6 +251,19 @@ TEST(CheckQuiltLayout, SaysMissingViewsRowsFromTheTopAndAnotherLayout) {
     EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(5, 9, {96, 53})), "in 6 rows of 8 (-q 6x8)"));
     EXPECT_EQ(remarksOf(cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)), layout), "");
     EXPECT_EQ(remarksOf(quilt, {1, 1, quilt.size(), 1}), "");
+}
+
+TEST(CheckQuiltLayout, TellsTheOrderOfRows) {
+    int seed = 60;
+    for (const QuiltLayout& layout : {layoutOf(5, 9, {120, 68}), layoutOf(11, 6, {90, 120})}) {
+        for (const double strength : {10.0, 20.0}) {
+            const cv::Mat quilt = quiltOf(layout, ++seed, strength);
+            EXPECT_EQ(remarksOf(quilt, layout), "") << layout.columns << ' ' << strength;
+            EXPECT_TRUE(
+                contains(remarksOf(fromTop(quilt, layout), layout), "from the top to the bottom"))
+                << layout.columns << ' ' << strength;
+        }
+    }
 }
 
 TEST(CheckQuiltLayout, TellsPhotosFromQuilts) {

@@ -620,7 +620,7 @@ TEST(ViewerStudio, APhotoAFrameAndTheViewerGiveOneNative) {
         document->source.file = folder / "clip.mkv";
         document->video = true;
         document->picture = scenes[i].photo;
-        document->rawDepth = document->depth = scenes[i].depth;
+        scenes[i].depth.convertTo(document->rawDepth, CV_8U, 255); // as of RGB-D frames
         Request request;
         request.document = document;
         request.display = display;
@@ -756,7 +756,7 @@ std::vector<std::pair<qint64, int>> played(const fs::path& file, std::size_t cou
     timer.start();
     VideoPlayer player(
         file,
-        [&](const cv::Mat& picture) {
+        [&](const cv::Mat& picture, double) {
             const std::lock_guard<std::mutex> lock(mutex);
             shown.emplace_back(timer.elapsed(), picture.at<cv::Vec3b>(20, 20)[1]);
             return true;
@@ -833,7 +833,7 @@ TEST(ViewerVideo, SaysWhyAVideoCannotBeRead) {
     spill(folder / "v.mp4", "no video");
     std::promise<std::string> problem;
     VideoPlayer player(
-        folder / "v.mp4", [](const cv::Mat&) { return true; },
+        folder / "v.mp4", [](const cv::Mat&, double) { return true; },
         [&](const std::string& text) { problem.set_value(text); });
     EXPECT_TRUE(holds(problem.get_future().get(), "v.mp4"));
 }

@@ -77,6 +77,17 @@ class PlayedVideo : public ::testing::Test {
         writeClip(file, pictures, 25);
     }
 
+    // The colours and the depth of takes as two streams of a file, the depth with its title.
+    void writeTrack(const fs::path& file, const std::vector<Take>& takes, const char* pixels) {
+        writeTakes(folder_ / "halves.mkv", takes, true);
+        const std::string side = std::to_string(kWidth);
+        ffmpeg(
+            "-i " + arg(folder_ / "halves.mkv") + " -filter_complex '[0:v]split[a][b];[a]crop=" +
+            side + ":ih:0:0[c];[b]crop=" + side + ":ih:" + side + ":0,format=" + pixels +
+            "[d]' -map '[c]' -map '[d]' -c:v ffv1 -pix_fmt:v:0 bgr0 -metadata:s:v:1 title=depth " +
+            arg(file));
+    }
+
     void expectSame(const fs::path& video, const QStringList& options, const Knobs& knobs) {
         const QStringList call{"-y", "-c", writeSample(folder_ / "c.json", display_->panelSize()),
                                "--codec", "ffv1"};
@@ -90,10 +101,9 @@ class PlayedVideo : public ::testing::Test {
         PlayedDepth depth(depthMaker);
         Studio studio(depthMaker);
         int scene = 0;
-        const auto inWindow = [&](const cv::Mat& picture) {
-            auto document =
-                std::make_shared<Document>(documentOf(source, picture, *display_, first.eyes));
-            depth.next(*document, knobs.depth);
+        const auto inWindow = [&](const cv::Mat& picture, double seconds) {
+            auto document = std::make_shared<Document>(documentOfFrame(first, picture, *display_));
+            depth.next(*document, knobs.depth, seconds);
             scene = document->scene;
             Request request{document, knobs, display_};
             request.mode = Mode::Native;
@@ -109,10 +119,11 @@ class PlayedVideo : public ::testing::Test {
         int number = 0;
         for (const VideoFrame& native : allFrames(written)) {
             ASSERT_TRUE(reader.read(frame));
-            EXPECT_EQ(cv::norm(inWindow(frame.picture), native.picture, cv::NORM_INF), 0)
+            const double time = static_cast<double>(frame.pts) * reader.facts().timeBase.value();
+            EXPECT_EQ(cv::norm(inWindow(frame.picture, time), native.picture, cv::NORM_INF), 0)
                 << "in the window, frame " << number;
             if (knobs == ofVideo(Knobs())) { // a slide show has no others
-                const cv::Mat shown = slide.nativeOfFrame(frame.picture);
+                const cv::Mat shown = slide.nativeOfFrame(frame.picture, time);
                 EXPECT_EQ(cv::norm(shown, native.picture, cv::NORM_INF), 0)
                     << "in the show, frame " << number;
             }
@@ -135,6 +146,13 @@ TEST_F(PlayedVideo, IsTheWrittenOneWithItsOwnDepth) {
     Knobs knobs = ofVideo(Knobs());
     knobs.choices.focus = true;
     expectSame(folder_ / "clip_rgbd.mkv", options + QStringList{"--focus", "auto"}, knobs);
+}
+
+TEST_F(PlayedVideo, IsTheWrittenOneWithDepthOfATrack) {
+    for (const char* const pixels : {"gray", "gray10le", "gray16le"}) {
+        writeTrack(folder_ / "track.mkv", {{1, 3, 40, 200, 5}, {2, 0, 0, 255, 4, false}}, pixels);
+        expectSame(folder_ / "track.mkv", {}, ofVideo(Knobs()));
+    }
 }
 
 TEST_F(PlayedVideo, IsTheWrittenOneWithEstimatedDepth) {

@@ -135,7 +135,8 @@ TEST(SlideMaker, MakesNativesOfFlatVideos) {
     EXPECT_EQ(slide.native.size(), cv::Size(96, 128));
     // a grey picture has the same grey in all views, whatever its depth
     for (const int grey : {20, 130, 240}) {
-        const cv::Mat native = slide.nativeOfFrame(cv::Mat(80, 60, CV_8UC3, cv::Scalar::all(grey)));
+        const cv::Mat native =
+            slide.nativeOfFrame(cv::Mat(80, 60, CV_8UC3, cv::Scalar::all(grey)), 0);
         ASSERT_EQ(native.size(), cv::Size(96, 128));
         double low = 0;
         double high = 0;

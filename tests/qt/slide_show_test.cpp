@@ -170,7 +170,8 @@ class Show {
             return slide;
         }
         slide.native = cv::Mat(4, 3, CV_8UC3, cv::Scalar::all(name[0]));
-        if (name[0] == 'V') slide.nativeOfFrame = [](const cv::Mat& frame) { return frame; };
+        if (name[0] == 'V')
+            slide.nativeOfFrame = [](const cv::Mat& frame, double) { return frame; };
         return slide;
     }
 

@@ -138,6 +138,20 @@ TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
     model().files.close(0);
     open("clip_qs4x3a0.75.mkv");
     expectSame({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "quilts.mkv");
+
+    // a depth stream is replaced by a network if one is chosen
+    writeClip(folder_ / "clip.mkv", {96, 128}, 12);
+    ffmpeg("-i " + arg(folder_ / "clip.mkv") +
+           " -map 0 -map 0 -c:v ffv1 -pix_fmt:v:0 bgr0 -pix_fmt:v:1 gray "
+           "-metadata:s:v:1 title=depth " +
+           arg(folder_ / "track.mkv"));
+    model().files.close(0);
+    open("track.mkv");
+    expectSame({}, "track.mkv", "own.mkv");
+    EXPECT_EQ(model().files.document()->facts(),
+              "Video, 96 x 128 px; depth in the video, white as near");
+    model().settings.turn(knobs, "depth");
+    expectSame({"-n", "tiny"}, "track.mkv", "estimated.mkv");
 }
 
 // A thing before a wall, side by side, then a title that both eyes see alike.

@@ -26,7 +26,7 @@ class Played {
     explicit Played(const fs::path& file, const PlaySettings& settings = {})
         : player(
               file,
-              [this](const cv::Mat& picture) {
+              [this](const cv::Mat& picture, double) {
                   const std::lock_guard<std::mutex> lock(mutex_);
                   if (picture.at<cv::Vec3b>(20, 20)[1] > 128) whites_.push_back(Clock::now());
                   return true;
@@ -328,7 +328,7 @@ TEST_F(VideoSound, ASlowMachineDropsPicturesNotSound) {
         std::atomic<bool> isDone{false};
         VideoPlayer player(
             file,
-            [](const cv::Mat&) {
+            [](const cv::Mat&, double) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(130));
                 return true;
             },

@@ -134,43 +134,24 @@ bool isDeepGrey(const VideoFacts& facts) {
 
 // Uses the depth that a file has in a video of its own, if it has the shape of the colours.
 void takeDepthTrack(VideoRun& run, Messages& messages) {
-    const VideoFacts& facts = run.inputFacts;
     DepthOptions& options = run.job.depth;
-    const auto isNamed = [](const VideoStreamFacts& stream) {
-        return stream.kind == StreamKind::Video &&
-               lowerCase(stream.title).find("depth") != std::string::npos;
-    };
-    const auto videos = std::count_if(
-        facts.streams.begin(), facts.streams.end(),
-        [](const VideoStreamFacts& stream) { return stream.kind == StreamKind::Video; });
-    if (!options.isDefault || options.isFlat || options.stereo || run.job.plan.fromQuilt ||
-        videos < 2 || !isFile(run.job.plan.input))
-        return;
-    VideoReaderOptions reading = run.job.plan.part;
-    reading.isDepth = true;
-    reading.bothEyes = false;
-    const VideoFacts depth = VideoReader(run.job.plan.input, reading).facts();
-    const bool isDeep = isDeepGrey(depth) && !isDeepGrey(facts);
-    if (!isDeep && std::none_of(facts.streams.begin(), facts.streams.end(), isNamed)) return;
-    const std::string asGiven = "--depth " + shellWord(run.job.plan.input.string());
-    const auto shapeOf = [](const VideoFacts& of) {
-        return of.sampleAspect.value() * aspectOf(of.size);
-    };
-    constexpr double kTolerance = 0.02;
-    if (run.job.plan.isFromFolder || std::abs(shapeOf(depth) / shapeOf(facts) - 1) > kTolerance)
-        return messages.warn("the depth in the file is not used, because " +
-                             std::string(run.job.plan.isFromFolder
-                                             ? "the videos of a folder are made alike"
-                                             : "it has another shape than the colours") +
-                             "; " + asGiven + " uses it");
+    VideoPlan& plan = run.job.plan;
+    if (!options.isDefault || options.isFlat || options.stereo || plan.fromQuilt) return;
+    const auto track = findDepthTrack(plan.input, plan.part, run.inputFacts);
+    if (!track) return;
+    const std::string asGiven = "--depth " + shellWord(plan.input.string());
+    if (plan.isFromFolder || !track->fits)
+        return messages.warn(
+            std::string("the depth in the file is not used, ") +
+            (plan.isFromFolder ? "because the videos of a folder are made alike" : kMisfitText) +
+            "; " + asGiven + " uses it");
     options.fromFiles = true;
     options.given = "depth in the video";
-    options.kind = isDeep ? DepthKind::Metric : DepthKind::NearWhite;
+    options.kind = track->kind();
     run.job.depthOptions.every = 1;
-    run.job.plan.depth = run.job.plan.input;
-    messages.warn(std::string("the depth in the file is used, ") +
-                  (isDeep ? "as distances, because it has 16 bits" : "white as near") + "; " +
-                  asGiven + " --depth-kind says otherwise, -n altiro3d estimates it");
+    plan.depth = plan.input;
+    messages.warn("the depth in the file is used, " + track->text() + "; " + asGiven +
+                  " --depth-kind says otherwise, -n altiro3d estimates it");
 }
 
 // The eyes in frames, by the option or by what is found. Says what decided.
@@ -278,6 +259,31 @@ bool isPicture(const fs::path& file, const VideoFacts& facts) {
     } catch (const Error&) {
         return true; // a broken one
     }
+}
+
+std::optional<DepthTrack> findDepthTrack(const fs::path& file, VideoReaderOptions reading,
+                                         const VideoFacts& facts) {
+    const auto isVideo = [](const VideoStreamFacts& stream) {
+        return stream.kind == StreamKind::Video;
+    };
+    const auto isNamed = [&](const VideoStreamFacts& stream) {
+        return isVideo(stream) && lowerCase(stream.title).find("depth") != std::string::npos;
+    };
+    const auto& streams = facts.streams;
+    if (std::count_if(streams.begin(), streams.end(), isVideo) < 2 || !isFile(file))
+        return std::nullopt;
+    reading.isDepth = true;
+    reading.bothEyes = false;
+    const VideoFacts depth = VideoReader(file, reading).facts();
+    DepthTrack track;
+    track.isDeep = isDeepGrey(depth) && !isDeepGrey(facts);
+    if (!track.isDeep && std::none_of(streams.begin(), streams.end(), isNamed)) return std::nullopt;
+    const auto shapeOf = [](const VideoFacts& of) {
+        return of.sampleAspect.value() * aspectOf(of.size);
+    };
+    constexpr double kTolerance = 0.02;
+    track.fits = std::abs(shapeOf(depth) / shapeOf(facts) - 1) <= kTolerance;
+    return track;
 }
 
 VideoRun::VideoRun(const VideoJob& of, Messages& messages)

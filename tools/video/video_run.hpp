@@ -31,6 +31,22 @@ struct VideoRun {
 /// @param facts of the file; if they do not decide it, the file is read
 bool isPicture(const std::filesystem::path& file, const VideoFacts& facts);
 
+/// Depth that a video file has in a video stream of its own.
+struct DepthTrack {
+    bool isDeep = false; ///< It has 16 bits, which count as distances; else white is near.
+    bool fits = false;   ///< It has the shape of the colours, so that it is used.
+
+    DepthKind kind() const { return isDeep ? DepthKind::Metric : DepthKind::NearWhite; }
+    std::string text() const {
+        return isDeep ? "as distances, because it has 16 bits" : "white as near";
+    }
+};
+constexpr const char* kMisfitText = "because it has another shape than the colours";
+
+/// Finds the depth stream of a video file. @param facts of the file
+std::optional<DepthTrack> findDepthTrack(const std::filesystem::path& file,
+                                         VideoReaderOptions reading, const VideoFacts& facts);
+
 /// Chooses the source of depth, unless the run has one already or the frames are quilts.
 /// @throws UsageError, Error
 void openDepth(VideoRun& run, Messages& messages);

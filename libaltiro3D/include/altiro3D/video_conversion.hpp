@@ -122,6 +122,32 @@ struct GivenVideoDepth {
     std::function<cv::Mat(const std::filesystem::path& file, Notes* notes)> read;
 };
 
+/// Reads a depth video for single pictures of its video, and gives the depth that VideoConverter
+/// gives these pictures. For players. Move-only; one thread at a time per object.
+class ALTIRO3D_EXPORT GivenDepthReader {
+  public:
+    /// @param given with a depth video as `source`
+    /// @param video the facts of the video that the depth belongs to
+    /// @throws Error InvalidArgument (`source` is not a file), and as VideoConverter
+    GivenDepthReader(GivenVideoDepth given, const VideoFacts& video);
+    ~GivenDepthReader();
+    GivenDepthReader(GivenDepthReader&&) noexcept;            ///< Moves.
+    GivenDepthReader& operator=(GivenDepthReader&&) noexcept; ///< Moves. @return *this
+
+    /// Reads the depth of a picture. A picture that is not later than the last one, or more than
+    /// 2 s later, begins a new scene.
+    /// @param picture [rows x cols, CV_8UC3, BGR]
+    /// @param seconds time of the picture, from the start of the file
+    /// @param depth [size of the raw depth, CV_32FC1, 0..1, 1 = nearest]; always in new memory
+    /// @return how the depth was made
+    /// @throws Error as VideoConverter, when it runs
+    VideoDepthStep next(const cv::Mat& picture, double seconds, cv::Mat& depth);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
 /// How a video is converted. A Native video needs only `input`, `output` and `display`.
 struct VideoConversion {
     std::filesystem::path input; ///< As for VideoReader.

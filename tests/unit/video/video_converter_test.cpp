@@ -460,6 +460,28 @@ TEST_F(VideoConverterTest, DepthDrawnInColoursIsUndone) {
     }
 }
 
+TEST_F(VideoConverterTest, GivenDepthIsReadForPicturesInAnyOrder) {
+    std::vector<cv::Mat> greys;
+    for (int i = 0; i < 40; ++i)
+        greys.emplace_back(32, 48, CV_8UC3, cv::Scalar::all(6 * i));
+    GivenVideoDepth given;
+    given.source = directory / "depth.mkv";
+    writeClip(given.source, greys, 4);
+    VideoFacts video;
+    video.size = {48, 32};
+    video.timeBase = {1, 1000};
+    GivenDepthReader reader(given, video);
+    for (const auto& [number, isCut] : std::initializer_list<std::pair<int, bool>>{
+             {0, true}, {1, false}, {4, false}, {20, true}, {21, false}, {7, true}, {60, true}}) {
+        cv::Mat depth;
+        const VideoDepthStep step = reader.next(movingPicture(video.size, 3), number / 4.0, depth);
+        EXPECT_NEAR(depth.at<float>(5, 5), 6 * std::min(number, 39) / 255.0, 1e-6) << number;
+        EXPECT_EQ(step.cut, isCut) << number;
+    }
+    given.source = directory.path();
+    EXPECT_TRUE(contains(errorOf([&] { GivenDepthReader(given, video); }), "is not a file"));
+}
+
 TEST_F(VideoConverterTest, RgbdFramesWithAGapAreRefused) {
     const cv::Mat half(48, 40, CV_8UC3, cv::Scalar::all(90));
     cv::Mat frame;

@@ -139,11 +139,19 @@ void PlayedDepth::matchEyes(const cv::Mat& left, cv::Mat& raw) {
     });
 }
 
-void PlayedDepth::next(Document& document, const std::string& wish) {
+void PlayedDepth::next(Document& document, const std::string& wish, double seconds) {
     const std::string chosen = maker_->choose(wish, document.hasDepth());
     right_ = document.right;
     const bool isMatched = chosen == kGivenDepth && !right_.empty();
     const bool isGiven = chosen == kGivenDepth && !isMatched;
+    if (GivenDepthReader* const track = document.depthTrack.get()) {
+        const bool isCut = track->next(document.picture, seconds, document.rawDepth).cut;
+        if (isGiven) {
+            chosen_ = chosen;
+            document.scene = isCut ? ++scene_ : scene_;
+            return;
+        }
+    }
     if (chosen != chosen_) {
         DepthKind kind = DepthKind::NearWhite;
         if (!isMatched && !isGiven)

@@ -62,10 +62,10 @@ class PlayedDepth {
     PlayedDepth(const PlayedDepth&) = delete;
     PlayedDepth& operator=(const PlayedDepth&) = delete;
 
-    /// Sets the depth of the next picture, if it is to be estimated, and its scene. That of both
+    /// Sets the depth of the next picture, if it is not in the picture, and its scene. That of both
     /// eyes is matched; where they do not match it is estimated, or flat without a network.
-    /// @param wish Knobs::depth
-    void next(Document& document, const std::string& wish);
+    /// @param wish Knobs::depth @param seconds time of the picture in the file
+    void next(Document& document, const std::string& wish, double seconds);
 
   private:
     void matchEyes(const cv::Mat& left, cv::Mat& raw);

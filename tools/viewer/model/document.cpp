@@ -6,6 +6,7 @@
 #include "cli/quilt_options.hpp"
 #include "cli/run_tool.hpp"
 #include "cli/views_folder.hpp"
+#include "video/video_run.hpp"
 
 #include <algorithm>
 #include <map>
@@ -151,6 +152,32 @@ FoundEyes videoEyes(const Source& source) {
     return found;
 }
 
+// Uses the depth stream of a video as video2native does.
+void addDepthTrack(Document& document) {
+    const Source& source = document.source;
+    if (document.kind != Kind::Scene || !mayHoldEyes(source)) return;
+    try {
+        const VideoReaderOptions reading = readingOf(source);
+        const VideoFacts facts = VideoReader(source.file, reading).facts();
+        const auto track = tools::findDepthTrack(source.file, reading, facts);
+        if (track && !track->fits)
+            document.notes.push_back(
+                {NoteCode::LeftOut,
+                 std::string("the depth in the file is not used, ") + tools::kMisfitText});
+        if (!track || !track->fits) return;
+        GivenVideoDepth given;
+        given.source = source.file;
+        given.kind = track->kind();
+        auto depth = std::make_shared<GivenDepthReader>(given, facts);
+        depth->next(document.picture, 0, document.rawDepth);
+        document.depthTrack = std::move(depth);
+        document.depthOrigin = "depth in the video, " + track->text();
+    } catch (const Error& error) {
+        document.notes.push_back(
+            {NoteCode::LeftOut, "the depth in the file is not used: " + tools::sentenceOf(error)});
+    }
+}
+
 // Adds the depth of the first picture of a video, which is shown until it plays.
 void addFirstDepth(Document& document, const std::string& evidence) {
     document.depthOrigin = "both eyes, as " + evidence;
@@ -227,6 +254,7 @@ bool areViews(const std::vector<Source>& files) {
 } // namespace
 
 void Document::readDepth(cv::Mat& map) const {
+    if (depthTrack) return rawDepth.copyTo(map);
     if (!video || eyes) return normalizeDepth(rawDepth, map);
     rawDepth.convertTo(map, CV_8U); // one range for all frames, as in video2native
     map.convertTo(map, CV_32F, 1 / 255.0);
@@ -356,6 +384,16 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
     return document;
 }
 
+Document documentOfFrame(const Document& video, const cv::Mat& picture, const Display& display) {
+    Source source = video.source;
+    if (video.depthTrack) source.reading = Reading::Photo; // no search for a quilt in each
+    Document document = documentOf(source, picture, display, video.eyes);
+    document.source = video.source;
+    document.depthOrigin = video.depthOrigin;
+    document.depthTrack = video.depthTrack;
+    return document;
+}
+
 std::optional<DepthSide> depthSideOf(const Source& video) {
     const bool isStated = video.reading != Reading::Automatic;
     return sideOf(isStated ? video.reading
@@ -371,8 +409,10 @@ Document readDocument(const Source& source, const Display& display) {
     if (isVideoName(source.file)) {
         if (source.reading == Reading::Automatic) refuseVrName(source.file);
         const cv::Mat first = firstPicture(source.file, readingOf(source));
-        const FoundEyes found = videoEyes(source);
-        Document document = documentOf(source, first, display, found.eyes);
+        Document document = documentOf(source, first, display);
+        addDepthTrack(document);
+        const FoundEyes found = document.depthTrack ? FoundEyes() : videoEyes(source);
+        if (found.eyes) document = documentOf(source, first, display, found.eyes);
         if (document.kind == Kind::Scene)
             document.notes.insert(document.notes.end(), found.notes.begin(), found.notes.end());
         if (found.eyes) addFirstDepth(document, found.evidence);

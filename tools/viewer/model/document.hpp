@@ -6,6 +6,7 @@
 #include "cli/display_options.hpp"
 
 #include <filesystem>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
@@ -58,13 +59,15 @@ struct Document {
     bool video = false;              ///< The picture belongs to a video.
     std::optional<StereoVideo> eyes; ///< How the pictures of a video hold both eyes'.
     cv::Mat right; ///< What the right eye sees in such a video, for the depth; may be empty.
+    /// Reads the depth stream of a video, which rawDepth then holds, 0..1; else null.
+    std::shared_ptr<GivenDepthReader> depthTrack;
     /// The scene of a video that plays: pictures with one number share settings that are chosen by
     /// the scene, and the flaws of its depth (PlayedDepth).
     int scene = 0;
     Notes notes; ///< Remarks about the files.
 
     /// Whether depth came with the picture, or can be found by matching both eyes.
-    bool hasDepth() const { return !rawDepth.empty() || !right.empty(); }
+    bool hasDepth() const { return !rawDepth.empty() || !right.empty() || depthTrack; }
 
     /// The depth map of rawDepth.
     void readDepth(cv::Mat& map) const;
@@ -110,6 +113,9 @@ Document readDocument(const Source& source, const Display& display);
 /// @param picture [CV_8UC3 or CV_16UC3, BGR] @param eyes of a video with both eyes' pictures
 Document documentOf(const Source& source, const cv::Mat& picture, const Display& display,
                     const std::optional<StereoVideo>& eyes = {});
+
+/// Makes the document of a further picture of an open video, for PlayedDepth::next().
+Document documentOfFrame(const Document& video, const cv::Mat& picture, const Display& display);
 
 /// Pairs photos with their depth images, see photoOfDepthName(): "a.jpg" and "a-depth.png" become
 /// one source.

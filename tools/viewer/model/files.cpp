@@ -153,19 +153,18 @@ void Files::play() {
     const Source source = document_->source;
     const auto depth =
         std::make_shared<PlayedDepth>(depthMaker_); // used by the player's thread alone
-    const auto show = [this, number, source, depth, display = display_, eyes = document_->eyes,
-                       origin = document_->depthOrigin](const cv::Mat& picture) {
+    const auto show = [this, number, depth, display = display_,
+                       video = document_](const cv::Mat& picture, double seconds) {
         if (pictureWaits_.exchange(true)) return false; // the one before is still being made
         const auto since = std::chrono::steady_clock::now();
-        auto document = std::make_shared<Document>(documentOf(source, picture, *display, eyes));
-        if (eyes) document->depthOrigin = origin;
+        auto document = std::make_shared<Document>(documentOfFrame(*video, picture, *display));
         if (document->kind == Kind::Scene) {
             std::string wish;
             {
                 const std::lock_guard<std::mutex> lock(wishMutex_);
                 wish = depthWish_;
             }
-            depth->next(*document, wish);
+            depth->next(*document, wish, seconds);
         }
         later(this, [this, number, document, since] {
             if (number != readings_) return;

@@ -108,7 +108,7 @@ struct Studio::State {
 
     PhotoDepth makeDepth(const Document& document, const std::string& from) {
         PhotoDepth map;
-        if (!document.depth.empty()) {
+        if (!document.depth.empty() && (from != kGivenDepth || document.rawDepth.empty())) {
             map.depth = document.depth;
             map.depthSource =
                 (from == kGivenDepth ? "both eyes" : from) + ", as often as the video needs it";

@@ -66,7 +66,7 @@ std::string videoExportObstacle(const Document& document, const Knobs& knobs) {
     const Source& source = document.source;
     if (document.kind == Kind::Native) return "This is a Native video, which is finished";
     if (!tools::isFile(source.file)) return "Only videos in files can be exported";
-    if (document.hasDepth() && knobs.depth != kGivenDepth)
+    if (document.hasDepth() && !document.depthTrack && knobs.depth != kGivenDepth)
         return "This video brings its own depth: choose \"Depth from its file\" to export it";
     return {};
 }
@@ -105,6 +105,7 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
     } else if (knobs.depth != kBestDepth && knobs.depth != kGivenDepth) {
         job.depth.network = knobs.depth;
     }
+    job.depth.isDefault = job.depth.given.empty() && job.depth.network.empty();
     return job;
 }
 

@@ -22,7 +22,8 @@ constexpr double kFarthest = 1e8;    // s, that can be sought
 
 } // namespace
 
-VideoPlayer::VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
+VideoPlayer::VideoPlayer(std::filesystem::path file,
+                         std::function<bool(const cv::Mat&, double)> show,
                          std::function<void(const std::string&)> done, const PlaySettings& settings,
                          const VideoReaderOptions& reading)
     : file_(std::move(file)), reading_(reading), show_(std::move(show)), done_(std::move(done)),
@@ -177,8 +178,8 @@ bool VideoPlayer::playFrom(double from) {
         const double duration =
             frame.duration > 0 ? static_cast<double>(frame.duration) * unit : kUsualDuration;
         end = std::max(end, time + duration);
-        const bool shown =
-            (late < std::min(duration, kLatest * speed) || gap > kMaxGap) && show_(frame.picture);
+        const bool shown = (late < std::min(duration, kLatest * speed) || gap > kMaxGap) &&
+                           show_(frame.picture, time);
         if (shown) {
             last = since;
             frame.picture = cv::Mat(); // its receiver may keep it

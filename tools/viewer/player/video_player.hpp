@@ -58,10 +58,10 @@ class VideoPlayer {
     /// The player's own thread calls both functions.
     /// @param file a file or a capture device
     /// @param reading how it is read, of its whole length
-    /// @param show receives a picture [CV_8UC3]; returns false to drop it
+    /// @param show receives a picture [CV_8UC3] and its time, s; returns false to drop it
     /// @param done receives the reason if the video cannot be read (further), an empty text after
     ///        AtEnd::Finish; it is the last call
-    VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&)> show,
+    VideoPlayer(std::filesystem::path file, std::function<bool(const cv::Mat&, double)> show,
                 std::function<void(const std::string&)> done, const PlaySettings& settings = {},
                 const VideoReaderOptions& reading = {});
     ~VideoPlayer() { end(); }
@@ -98,7 +98,7 @@ class VideoPlayer {
 
     std::filesystem::path file_;
     VideoReaderOptions reading_;
-    std::function<bool(const cv::Mat&)> show_;
+    std::function<bool(const cv::Mat&, double)> show_;
     std::function<void(const std::string&)> done_;
     mutable std::mutex mutex_;
     std::condition_variable wake_;

@@ -26,20 +26,20 @@ constexpr int kRescan = 10000; // ms otherwise: folders on other machines do not
 
 // Makes Natives of the pictures of a flat or RGB-D video, with the window's settings; one thread at
 // a time.
-std::function<cv::Mat(const cv::Mat&)> sceneConverter(const Document& first, const Display& display,
-                                                      const std::shared_ptr<DepthMaker>& maker) {
+std::function<cv::Mat(const cv::Mat&, double)>
+sceneConverter(Document first, const Display& display, const std::shared_ptr<DepthMaker>& maker) {
     const Knobs knobs;
     const NativeMaker toNative(display, layoutOf(knobs, display), knobs);
     const auto depth = std::make_shared<PlayedDepth>(maker);
     const DepthEdges edges = first.eyes               ? DepthEdges::Matched
                              : first.rawDepth.empty() ? DepthEdges::Aligned
                                                       : DepthEdges::Unknown;
-    Source source = first.source;
-    if (first.rawDepth.empty()) source.reading = Reading::Photo; // no search for a quilt in each
-    return [=, eyes = first.eyes, aspect = display.aspect(), scene = 0,
-            flaws = std::optional<DepthFlaws>()](const cv::Mat& frame) mutable {
-        Document document = documentOf(source, frame, display, eyes);
-        depth->next(document, knobs.depth);
+    if (first.rawDepth.empty())
+        first.source.reading = Reading::Photo; // no search for a quilt in each
+    return [=, aspect = display.aspect(), scene = 0,
+            flaws = std::optional<DepthFlaws>()](const cv::Mat& frame, double seconds) mutable {
+        Document document = documentOfFrame(first, frame, display);
+        depth->next(document, knobs.depth, seconds);
         if (document.depth.empty()) document.readDepth(document.depth);
         if (document.scene != scene) flaws.reset();
         scene = document.scene;
@@ -184,10 +184,10 @@ void SlidePresenter::begin(const Slide& slide) {
     if (!slide.isVideo()) return;
     player_ = std::make_unique<VideoPlayer>(
         slide.source.file,
-        [this, convert = slide.nativeOfFrame](const cv::Mat& frame) {
+        [this, convert = slide.nativeOfFrame](const cv::Mat& frame, double seconds) {
             if (!arrivals_.isFree()) return false;
             deliveredAt_ = clock_.elapsed();
-            return arrivals_.put(convert(frame));
+            return arrivals_.put(convert(frame, seconds));
         },
         [this, change = change_](const std::string& problem) {
             // what cannot be read further also ends here
@@ -234,7 +234,7 @@ Slide SlideMaker::make(const Source& source) {
     Slide slide;
     slide.source = source;
     const bool isVideo = isVideoName(source.file);
-    const auto asItIs = [](const cv::Mat& frame) { return frame; };
+    const auto asItIs = [](const cv::Mat& frame, double /*seconds*/) { return frame; };
     try {
         if (!display_) {
             slide.native = firstPicture(source.file);
@@ -251,7 +251,9 @@ Slide SlideMaker::make(const Source& source) {
         slide.native = nativeOf(document);
         if (isVideo && document->kind == Kind::Native) slide.nativeOfFrame = asItIs;
         if (isVideo && document->kind == Kind::Quilt)
-            slide.nativeOfFrame = quiltConverter(source.file, document->layout, *display_, true);
+            slide.nativeOfFrame =
+                [convert = quiltConverter(source.file, document->layout, *display_, true)](
+                    const cv::Mat& frame, double /*seconds*/) { return convert(frame); };
         if (isVideo && document->kind == Kind::Scene)
             slide.nativeOfFrame = sceneConverter(*document, *display_, depthMaker_);
     } catch (const std::exception& error) {

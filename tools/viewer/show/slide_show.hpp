@@ -62,8 +62,8 @@ class ShowList {
 struct Slide {
     Source source;
     cv::Mat native; ///< [panel, CV_8UC3, BGR]; of a video the first picture.
-    /// Makes the Native of a picture of a video; empty for other files.
-    std::function<cv::Mat(const cv::Mat&)> nativeOfFrame;
+    /// Makes the Native of a picture of a video, from its time in s; empty for other files.
+    std::function<cv::Mat(const cv::Mat&, double)> nativeOfFrame;
     std::string problem; ///< Why it cannot be shown; empty: it can.
 
     bool isVideo() const { return static_cast<bool>(nativeOfFrame); }

@@ -520,4 +520,50 @@ void FrameDepth::useGiven(PipelineFrame& frame) {
     frame.step.inferred = false;
 }
 
+struct GivenDepthReader::Impl {
+    VideoConversion conversion;
+    VideoFacts video;
+    std::optional<FrameDepth> depth;
+    double last = 0; // s, of the last picture
+};
+
+GivenDepthReader::GivenDepthReader(GivenVideoDepth given, const VideoFacts& video)
+    : impl_(std::make_unique<Impl>()) {
+    std::error_code error;
+    if (given.rgbd || !fs::is_regular_file(given.source, error))
+        throw Error(ErrorCode::InvalidArgument, given.source.string(),
+                    "is not a file, expected a depth video");
+    measureRange(given);
+    impl_->conversion.given = std::move(given);
+    impl_->video = video;
+}
+
+GivenDepthReader::~GivenDepthReader() = default;
+GivenDepthReader::GivenDepthReader(GivenDepthReader&&) noexcept = default;
+GivenDepthReader& GivenDepthReader::operator=(GivenDepthReader&&) noexcept = default;
+
+VideoDepthStep GivenDepthReader::next(const cv::Mat& picture, double seconds, cv::Mat& depth) {
+    constexpr double kMostRead = 2; // s, that are read rather than skipped
+    constexpr double kMargin = 1;   // s, for the picture of depth that begins before
+    Impl& impl = *impl_;
+    double& from = impl.conversion.part.from;
+    if (!impl.depth || seconds <= impl.last || seconds > impl.last + kMostRead) {
+        from = std::max(0.0, seconds - kMargin);
+        try {
+            impl.depth.emplace(impl.conversion, impl.video);
+        } catch (const Error&) { // the depth has ended; its last picture is found from the start
+            if (from == 0) throw;
+            from = 0;
+            impl.depth.emplace(impl.conversion, impl.video);
+        }
+    }
+    impl.last = seconds;
+    PipelineFrame frame;
+    frame.source.picture = picture;
+    frame.source.pts = std::llround((seconds - from) / impl.video.timeBase.value());
+    impl.depth->work(frame);
+    depth = frame.depth;
+    return frame.step;
+}
+
 } // namespace altiro3D

@@ -32,7 +32,7 @@
 ///   and the bottom-left tile of a quilt.
 /// - A computed image is the last parameter. It is reused if its size and type fit, else allocated.
 ///   If it must not share memory with an input, disjoint regions of one matrix are still allowed.
-///   All other results are returned, also images from a file or parts of another image.
+///   All other results are returned, including images from files and parts of other images.
 /// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
 ///   null; remarks are appended to it.

@@ -44,11 +44,11 @@ struct SlideOptions {
     SlideViews views = SlideViews::Between; ///< How views are made.
     /// The depth of zero parallax, 0 (farthest) .. 1 (nearest); not set: the median of the corners.
     std::optional<double> focus;
-    /// Width : height of the views, 0.01..100; 0: all that the pictures have in common.
+    /// Width : height of the views, 0.01..100; 0: that of the part that all pictures show.
     double aspect = 0;
     int longestSide = 1600; ///< Largest side of a view, px, 16..16384. Views are not enlarged.
     /// Largest parallax between the outermost views on either side of the focus, as share of a
-    /// view's width. If the path is longer, its middle part is used. 0: any.
+    /// view's width. If the path is longer, its middle part is used. 0: no limit.
     double mostParallax = 0;
     /// Horizontal angle of view of the camera, degrees, 1..150; 0: unknown. It is then estimated.
     double viewDegrees = 0;
@@ -104,9 +104,9 @@ class ALTIRO3D_EXPORT CameraSlide {
     /// @param source the pictures; at most 600 of them are looked at
     /// @param options see SlideOptions
     /// @param name of the clip, for errors
-    /// @throws Error BadFormat: fewer than two pictures; too little texture; the camera stands,
-    ///         turns, zooms or moves forwards; the scene moves; the pictures are warped. Exceptions
-    ///         of `source` pass through.
+    /// @throws Error BadFormat: fewer than two pictures; too little texture; the camera stands
+    ///         still, turns, zooms or moves forwards; the scene moves; the pictures are warped.
+    ///         Exceptions of `source` pass through.
     explicit CameraSlide(SlidePictureSource source, const SlideOptions& options = {},
                          const std::string& name = "slide");
     ~CameraSlide();
@@ -121,7 +121,7 @@ class ALTIRO3D_EXPORT CameraSlide {
     [[nodiscard]] cv::Size viewSize() const;
 
     /// Makes evenly spaced views from the leftmost camera to the rightmost. Pictures are reread.
-    /// @param count 1..1000; one: the middle
+    /// @param count number of views, 1..1000; a single one is the middle view
     /// @param take receives each view once [viewSize(), CV_8UC3, BGR] and its number, 0 = leftmost,
     ///        in ascending or descending order
     /// @throws Error InvalidArgument (count); exceptions of the source and of `take`

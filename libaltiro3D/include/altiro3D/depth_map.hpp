@@ -38,9 +38,9 @@ struct DepthNormalization {
 /// rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the extremes.
 ///
 /// Unknown values take the farther of the nearest valid values to their left and right in the row;
-/// a row without any takes the nearest row with some. Unknown are non-finite values and, for metric
-/// depth, Z <= 0 and the 16-bit value 65535, unless other values are above 64879: it is then the
-/// farthest distance that fits.
+/// a row without any takes the nearest row with some. Non-finite values are unknown. For metric
+/// depth, Z <= 0 is unknown as well, and so is the 16-bit value 65535, unless other values exceed
+/// 64879: it then stands for the farthest distance that 16 bits can hold.
 ///
 /// The result is defined for every input of a valid type: an image that is constant, entirely
 /// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger

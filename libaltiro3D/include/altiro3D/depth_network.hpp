@@ -197,10 +197,10 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
                                   InferenceEngine engine = InferenceEngine::Best);
 
 /// Does the work of the child process of probeNetwork() where a process cannot be copied (Windows):
-/// there, probeNetwork() starts this program again, with other arguments. A program that does not
-/// call this function first tests networks in its own process.
+/// there, probeNetwork() starts this program again, with other arguments. If a program does not
+/// begin with this call, probeNetwork() tests networks in the program's own process.
 /// @param arguments those of the program, without its name, in UTF-8
-/// @return true if the program was started for it; it should end then
+/// @return true if the program was started as this child; it should then end
 [[nodiscard]] ALTIRO3D_EXPORT bool answerProbe(const std::vector<std::string>& arguments);
 
 /// Directories that are searched for network files and the catalogue, in this order:

@@ -31,9 +31,9 @@ struct ALTIRO3D_EXPORT StereoMatch {
     bool isFlat = false;       ///< The disparities have a range below 0.15 % of the width.
     bool looksSwapped = false; ///< Background appears in front of foreground: exchange the eyes.
 
-    /// Whether two pictures of unknown origin are certainly those of two eyes. Disparities of
-    /// unrelated pictures spread over 58 % of the width or more, those of real pairs over 3 to 10 %
-    /// (docs/depth.md).
+    /// Whether two pictures of unknown origin certainly belong to the two eyes of one view.
+    /// Disparities of unrelated pictures spread over 58 % of the width or more, those of real pairs
+    /// over 3 to 10 % (docs/depth.md).
     /// @return true if the match is reliable and its disparities have a range of at most 40 %
     [[nodiscard]] bool areEyes() const { return isReliable && nearest - farthest <= 0.4; }
 

@@ -191,8 +191,8 @@ struct DisplayModel {
 [[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
 
 /// Remarks about a calibration that is valid but unusual: the serial number and the panel belong to
-/// different models, sub-pixel cells are missing that the model has, fringe correction is set,
-/// which altiro3D ignores, a flag is set that no known unit sets.
+/// different models; the model's sub-pixel cells are missing; fringe correction is set, which
+/// altiro3D ignores; a flag is set that no known unit sets.
 /// @param calibration the display
 /// @return one sentence each, for people; usually empty
 [[nodiscard]] ALTIRO3D_EXPORT Notes calibrationWarnings(const Calibration& calibration);
@@ -221,9 +221,9 @@ struct Display {
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
 
-/// The layout that a request without a view size refers to. This is the display's default layout,
-/// or the layout that this model had before, if the request has that layout's grid, or no grid and
-/// that layout's quilt size.
+/// The layout that a request without a view size refers to: the display's default layout. If the
+/// request has the grid of the model's earlier default, or no grid but the earlier quilt size, it
+/// is that earlier default.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()

@@ -6,8 +6,8 @@
 /// Tables with an entry per enumerator.
 namespace altiro3D {
 
-/// Whether a value of an enumeration has a name. The compiler calls it `Enum::Name`, and `(Enum)3`
-/// if it has none. @return true if it has one
+/// Whether a value of an enumeration has a name. The compiler writes a value with a name as
+/// `Enum::Name`, and one without as `(Enum)3`. @return true if it has one
 template <auto kValue>
 constexpr bool isEnumerator() {
     constexpr std::string_view kStart = "kValue = ";

@@ -94,7 +94,7 @@ class ALTIRO3D_EXPORT FileWriter {
 [[nodiscard]] ALTIRO3D_EXPORT std::string hostName();
 
 /// Directories that are searched for files (`models/`, `calibration/`), in this order:
-/// - `share/altiro3D` of the installation that contains this library or program, also after the
+/// - `share/altiro3D` of the installation that contains this library or program, even if the
 ///   installation was moved as a whole;
 /// - the source tree, if the build enables it;
 /// - `share/altiro3D` of the prefix that the build was configured for.

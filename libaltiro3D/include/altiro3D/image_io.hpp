@@ -248,8 +248,8 @@ readEmbeddedDepth(const PhotoFile& photo, Notes* notes = nullptr);
 photoOfDepthName(const std::filesystem::path& depth);
 
 /// Finds the depth image next to a photo: a picture in the same directory whose photoOfDepthName()
-/// is the photo. If there is none, names are compared by comparableName(), unless that of another
-/// photo is the same.
+/// is the photo. If there is none, names are compared by comparableName(), unless another photo has
+/// the same comparable name.
 /// @param photo the photo; the file is not accessed
 /// @return the first such picture in natural order; empty if none or the directory is unreadable
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path

@@ -12,8 +12,8 @@ struct LensEye {
     /// The position under the lenses that it sees: 0 = start of view 0, 1 = end of the last view.
     /// Any finite number; lenses repeat, so only its fractional part matters.
     double phase = 0.5;
-    /// The width that it sees under each lens in lens periods, 1/4096..1; 0 = the width of one
-    /// sub-pixel, the smallest width that a lens shows; of a print, 1.5 px.
+    /// The width that it sees under each lens in lens periods, 1/4096..1; 0 = the smallest width
+    /// that a lens shows: one sub-pixel, or 1.5 px of a print.
     double spot = 0;
     /// How far it blurs luminance: the standard deviation in px, 0..64; see eyeBlur(). Colour is
     /// blurred twice as far. 0 = as sharp as the picture, as for prints.

@@ -116,8 +116,7 @@ struct NativeOptions : PlacementOptions {
             std::tie(o.detail, o.lensFilter, o.positions, o.sampling.views, o.sampling.inTile));
     }
 
-    /// Sets detail, filter and positions so that the picture through the lenses is the most
-    /// accurate one.
+    /// Sets detail, filter and positions for the most accurate picture through the lenses.
     /// @param most Lens; Panel takes 3 times the time and is no more accurate (docs/tradeoff.md)
     void showAs(Detail most) {
         detail = most;
@@ -125,11 +124,11 @@ struct NativeOptions : PlacementOptions {
         positions = ViewPositions::Continuous;
     }
 
-    /// Sets what is quick enough for every frame of a camera or a program: method Fast at the size
-    /// of the views, discrete positions, no lens filter and no refinement of depth. Edges of near
-    /// objects repeat columns instead of showing a painted background, and fine detail becomes
-    /// coloured noise. Compared with showAs(Detail::Lens), the picture through the lenses has 2 dB
-    /// less PSNR for photos and 6 dB less for deep scenes (docs/tradeoff.md).
+    /// Chooses settings that are fast enough for every frame of a camera or a program: method Fast
+    /// at the size of the views, discrete positions, no lens filter and no refinement of depth.
+    /// Edges of near objects repeat columns instead of showing a painted background, and fine
+    /// detail becomes coloured noise. Compared with showAs(Detail::Lens), the picture through the
+    /// lenses has 2 dB less PSNR for photos and 6 dB less for deep scenes (docs/tradeoff.md).
     void showLive() {
         views.method = ViewMethod::Fast;
         detail = Detail::View;
@@ -198,7 +197,7 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// The path in use. @return Direct or OverQuilt
     [[nodiscard]] NativePath path() const;
     /// The options in use. @return as given to the constructor or to withViews(); lensFilter is off
-    /// for lenses that lie
+    /// for horizontal lenses
     [[nodiscard]] const NativeOptions& options() const;
     /// Layout of the quilts. @return the layout
     [[nodiscard]] const QuiltLayout& layout() const;

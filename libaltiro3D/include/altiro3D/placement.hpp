@@ -68,8 +68,8 @@ struct Placement {
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitWithMargins(cv::Size photo, double aspect, cv::Size size,
                                                       const PlacementOptions& options);
 
-/// Fits a scene to a panel and refines its depth: fitWithMargins(), fitScene(). Estimated depth
-/// (DepthEdges::Aligned) stays as it is with method Fast, which gains little by exact edges.
+/// Fits a scene to a panel and refines its depth: fitWithMargins(), fitScene(). With method Fast,
+/// which gains little from exact edges, estimated depth (DepthEdges::Aligned) is not refined.
 /// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()
 /// @param aspect as for fitPhoto()
 /// @param size of the fitted photo in px: NativeMaker::workSize() or NativeMaker::quiltSize()

@@ -103,7 +103,7 @@ constexpr double kUsualFocalLength = 35;
 /// @param layout its layout
 /// @param goOn receives the part that is written, 0..1, from one thread at a time; false cancels.
 ///        May be empty.
-/// @return false if the work was cancelled; then no view is left, and neither after an error
+/// @return false if the work was cancelled; the views are then removed, as after an error
 /// @throws Error as writeImage()
 ALTIRO3D_EXPORT bool writeViews(const std::function<std::filesystem::path(int view)>& fileOf,
                                 const cv::Mat& quilt, const QuiltLayout& layout,

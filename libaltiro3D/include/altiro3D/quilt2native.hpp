@@ -92,7 +92,7 @@ class ALTIRO3D_EXPORT Quilt2Native {
     void render(const cv::Mat& quilt, cv::Mat& native,
                 ChannelOrder order = ChannelOrder::Bgr) const;
 
-    /// As above, in bands, so that the Native need not fit into memory. Quick for prints only.
+    /// As above, in bands, so that the Native need not fit into memory. Fast only for prints.
     /// @param quilt as above
     /// @param sink receives the Native [rows x panel cols, CV_8UC3, BGR]; the same bytes as above
     /// @throws Error as above, and what `sink` throws
@@ -202,7 +202,7 @@ struct FoundQuilt {
                         ///< have the size of the picture divided by columns and rows, rounded down.
     double confidence = 0;  ///< Similarity of neighbouring views, 0..1, lowered if another layout
                             ///< fits as well, or if the views hold nothing but a regular pattern.
-    bool isFromTop = false; ///< Clear layout with rows that run downwards; the verdict is Unsure.
+    bool isFromTop = false; ///< The layout is clear, but its rows run downwards: Unsure.
 };
 
 /// Finds the columns and rows of a quilt by comparing parts of the picture.

@@ -13,8 +13,8 @@
 
 namespace altiro3D {
 
-/// All settings of a picture: how its views and its Native are made, and what is chosen for each
-/// scene instead.
+/// All settings of a picture: how its views and its Native are made, and which settings are chosen
+/// for each scene.
 struct Recipe : NativeOptions {
     /// What chooseFromScene() chooses. It replaces the values of these fields.
     AutoChoices choices;
@@ -66,8 +66,7 @@ struct RecipeField {
 /// @param source where it comes from, for errors
 /// @return the settings
 /// @throws Error BadFormat (invalid JSON, an unknown member, a wrong value); it names the source
-/// and
-///         the member
+///         and the member
 [[nodiscard]] ALTIRO3D_EXPORT Recipe parseRecipe(const std::string& json,
                                                  const std::string& source);
 

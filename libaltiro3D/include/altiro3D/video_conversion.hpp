@@ -179,9 +179,9 @@ struct VideoConversion {
     /// Stereo, which shows whole frames at their own size. If `recipe.refine.flaws` is not set,
     /// flaws are measured once per scene; with method Fast, estimated depth is not refined.
     ///
-    /// `recipe.choices` are made at the first frame of each scene and hold for the scene. Given
-    /// depth has no scenes; the first frame then decides for the whole video. The strength is
-    /// chosen for depth of 0..1, because depth changes during a scene. Not for Rgbd and quilts.
+    /// `recipe.choices` are made at the first frame of each scene and hold for the scene. The
+    /// strength is chosen for depth of 0..1, because depth changes during a scene. Not for Rgbd and
+    /// quilts.
     Recipe recipe;
 
     /// The input's frames are quilts. `product` must be Native, `depth` and `given` unset.
@@ -332,11 +332,11 @@ class ALTIRO3D_EXPORT VideoConverter {
 // scene, so a chunk that begins inside a scene first makes depth alone, without pictures, from the
 // scene's first frame or from the last state that another chunk left in the folder.
 //
-// Each call may be repeated, interrupted at any time, and made twice at once: results are written
-// next to their final name, checked and renamed. A call compares the conversion with the one of the
-// plan, including size and time of all input files, and refuses another one. The number of
-// threads (`cv::setNumThreads()`, VideoWriterOptions::threads) is part of it, because networks and
-// encoders give other bits with another number.
+// Each call may be repeated, interrupted at any time, and run twice at the same time: results are
+// written next to their final name, checked and renamed. A call compares the conversion with the
+// one of the plan, including size and time of all input files, and refuses another one. The number
+// of threads (`cv::setNumThreads()`, VideoWriterOptions::threads) is part of it, because the output
+// of networks and encoders depends on it.
 
 /// A piece of work of a plan.
 struct VideoChunk {

@@ -282,9 +282,9 @@ class OtherStreams;
 /// Frames are delivered upright (the file's rotation is applied) and as 8-bit BGR, converted with
 /// the matrix and range that the stream states. If it states none, BT.601 is assumed up to 576
 /// lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020, P3) and HDR
-/// (PQ, HLG) become sRGB as in photos; of Dolby Vision the base layer is read. Transparent parts
-/// become black. Interlaced frames are deinterlaced. If the size or the shape of px changes, each
-/// frame has its own. If a file has several video streams, the largest one is read.
+/// (PQ, HLG) become sRGB as in photos; only the base layer of Dolby Vision is read. Transparent
+/// parts become black. Interlaced frames are deinterlaced. If the size or the shape of px changes,
+/// each frame has its own. If a file has several video streams, the largest one is read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
 /// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown
@@ -374,7 +374,7 @@ class ALTIRO3D_EXPORT VideoWriter {
   public:
     /// Opens the encoder and the file.
     /// @param path file name with the extension .mkv, .mp4, .m4v or .mov; "-": Matroska to standard
-    ///        output, without the length and the index that are known at the end only
+    ///        output, without length and index, which are known only at the end
     /// @param options size, codec, times
     /// @param source reader of the video that supplies sound and the other streams; may be null.
     ///        They are copied while its frames are read, so it must not have delivered a frame yet.

@@ -54,7 +54,7 @@ struct FoundDisplay {
 /// size to whole px of the desktop.
 /// @param screen from factsOf()
 /// @param size in px
-/// @return true if it has
+/// @return true if it has this size
 [[nodiscard]] ALTIRO3D_EXPORT bool hasSize(const ScreenFacts& screen, cv::Size size);
 
 /// What keeps a screen from showing Natives of a panel px by px: the desktop scales the screen, or

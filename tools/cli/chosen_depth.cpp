@@ -80,7 +80,7 @@ InstalledNetwork namedNetwork(const DepthOptions& options,
     if (file.empty() && known != nullptr) {
         throw Error(ErrorCode::NotFound, wanted,
                     "its file " + known->file + " is missing, expected it to be downloaded (" +
-                        downloadCommand(known->name) + ")");
+                        howToDownload(*known) + ")");
     }
     if (file.empty()) {
         throw Error(ErrorCode::NotFound, wanted,
@@ -112,10 +112,11 @@ std::optional<InstalledNetwork> usualNetwork(bool large,
     if (standard || !large) return standard;
     const NetworkProfile* const known = firstLarge(catalog);
     const std::string file = known != nullptr ? " (" + known->file + ")" : "";
-    throw Error(
-        ErrorCode::NotFound, "-l",
-        "the large network" + file + " was not found, expected it in the model search path (" +
-            downloadCommand(known != nullptr ? known->name : "midas-large") + ") or given with -n");
+    const std::string how = known != nullptr ? " (" + howToDownload(*known) + ")" : "";
+    throw Error(ErrorCode::NotFound, "-l",
+                "the large network" + file +
+                    " was not found, expected it in the model search path" + how +
+                    " or given with -n");
 }
 
 } // namespace

@@ -116,8 +116,8 @@ void requireHarmless(const fs::path& file, const NetworkProfile& profile,
     const NetworkProfile* const named = findProfile(catalog, file);
     if (named != nullptr && !named->sha256.empty() && named->sha256 != findings.sha256) {
         messages.warn(file.string() + ": differs from the catalogue's " + named->name +
-                      " (its SHA-256 is different): download it again with " +
-                      downloadCommand(named->name));
+                      " (its SHA-256 is different): download it again (" + howToDownload(*named) +
+                      ")");
     }
     const bool known =
         std::any_of(catalog.begin(), catalog.end(), [&](const NetworkProfile& network) {
@@ -159,14 +159,14 @@ cv::Mat trustedEstimate(const cv::Mat& photo) {
     return scene.depth;
 }
 
-std::string downloadCommand(const std::string& name) {
+std::string howToDownload(const NetworkProfile& network) {
     for (const fs::path& directory : dataDirectories()) {
         for (const char* place : {"", "scripts"}) { // installed, in the source tree
             const fs::path script = directory / place / "get-models.sh";
-            if (isThere(script)) return script.string() + " " + name;
+            if (isThere(script)) return script.string() + " " + network.name;
         }
     }
-    return "get-models.sh " + name;
+    return network.url + " as " + network.file + " in a folder that ALTIRO3D_MODELS names";
 }
 
 } // namespace altiro3D::tools

@@ -30,8 +30,9 @@ void requireHarmless(const std::filesystem::path& file, const NetworkProfile& pr
 /// file is not the catalogue's, which might crash, or if it fails.
 cv::Mat trustedEstimate(const cv::Mat& photo);
 
-/// The command that downloads a network of the catalogue, with its path on this machine.
-std::string downloadCommand(const std::string& name);
+/// The command that downloads a network of the catalogue, with its path on this machine; where
+/// that is not installed, the address and where the file belongs.
+std::string howToDownload(const NetworkProfile& network);
 
 /// A source of estimated depth that can be loaded, with a name for tables: "altiro3d, 256 px".
 struct NamedDepthSource {

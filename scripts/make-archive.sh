@@ -11,6 +11,7 @@ set -euo pipefail
 check_arguments 0 -- "$@"
 cd "$(dirname "$0")/.."
 scripts/install-dependencies.sh archive
+# shellcheck source=scripts/log.sh
 . scripts/log.sh
 out=$PWD/build/archive
 rm -rf "$out"
@@ -25,6 +26,8 @@ folder=$out/$name
 for component in runtime library viewer qt; do
     logged cmake --install build/package --strip --prefix "$folder" --component "$component"
 done
+logged cmake --preset package # for the source tree again, as scripts/make-packages.sh
+logged cmake --build --preset package
 libraries=$folder/$place
 plugins=$libraries/qt5/plugins
 

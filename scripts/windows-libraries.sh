@@ -136,11 +136,12 @@ build_sdl2() { # the viewer's sound, loaded when it is needed
     by_cmake "$(source_of libsdl2)" -DSDL_{SHARED=ON,STATIC=OFF,TEST=OFF,JOYSTICK=OFF,HAPTIC=OFF,SENSOR=OFF}
 }
 build_qt() {
-    local off=(sql testlib concurrent dbus xml pdf printer tabletevent) # Debian has no wintab.h
+    local off=(sql testlib concurrent dbus xml pdf printer bearermanagement direct2d
+        tabletevent) # Debian has no wintab.h
     sed -i "s/-lSecur32/-lsecur32/; s/-lCrypt32/-lcrypt32/" "$(source_of qtbase-opensource-src)/src/network/ssl/ssl.pri" # as MinGW names them
     "$(source_of qtbase-opensource-src)/configure" -xplatform win32-g++ -device-option CROSS_COMPILE=$host- \
         -prefix "$libraries/qt" -opensource -confirm-license -release -shared -nomake examples -nomake tests \
-        -no-{opengl,dbus,icu,openssl,compile-examples,pch} \
+        -no-{opengl,dbus,icu,openssl,compile-examples} \
         -external-hostbindir /usr/lib/qt5/bin -schannel -qt-{zlib,pcre,doubleconversion,freetype,harfbuzz,libpng,libjpeg} \
         "${off[@]/#/-no-feature-}"
     make -j "$jobs"
@@ -163,15 +164,17 @@ if [[ ! -e $libraries/done/sources ]]; then
     touch "$libraries/done/sources"
 fi
 wanted=("$@")
-[[ $# -gt 0 ]] || wanted=(zlib json png jpeg webp tiff lcms2 expat highway imath openexr protobuf opencv x264 dav1d
-                          de265 heif ffmpeg sdl2 qt)
+[[ $# -gt 0 ]] || wanted=(qt sdl2 zlib json png jpeg webp tiff lcms2 expat highway imath openexr protobuf
+                          opencv dav1d de265 heif x264 ffmpeg)
 for library in "${wanted[@]}"; do
-    [[ ! -e $libraries/done/$library ]] || continue
+    stamp=$libraries/done/$library
+    [[ $library != ffmpeg || ${WINDOWS_X264:-yes} == yes ]] || stamp+=-without-x264
+    [[ ! -e $stamp ]] || continue
     begin=$SECONDS
-    rm -rf -- "$out/objects/$library"
+    rm -rf -- "$out/objects/$library" "$libraries/done/$library"*
     echo "Building $library"
     # a process of its own: the shell ends a function at the first failed command only outside of a condition
     logged "$PWD/scripts/windows-libraries.sh" --one "$library"
-    touch "$libraries/done/$library"
+    touch "$stamp"
     echo "$library: $((SECONDS - begin)) s" | tee -a "$out/times"
 done

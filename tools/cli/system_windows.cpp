@@ -1,5 +1,6 @@
 #include "cli/system.hpp"
 
+#include <QTextCodec>
 #include <cerrno>
 #include <csignal>
 #include <fcntl.h>
@@ -40,6 +41,7 @@ void prepareProcess() {
             ::SetConsoleMode(stream, mode | ENABLE_VIRTUAL_TERMINAL_PROCESSING);
     }
     ::SetErrorMode(SEM_FAILCRITICALERRORS); // no box for a drive that is empty
+    QTextCodec::setCodecForLocale(QTextCodec::codecForName("UTF-8")); // Qt's names of files
 }
 
 void onStop(void (*handler)(int)) {

@@ -100,7 +100,7 @@ build_opencv() {
 }
 build_x264() {
     "$(source_of x264)/configure" --host=$host --cross-prefix=$host- --prefix="$libraries" --enable-static \
-        --disable-{cli,opencl}
+        --disable-{cli,opencl} --bit-depth=8
     make -j "$jobs" install
 }
 build_dav1d() {

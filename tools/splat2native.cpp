@@ -362,9 +362,20 @@ int makeScenes(const SplatRun& run, const std::vector<SplatItem>& items,
     catchStop();
     Progress progress(1, run.job.jsonProgress ? "scene" : "");
     progress.step(items[0].scene.string(), items[0].scene);
-    const int status = make(0);
-    progress.end(status, 1);
-    return status;
+    try {
+        make(0);
+        progress.end(kExitDone, 1);
+        return kExitDone;
+    } catch (const Stopped&) {
+        messages.dropWarnings();
+        messages.warn("stopped; " + files[0].output.string() + " was not made");
+        progress.end(kExitStopped, 0);
+        return kExitStopped;
+    } catch (const std::exception& error) {
+        failedEnd(error).addTo(entries, "scene", files[0]);
+        progress.end(kExitFailed, 0);
+        throw;
+    }
 }
 
 int runScenes(const SplatJob& job, Messages& messages) {

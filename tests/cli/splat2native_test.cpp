@@ -2,6 +2,8 @@
 
 #include "altiro3D/quilt2native.hpp"
 #include "sandbox.hpp"
+#include "support/compare.hpp"
+#include "support/texts.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

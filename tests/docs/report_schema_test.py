@@ -108,8 +108,19 @@ with tempfile.TemporaryDirectory() as work:
     report, _ = run(1, "video2native", "clips/clip.mp4", "n.mp4", "--from", "1:00:00")
     check(report["code"] == "BadFormat", f"a video that fails: {report}")
 
-    for tool, name in [("photo2native", photo), ("video2native", "clips/clip.mp4")]:
-        output = "n.png" if tool == "photo2native" else "n.mp4"
+    os.mkdir("scans")
+    subprocess.run([TOOLS / "photo2native", "--save-splats", "scans/a.ply", "--splat-side", "60", "-d", photo, depth],
+                   check=True, capture_output=True)
+    report, _ = run(0, "splat2native", "--save-depth", "d.png", "scans/a.ply", "n.png")
+    check(report["scenes"][0]["native"] == "n.png", "a scene of splats")
+    Path("scans/b.ply").write_text("noise")
+    report, lines = run(1, "splat2native", "scans", "scan-natives")
+    check([scene.get("code") for scene in report["scenes"]] == [None, "BadFormat"], f"scenes of a folder: {report}")
+    report, _ = run(1, "splat2native", "scans/b.ply", "n.png")
+    check(report["scenes"][0]["code"] == "BadFormat", "a scene that fails")
+
+    for tool, name in [("photo2native", photo), ("video2native", "clips/clip.mp4"), ("splat2native", "scans/a.ply")]:
+        output = "n.mp4" if tool == "video2native" else "n.png"
         report, lines = run(1, tool, "-c", "missing.json", name, output)
         check(not report and lines[0]["code"] == "NotFound", f"a run that does not begin: {lines}")
 

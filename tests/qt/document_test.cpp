@@ -236,6 +236,28 @@ TEST_F(ViewerDocument, ScenesOfSplatsBecomeTheQuiltOfTheirViews) {
     EXPECT_TRUE(samePicture(document.picture, quilt, 2)); // a .ply has opacities as logits
     EXPECT_TRUE(contains(textOf(document.notes), "that of the file"));
     EXPECT_EQ(codeOf([&] { (void)read("missing.splat"); }), ErrorCode::NotFound);
+    // the photo that they were made of is not opened beside them
+    const std::vector<Source> sources =
+        pairUp({folder_ / "a.jpg", folder_ / "a.ply", folder_ / "b.jpg"});
+    ASSERT_EQ(sources.size(), 2U);
+    EXPECT_EQ(sources[0].file, folder_ / "a.ply");
+    // other views of the same splats
+    SplatSight sight;
+    sight.layout = display_.quilt;
+    sight.framing = {{0.75, 0.5}, 2}; // a quarter of a turn to the right
+    SplatCameraOptions turned;
+    turned.yaw = 90;
+    SplatCamera side =
+        chooseSplatCamera(splats, display_.quilt.tileSize, display_.aspect(), turned).camera;
+    side.intrinsics.fx *= 2;
+    side.intrinsics.fy *= 2;
+    sight.isOneView = true;
+    const Document seen = withSight(document, display_, sight);
+    EXPECT_TRUE(samePicture(seen.picture, SplatRenderer(splats, side).render().picture, 2));
+    EXPECT_EQ(seen.layout.viewCount, 1);
+    sight.isOneView = false;
+    sight.isDraft = true;
+    EXPECT_EQ(withSight(document, display_, sight).layout.tileSize, display_.quilt.tileSize / 2);
 }
 
 TEST_F(ViewerDocument, QuiltsHaveTheLayoutOfTheirNames) {

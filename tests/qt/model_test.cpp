@@ -1,6 +1,7 @@
 #include "viewer/model/model.hpp"
 
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/splats.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -1074,6 +1075,38 @@ TEST_F(ViewerModel, AKnobOnALargePhotoCostsOneSmallFrame) {
         EXPECT_LE(picture().total(), 867U * 1156);
         EXPECT_EQ(model_.files.document(), document);
     }
+}
+
+TEST_F(ViewerModel, SplatsAreTurnedByTheMouse) {
+    Scene scene;
+    scene.photo = detailedPhoto({40, 30});
+    scene.depth = cv::Mat(30, 40, CV_32FC1, cv::Scalar(0.2));
+    scene.depth(cv::Rect(12, 8, 16, 14)) = 0.9;
+    writeSplats(folder_ / "a.ply", splatsOf(scene));
+    model_.settings.restore(Knobs());
+    open({"a.ply"});
+    const cv::Mat before = picture().clone();
+    EXPECT_FALSE(model_.stage.frame().depth.empty());
+    EXPECT_TRUE(model_.stage.canFrame());
+    const auto isTurned = [&](int views) {
+        return waitFor([&] {
+            const Frame& frame = model_.stage.frame();
+            return frame.knobs == model_.settings.knobs() && !frame.setup.isDraft &&
+                   frame.setup.document->layout.viewCount == views;
+        });
+    };
+    model_.stage.moveFrame({-0.05, 0.02}, 7); // the camera goes to the right and up
+    EXPECT_NEAR(model_.settings.knobs().framing.centre.x, 0.525, 1e-9);
+    model_.stage.zoomFrame({0.5, 0.5}, 1.5, 8);
+    ASSERT_TRUE(isTurned(model_.files.display()->quilt.viewCount)); // when it rests
+    EXPECT_FALSE(samePicture(picture(), before));
+    model_.stage.focusAt(0.5, 0.5);
+    EXPECT_FALSE(model_.settings.knobs().choices.focus);
+    EXPECT_GT(model_.settings.knobs().views.focus, 0.5); // the near box
+    for (int i = 0; i < 3; ++i)
+        model_.settings.undoStack().undo();
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_TRUE(samePicture(picture(), before));
 }
 
 } // namespace

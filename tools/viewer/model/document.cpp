@@ -102,20 +102,16 @@ Document documentOfSlide(const Source& source, const Display& display) {
     return document;
 }
 
-// The views of a scene of splats, with the camera and placement that splat2native chooses.
+// The views of a scene of splats as splat2native makes them.
 Document documentOfSplats(const Source& source, const Display& display) {
     Document document;
     document.source = source;
     document.kind = Kind::Quilt;
-    document.layout = display.quilt;
-    const SplatScene scene = readSplats(source.file, SplatAxes::Auto, &document.notes);
-    const auto [camera, how] = chooseSplatCamera(scene, document.layout.tileSize, display.aspect());
-    const SplatRenderer renderer(scene, camera);
-    const SplatPlacement placed = placeSplats(renderer.render(), camera, document.layout);
-    renderQuilt(renderer, placed, document.layout, document.picture);
-    document.notes.push_back({NoteCode::Chosen, "splats, seen by the camera " + how +
-                                                    "; splat2native has options for others"});
-    return document;
+    document.splats =
+        std::make_shared<SplatScene>(readSplats(source.file, SplatAxes::Auto, &document.notes));
+    SplatSight sight;
+    sight.layout = display.quilt;
+    return withSight(document, display, sight);
 }
 
 // The left picture is shown; pairs that do not match have no depth.
@@ -238,6 +234,19 @@ void addPhotoDepth(Document& document, const PhotoFile& file, Notes& notes) {
     document.depthOrigin = found.text;
 }
 
+// Leaves out photos whose splats are there as well: a.jpg and a.ply, which SHARP made of it.
+void leaveOutPhotosOfSplats(std::vector<Source>& sources) {
+    std::set<fs::path> splats; // without extension
+    for (const Source& source : sources)
+        if (isSplatFileName(source.file))
+            splats.insert(source.file.parent_path() / source.file.stem());
+    const auto hasSplats = [&](const Source& source) {
+        return !isSplatFileName(source.file) && !isVideoName(source.file) &&
+               splats.count(source.file.parent_path() / source.file.stem()) > 0;
+    };
+    sources.erase(std::remove_if(sources.begin(), sources.end(), hasSplats), sources.end());
+}
+
 // Whether the files of a folder are views of one scene.
 bool areViews(const std::vector<Source>& files) {
     std::vector<fs::path> pictures;
@@ -263,6 +272,8 @@ void Document::readDepth(cv::Mat& map) const {
 std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
+        if (splats)
+            return "Splats, " + std::to_string(splats->splats.size()) + "; " + layout.text();
         return (video ? "Video of quilts, " : "Quilt, ") + layout.text() +
                (certainty ? ", " + fixed(100 * *certainty, 0) + " % sure" : "");
     case Kind::Native:
@@ -274,6 +285,33 @@ std::string Document::facts() const {
            (!depthOrigin.empty() ? "; " + depthOrigin
             : rawDepth.empty()   ? ""
                                  : ", with depth");
+}
+
+Document withSight(const Document& document, const Display& display, const SplatSight& sight) {
+    Document seen = document;
+    seen.layout = sight.layout;
+    if (sight.isDraft)
+        seen.layout.tileSize = {std::max(1, sight.layout.tileSize.width / 2),
+                                std::max(1, sight.layout.tileSize.height / 2)};
+    SplatCameraOptions options;
+    options.yaw = 360 * (sight.framing.centre.x - 0.5);
+    options.tilt = 180 * (sight.framing.centre.y - 0.5);
+    SplatCamera camera =
+        chooseSplatCamera(*seen.splats, seen.layout.tileSize, display.aspect(), options).camera;
+    camera.intrinsics.fx *= sight.framing.zoom;
+    camera.intrinsics.fy *= sight.framing.zoom;
+    const SplatRenderer renderer(*seen.splats, camera, sight.isDraft);
+    const SplatView middle = renderer.render();
+    seen.placement = placeSplats(middle, camera, seen.layout, sight.focus, sight.strengthPercent);
+    seen.depth = altiro3D::depthOf(middle, *seen.placement);
+    if (sight.isOneView) {
+        seen.layout = {1, 1, seen.layout.tileSize, 1};
+        seen.picture = middle.picture;
+    } else {
+        seen.picture.release(); // the document's own is kept
+        renderQuilt(renderer, *seen.placement, seen.layout, seen.picture);
+    }
+    return seen;
 }
 
 void refusePipe(const fs::path& file) {
@@ -296,6 +334,11 @@ VideoReaderOptions readingOf(const Source& video) {
 }
 
 cv::Mat firstPicture(const fs::path& file, const VideoReaderOptions& reading) {
+    if (isSplatFileName(file)) {
+        const SplatScene scene = readSplats(file);
+        const cv::Size size(240, 320); // of a thumbnail
+        return SplatRenderer(scene, chooseSplatCamera(scene, size, 0.75).camera).render().picture;
+    }
     if (!isVideoName(file)) return readPhoto(file);
     if (const auto first = VideoReader(file, reading).next()) return first->picture;
     throw Error(ErrorCode::BadFormat, file.string(), "holds no pictures, expected a video");
@@ -310,6 +353,7 @@ FolderFiles filesOfFolder(const fs::path& folder) {
     FolderFiles result;
     for (const tools::FolderFile& file : found.files)
         result.files.push_back({file.file, file.depth, Reading::Automatic});
+    leaveOutPhotosOfSplats(result.files);
     if (result.files.empty())
         throw Error(ErrorCode::NotFound, folder.string(),
                     "holds no pictures and no videos, expected some");
@@ -464,6 +508,7 @@ std::vector<Source> pairUp(const std::vector<fs::path>& files) {
     for (const fs::path& file : files) {
         if (used.count(file) == 0) sources.push_back({file, depthOf[file], Reading::Automatic});
     }
+    leaveOutPhotosOfSplats(sources);
     return sources;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "altiro3D/depth_source.hpp"
+#include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt.hpp"
+#include "altiro3D/splats.hpp"
 #include "altiro3D/video_conversion.hpp"
 #include "cli/display_options.hpp"
 
@@ -10,6 +12,7 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace altiro3D::viewer {
@@ -64,7 +67,9 @@ struct Document {
     /// The scene of a video that plays: pictures with one number share settings that are chosen by
     /// the scene, and the flaws of its depth (PlayedDepth).
     int scene = 0;
-    Notes notes; ///< Remarks about the files.
+    std::shared_ptr<const SplatScene> splats; ///< What a quilt of views was rendered of, or null.
+    std::optional<SplatPlacement> placement;  ///< Of these views; their depth is `depth`.
+    Notes notes;                              ///< Remarks about the files.
 
     /// Whether depth came with the picture, or can be found by matching both eyes.
     bool hasDepth() const { return !rawDepth.empty() || !right.empty() || depthTrack; }
@@ -75,6 +80,28 @@ struct Document {
     /// "Photo, 900 x 1200 px; depth in the photo's file (GDepth, 768 x 1024 px)"
     std::string facts() const;
 };
+
+/// How the views of splats are rendered.
+struct SplatSight {
+    /// Its centre turns the camera: half a turn around the scene to the left (0) .. right (1), and
+    /// from below (0) .. above (1). Its zoom enlarges.
+    Framing framing;
+    std::optional<double> focus;           ///< See placeSplats().
+    std::optional<double> strengthPercent; ///< Likewise.
+    QuiltLayout layout;                    ///< Of the quilt.
+    bool isDraft = false;                  ///< Half the px, without harmonics.
+    bool isOneView = false;                ///< The middle one is the whole quilt.
+
+    /// All fields, to compare them. @param s the sight @return references to its fields
+    static auto fields(const SplatSight& s) {
+        return std::tie(s.framing, s.focus, s.strengthPercent, s.layout, s.isDraft, s.isOneView);
+    }
+    bool operator==(const SplatSight& other) const { return fields(*this) == fields(other); }
+    bool operator!=(const SplatSight& other) const { return !(*this == other); }
+};
+
+/// The document with other views of its splats. @throws Error as chooseSplatCamera(), placeSplats()
+Document withSight(const Document& document, const Display& display, const SplatSight& sight);
 
 /// Refuses pipes: the viewer reads files more than once, and opening a pipe waits for its writer.
 /// @throws Error Unsupported
@@ -118,7 +145,7 @@ Document documentOf(const Source& source, const cv::Mat& picture, const Display&
 Document documentOfFrame(const Document& video, const cv::Mat& picture, const Display& display);
 
 /// Pairs photos with their depth images, see photoOfDepthName(): "a.jpg" and "a-depth.png" become
-/// one source.
+/// one source, and so do "a.jpg" and the splats "a.ply".
 std::vector<Source> pairUp(const std::vector<std::filesystem::path>& files);
 
 } // namespace altiro3D::viewer

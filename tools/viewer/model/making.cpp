@@ -191,6 +191,16 @@ cv::Size nativeFitSize(const Setup& setup) {
 cv::Mat makeNative(const Setup& setup, const Scene& fitted) {
     if (setup.document->kind == Kind::Native) return setup.document->picture;
     if (setup.document->kind == Kind::Quilt) {
+        if (setup.document->splats) { // as splat2native
+            QuiltSampling sampling;
+            sampling.inTile = TileSampling::Linear;
+            const QuiltLayout layout = quiltLayout(setup);
+            const Calibration& calibration = setup.display->calibration;
+            cv::Mat native;
+            Quilt2Native(calibration, layout, sampling, setup.display->invert)
+                .render(filterForLens(setup.document->picture, layout, calibration), native);
+            return native;
+        }
         return quiltConverter(setup.document->source.file, quiltLayout(setup), *setup.display,
                               static_cast<bool>(setup.document->video))(setup.document->picture);
     }

@@ -34,7 +34,8 @@ Stage::Stage(Files& files, Settings& settings)
     connect(&files, &Files::pictureCame, this, &Stage::requestAll);
     connect(&settings, &Settings::knobsChanged, this, &Stage::takeKnobs);
     connect(&settings, &Settings::rested, this, [this] {
-        if (isOfLenses(mode_)) requestFrame();
+        const auto& document = files_.document();
+        if (isOfLenses(mode_) || (document && document->splats)) requestFrame();
         requestNative();
     });
 }
@@ -136,8 +137,8 @@ std::optional<Request> Stage::requestOf(Mode mode, cv::Size area) const {
         return std::nullopt;
     Request request{document, settings_.knobs(), files_.display(), painted(), eyes_, mode};
     request.area = area;
-    request.isDraft =
-        (settings_.areMoving() && isOfLenses(mode)) || (canvas_ && canvas_->isPainting());
+    request.isDraft = (settings_.areMoving() && (isOfLenses(mode) || document->splats)) ||
+                      (canvas_ && canvas_->isPainting());
     return request;
 }
 
@@ -214,7 +215,7 @@ void Stage::focusAt(double x, double y) {
 bool Stage::canFrame() const {
     const Setup& shown = frame_.setup;
     return files_.document() && isShown() && !frame_.picture.empty() &&
-           files_.document()->kind == Kind::Scene &&
+           (files_.document()->kind == Kind::Scene || files_.document()->splats) &&
            (shown.mode == Mode::Sway || shown.mode == Mode::Depth || shown.mode == Mode::Lens);
 }
 
@@ -232,12 +233,25 @@ void Stage::changeFrame(const QString& what, int gesture,
 }
 
 void Stage::moveFrame(cv::Point2d by, int gesture) {
+    if (files_.document() && files_.document()->splats)
+        return changeFrame(tr("camera"), gesture, [by](Framing framing, const FramedPhoto&) {
+            constexpr double kWidthsPerTurn = 2; // the mouse moves so far for a whole turn
+            const double x = framing.centre.x - by.x / kWidthsPerTurn;
+            framing.centre.x = x - std::floor(x);
+            framing.centre.y = std::clamp(framing.centre.y + by.y / kWidthsPerTurn, 0.0, 1.0);
+            return framing;
+        });
     changeFrame(tr("frame"), gesture, [by](const Framing& framing, const FramedPhoto& photo) {
         return moved(framing, photo, by);
     });
 }
 
 void Stage::zoomFrame(cv::Point2d at, double factor, int gesture) {
+    if (files_.document() && files_.document()->splats)
+        return changeFrame(tr("zoom"), gesture, [factor](Framing framing, const FramedPhoto&) {
+            framing.zoom = std::clamp(framing.zoom * factor, 1.0, kMaxZoom);
+            return framing;
+        });
     changeFrame(tr("zoom"), gesture,
                 [at, factor](const Framing& framing, const FramedPhoto& photo) {
                     return zoomed(framing, photo, at, factor);

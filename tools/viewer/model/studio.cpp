@@ -100,6 +100,7 @@ struct Studio::State {
     Fitted panel; // for the Native of a photo
     // Document, depth, display, settings, and whether it is a draft.
     using NativeKey = std::tuple<DocumentPointer, std::string, DisplayPointer, Knobs, bool>;
+    Kept<std::tuple<DocumentPointer, DisplayPointer, SplatSight>, DocumentPointer> splats;
     Kept<std::pair<std::string, NativeKey>, Knobs> chosen; // with the file of a video
     Kept<std::pair<NativeKey, cv::Point>, SwayView> views; // the point: their size
     Kept<NativeKey, cv::Mat> quilt;
@@ -202,6 +203,28 @@ struct Studio::State {
         });
     }
 
+    // Splats as the mouse has turned them, and with the focus and strength that were set.
+    void lookAtSplats(Setup& setup) {
+        const Knobs& knobs = setup.knobs;
+        SplatSight sight;
+        sight.layout = setup.display->quilt;
+        const SplatSight usual = sight;
+        if (!knobs.choices.framing) sight.framing = knobs.framing;
+        if (!knobs.choices.focus) sight.focus = knobs.views.focus;
+        if (!knobs.choices.strength && !knobs.choices.limit)
+            sight.strengthPercent = knobs.views.strengthPercent;
+        sight.isDraft = setup.isDraft;
+        sight.isOneView = setup.isDraft && setup.mode == Mode::Sway;
+        if (sight != usual)
+            setup.document = splats.get({setup.document, setup.display, sight}, [&] {
+                return std::make_shared<const Document>(
+                    withSight(*setup.document, *setup.display, sight));
+            });
+        setup.knobs.framing = sight.framing;
+        setup.knobs.views.focus = setup.document->placement->focus;
+        setup.knobs.views.strengthPercent = setup.document->placement->strengthPercent;
+    }
+
     const cv::Mat& quiltOf(const Setup& setup) {
         return quilt.get(keyOf(setup), [&] { return makeQuilt(setup, fittedTiles(setup)); });
     }
@@ -248,6 +271,7 @@ double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double positi
 Setup Studio::prepare(const Request& request) {
     Setup setup{request, {}};
     const Document& document = *request.document;
+    if (document.splats) state_->lookAtSplats(setup);
     if (document.kind != Kind::Scene) return setup;
     setup.from = state_->depthMaker->choose(request.knobs.depth, document.hasDepth());
     setup.edges = setup.from != kGivenDepth                 ? DepthEdges::Aligned
@@ -297,7 +321,8 @@ Frame Studio::render(const Request& request) {
             const double place = (request.position + 1) / 2 * (layout.viewCount - 1);
             const int view =
                 std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
-            frame.picture = sized(request.document->picture(layout.tile(view)), size);
+            frame.picture = sized(setup.document->picture(layout.tile(view)), size);
+            if (setup.document->splats) frame.depth = sized(setup.document->depth, size);
             break;
         }
         const Scene& fitted = request.painted.depth.empty()

@@ -529,6 +529,53 @@ Stage nativesOfPhoto(std::optional<Detail> detail) {
     };
 }
 
+// A scene of splats as a network makes it of a photo: two layers of a grid, soft and of all shapes.
+const SplatScene& madeSplats(int count) {
+    static std::map<int, SplatScene> scenes;
+    SplatScene& scene = scenes[count];
+    if (!scene.splats.empty()) return scene;
+    const int side = static_cast<int>(std::sqrt(count / 2.0));
+    cv::RNG random(5);
+    const auto about = [&](double middle, double spread) {
+        return static_cast<float>(middle + random.gaussian(spread));
+    };
+    for (int i = 0; i < 2 * side * side; ++i) {
+        const int x = i % side;
+        const int y = i / side % side;
+        const float z = about(
+            3 + 2 * std::sin(x * 8.0 / side) * std::cos(y * 11.0 / side) + i / (side * side), 0.01);
+        const auto scale = z * 0.9F / static_cast<float>(side);
+        Splat splat{{(static_cast<float>(x) - static_cast<float>(side) / 2) * scale,
+                     (static_cast<float>(y) - static_cast<float>(side) / 2) * scale, z},
+                    {scale * std::exp(about(-0.2, 0.4)), scale * std::exp(about(-0.2, 0.4)),
+                     scale * std::exp(about(-0.2, 0.4))},
+                    {about(0, 1), about(0, 1), about(0, 1), about(0, 1)},
+                    {about(0.5, 0.2), about(0.5, 0.2), about(0.5, 0.2)},
+                    1 / (1 + std::exp(about(-2.5, 2)))};
+        splat.rotation /= cv::norm(splat.rotation);
+        scene.splats.push_back(splat);
+    }
+    return scene;
+}
+
+// All views of a quilt, with the sorting.
+Stage splatViews(int count) {
+    return [count](benchmark::State& state, const BenchDisplay& display) {
+        const SplatScene& scene = madeSplats(count);
+        const cv::Size size = display.layout.tileSize;
+        const double aspect = static_cast<double>(size.width) / size.height;
+        const SplatCamera camera = chooseSplatCamera(scene, size, aspect).camera;
+        const SplatRenderer renderer(scene, camera);
+        const SplatView middle = renderer.render();
+        const cv::Mat slow = test::slowSplats(scene, camera, 0, 1, renderer.nearest());
+        require(test::psnrOf(middle.picture, slow) >= 45, "the middle view of splats");
+        const SplatPlacement placed = placeSplats(middle, camera, display.layout);
+        cv::Mat quilt;
+        measure(state, quilt,
+                [&] { renderQuilt(SplatRenderer(scene, camera), placed, display.layout, quilt); });
+    };
+}
+
 // The time shown is real time; UseRealTime() would add to the names.
 template <class F>
 void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const F& run) {
@@ -586,53 +633,6 @@ std::vector<NamedStage> allStages() {
 }
 
 // @param names empty: all
-// A scene of splats as a network makes it of a photo: two layers of a grid, soft and of all shapes.
-const SplatScene& madeSplats(int count) {
-    static std::map<int, SplatScene> scenes;
-    SplatScene& scene = scenes[count];
-    if (!scene.splats.empty()) return scene;
-    const int side = static_cast<int>(std::sqrt(count / 2.0));
-    cv::RNG random(5);
-    const auto about = [&](double middle, double spread) {
-        return static_cast<float>(middle + random.gaussian(spread));
-    };
-    for (int i = 0; i < 2 * side * side; ++i) {
-        const int x = i % side;
-        const int y = i / side % side;
-        const float z = about(
-            3 + 2 * std::sin(x * 8.0 / side) * std::cos(y * 11.0 / side) + i / (side * side), 0.01);
-        const auto scale = z * 0.9F / static_cast<float>(side);
-        Splat splat{{(static_cast<float>(x) - static_cast<float>(side) / 2) * scale,
-                     (static_cast<float>(y) - static_cast<float>(side) / 2) * scale, z},
-                    {scale * std::exp(about(-0.2, 0.4)), scale * std::exp(about(-0.2, 0.4)),
-                     scale * std::exp(about(-0.2, 0.4))},
-                    {about(0, 1), about(0, 1), about(0, 1), about(0, 1)},
-                    {about(0.5, 0.2), about(0.5, 0.2), about(0.5, 0.2)},
-                    1 / (1 + std::exp(about(-2.5, 2)))};
-        splat.rotation /= cv::norm(splat.rotation);
-        scene.splats.push_back(splat);
-    }
-    return scene;
-}
-
-// All views of a quilt, with the sorting.
-Stage splatViews(int count) {
-    return [count](benchmark::State& state, const BenchDisplay& display) {
-        const SplatScene& scene = madeSplats(count);
-        const cv::Size size = display.layout.tileSize;
-        const double aspect = static_cast<double>(size.width) / size.height;
-        const SplatCamera camera = chooseSplatCamera(scene, size, aspect).camera;
-        const SplatRenderer renderer(scene, camera);
-        const SplatView middle = renderer.render();
-        const cv::Mat slow = test::slowSplats(scene, camera, 0, 1, renderer.nearest());
-        require(test::psnrOf(middle.picture, slow) >= 45, "the middle view of splats");
-        const SplatPlacement placed = placeSplats(middle, camera, display.layout);
-        cv::Mat quilt;
-        measure(state, quilt,
-                [&] { renderQuilt(SplatRenderer(scene, camera), placed, display.layout, quilt); });
-    };
-}
-
 void registerStages(const BenchDisplay& display, const std::vector<std::string>& names = {}) {
     for (const auto& [name, stage, runs] : allStages()) {
         if (!names.empty() && std::find(names.begin(), names.end(), name) == names.end()) continue;

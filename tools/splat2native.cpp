@@ -254,8 +254,10 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
     times.end("other outputs");
     if (!item.native.empty()) {
         const Quilt2Native native = makeQuilt2Native(job.sampling, run.display, layout, messages);
-        makeNativeFile(native, filterForLens(quilt, layout, run.display.calibration), item.native,
-                       run.print, messages, times);
+        // a look-up table alone does not tell the lenses
+        const cv::Mat shown =
+            run.display.isMapOnly ? quilt : filterForLens(quilt, layout, run.display.calibration);
+        makeNativeFile(native, shown, item.native, run.print, messages, times);
     }
     Json entry = {{"scene", item.scene.string()},
                   {"splats", scene.splats.size()},

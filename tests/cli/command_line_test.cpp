@@ -207,6 +207,7 @@ TEST(CommandLine, NumbersHaveAPointInEveryLocale) {
     }
     studio.makeClip();
     studio.makeSlide();
+    studio.makeScan();
     const auto good = [&](const std::string& tool, const char* stem, const Arguments& more = {}) {
         return studio.run(tool, more + studio.goodCall(tool, outputName(tool, tool + stem)));
     };

@@ -82,6 +82,7 @@ TEST_F(DisplayChoice, TheFirstOneFoundIsUsed) {
 TEST_F(DisplayChoice, TheFirstLineSaysWhichDisplayItIs) {
     studio_.makeClip();
     studio_.makeSlide();
+    studio_.makeScan();
     for (const std::string& tool : allTools()) {
         const Outcome outcome =
             studio_.run(tool, studio_.goodCall(tool, outputName(tool, tool + "-first")));
@@ -215,6 +216,7 @@ TEST_F(DisplayChoice, MapAndCalibrationGiveTheSameNative) {
 TEST_F(DisplayChoice, AMapOfAnotherDisplayOrQuiltIsRefused) {
     studio_.makeClip();
     studio_.makeSlide();
+    studio_.makeScan();
     writeCalibration(studio_ / "other.json", {96, 128}, 50);
     ASSERT_TRUE(isDone(
         studio_.run("altiro3Dnative", Arguments("-m a.map") + kQuilt + Arguments{"other.json"})));

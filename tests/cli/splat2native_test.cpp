@@ -25,7 +25,7 @@ class Splat2Native : public StudioTest {
 
 TEST_F(Splat2Native, MakesWhatTheLibraryMakes) {
     EXPECT_TRUE(
-        isDone(convert("--save-quilt quilt --save-views v --save-depth d.png --view-filter nearest "
+        isDone(convert("--save-quilt quilt.png --save-views v --save-depth d.png --view-filter nearest "
                        "--sampling nearest scan.ply n.png")));
     const SplatScene scene = readSplats(studio_ / "scan.ply");
     const QuiltLayout layout = smallLayout();
@@ -57,7 +57,7 @@ TEST_F(Splat2Native, OptionsMoveTheCamera) {
         EXPECT_FALSE(
             samePicture(viewsOf(Arguments(option) + Arguments("--strength 0")).first, flatLeft))
             << option;
-    EXPECT_FALSE(samePicture(viewsOf("--focus 1").first, left));
+    EXPECT_FALSE(samePicture(viewsOf("--focus 0").first, left));
 }
 
 TEST_F(Splat2Native, FoldersAreConvertedAndReported) {

@@ -209,7 +209,7 @@ ALTIRO3D_EXPORT bool renderQuilt(const SplatRenderer& renderer, const SplatPlace
 /// How a photo becomes splats.
 struct PhotoSplatOptions {
     double viewDegrees = 55; ///< Vertical angle of view of the photo, degrees, 1..150.
-    double radius = 0.4;     ///< Standard deviation of a splat, px, 0.05..5.
+    double radius = 0.5;     ///< Standard deviation of a splat, px, 0.05..5.
     double focus = 0.5;      ///< Depth at SplatScene::focusDistance, 0..1.
     /// Background is painted behind steps of depth for cameras up to this parallax between the
     /// outermost ones, as ViewOptions::strengthPercent, 0..100.

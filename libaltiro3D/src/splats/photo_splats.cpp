@@ -11,7 +11,7 @@ namespace {
 // Distances of depth 1 and 0. Steps of .spz are 1/4096, and its range ends at 2048.
 constexpr double kNear = 10;
 constexpr double kFar = 100;
-constexpr float kOpacity = 0.995F;
+constexpr float kOpacity = 0.999F;
 constexpr double kThickness = 0.1; // of a splat, in its own radii
 
 double distanceOf(double depth) {

@@ -111,6 +111,10 @@ Document documentOfSplats(const Source& source, const Display& display) {
         std::make_shared<SplatScene>(readSplats(source.file, SplatAxes::Auto, &document.notes));
     SplatSight sight;
     sight.layout = display.quilt;
+    document.notes.push_back(
+        {NoteCode::Chosen,
+         "splats; camera: " +
+             chooseSplatCamera(*document.splats, display.quilt.tileSize, display.aspect()).how});
     return withSight(document, display, sight);
 }
 

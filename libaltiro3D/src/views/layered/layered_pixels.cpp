@@ -44,15 +44,12 @@ class PixelLister {
         return focus_ + scene_.scale * static_cast<float>(wordOffset(words[x]));
     }
 
+    // The larger of two steps, so that px that move apart are covered.
     float slope(float before, float here, float after) const {
-        float sum = 0;
-        int count = 0;
-        for (const float step : {here - before, after - here}) {
-            if (!(std::abs(step) <= tear_)) continue;
-            sum += step;
-            ++count;
-        }
-        return count > 0 ? sum / static_cast<float>(count) : 0;
+        float largest = 0;
+        for (const float step : {here - before, after - here}) // NaN: there is none
+            if (std::abs(step) <= tear_ && std::abs(step) > std::abs(largest)) largest = step;
+        return largest;
     }
 
     LayeredPixel pixelAt(int y, int x) const {
@@ -122,13 +119,18 @@ class PixelLister {
         const LayeredRow& row = scene_.rows[direction][static_cast<std::size_t>(y)];
         LayeredPixel pixel;
         pixel.y = y;
-        pixel.depth = depthAt(y, surface.first, direction);
-        for (int k = 1; k <= surface.hidden; ++k) {
-            const int x = surface.first - k;
+        const auto add = [&](int x, int cell) {
             pixel.x = direction == 0 ? x : photo_.cols - 1 - x;
-            std::memcpy(pixel.bgr, hiddenColour(row, surface, k), 3);
+            std::memcpy(pixel.bgr, row.strips.data() + 4 * static_cast<std::ptrdiff_t>(cell), 3);
             pixels.push_back(pixel);
-        }
+        };
+        pixel.depth = depthAt(y, surface.first, direction);
+        for (int k = 1; k <= surface.hidden; ++k)
+            add(surface.first - k, surface.hiddenAt(k));
+        if (surface.last + 1 < photo_.cols) return; // the other direction has what is hidden there
+        pixel.depth = depthAt(y, surface.last, direction);
+        for (int k = 1; k <= surface.beyond; ++k)
+            add(surface.last + k, surface.beyondAt(k));
     }
 
     const cv::Mat& photo_;

@@ -2,7 +2,9 @@
 //
 //   altiro3D_fuzz_seeds DIR
 
+#include "altiro3D/file_io.hpp"
 #include "altiro3D/native_lut.hpp"
+#include "altiro3D/splats.hpp"
 #include "altiro3D/video_depth.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/displays.hpp"
@@ -355,6 +357,31 @@ void addNames(const fs::path& root) {
     views.add("1.png\n01.png\n001.png\na1b2.png\na1b02.png\n");
 }
 
+void addSplats(const fs::path& root) {
+    Seeds seeds(root, "splats");
+    SplatScene scene;
+    scene.degree = 1;
+    for (int i = 0; i < 3; ++i) {
+        const auto place = static_cast<float>(i);
+        scene.splats.push_back(
+            {{place, 1, 2 + place}, {0.1F, 0.2F, 0.3F}, {1, 0, 0, 0}, {1, 0, 0}, 0.5F});
+        scene.harmonics.insert(scene.harmonics.end(), 9, 0.1F);
+    }
+    SplatCamera camera;
+    camera.size = {40, 30};
+    camera.intrinsics = {30, 30, 19.5, 14.5};
+    for (const char* const name : {"seed.spz", "seed.ply"}) {
+        writeSplats(root / name, scene);
+        seeds.add(readFile(root / name, 1 << 20));
+        fs::remove(root / name);
+        scene.camera = camera; // of the .ply
+    }
+    seeds.add(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty list uchar int v\n"
+        "property float opacity\nend_header\n1 2 3 4 0.5\n");
+    seeds.add(std::string(64, '\x40'));
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -376,6 +403,7 @@ int main(int argc, char** argv) {
         addStates(root);
         addVideos(root);
         addNames(root);
+        addSplats(root);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "altiro3D_fuzz_seeds: error: %s\n", error.what());
         return 1;

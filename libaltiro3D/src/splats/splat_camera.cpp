@@ -13,7 +13,7 @@ constexpr double kOpaque = 0.1;       // fainter splats do not count for the cho
 constexpr double kTail = 0.05;        // share of the splats on each side that may be cut off
 constexpr double kUsualDegrees = 14;  // angle of view that makers of displays recommend
 constexpr double kWidestDegrees = 90; // of a chosen camera
-constexpr double kMargin = 1.12;      // around the middle of an object, for its tails
+constexpr double kMargin = 1.2;       // around the middle of an object, for its tails
 
 // The places below which given shares of the opacity lie.
 std::vector<double> quantilesOf(const SplatScene& scene, const std::vector<double>& shares,

@@ -123,7 +123,10 @@ class PlyFile {
                 double length = 0;
                 double ignored = 0;
                 if (!next(*property.length, length)) return i;
-                for (; length >= 1; --length)
+                const double most = static_cast<double>(bytes_.size()); // more are not there
+                const auto entries =
+                    static_cast<std::uint64_t>(length > 0 ? std::min(length, most) : 0);
+                for (std::uint64_t entry = 0; entry < entries; ++entry)
                     if (!next(*property.type, ignored)) return i;
             }
             take(row);
@@ -153,7 +156,7 @@ class PlyFile {
   private:
     std::string_view line() {
         const std::size_t end = bytes_.find('\n', at_);
-        if (end == std::string_view::npos || end > kMaxHeader)
+        if (end > kMaxHeader) // or npos
             refuse(ErrorCode::BadFormat, "has no end of its header, expected a .ply file");
         std::string_view text = bytes_.substr(at_, end - at_);
         at_ = end + 1;

@@ -243,7 +243,8 @@ SplatScene parseSpz(std::string_view bytes, const std::string& name, SplatAxes a
                 splat.centre[k] = halfFloat(positions.u16(2 * n));
             } else {
                 const auto raw = static_cast<std::int32_t>(positions.number(3 * n, 3) << 8);
-                splat.centre[k] = static_cast<float>(raw / 256) * unit;
+                const std::int32_t steps = raw / 256; // with its sign
+                splat.centre[k] = static_cast<float>(steps) * unit;
             }
             const double dc = (static_cast<double>(code(2, n)) / 255 - 0.5) / kColourScale;
             splat.colour[k] = static_cast<float>(0.5 + kHarmonic0 * dc);
@@ -338,7 +339,8 @@ std::string spzBytes(const SplatScene& whole, const std::string& name) {
         const int step = i / 3 % count < 3 ? 8 : 16;
         const int value =
             static_cast<int>(std::lround(static_cast<double>(scene.harmonics[i]) * 128)) + 128;
-        streams[5].push_back(codeOf((value + step / 2) / step * step));
+        const int rounded = (value + step / 2) / step * step;
+        streams[5].push_back(codeOf(rounded));
     }
     std::string bytes = "NGSP";
     for (const std::uint32_t number : {3U, static_cast<std::uint32_t>(scene.splats.size())})

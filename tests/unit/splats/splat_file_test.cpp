@@ -272,7 +272,8 @@ TEST(SplatFile, SpzIsWrittenAndReadWithinItsSteps) {
     const std::string packed = readFile(directory / "a.spz", 1 << 20);
     EXPECT_TRUE(
         contains(refusal(packed.substr(0, packed.size() / 2), "a.spz"), "bytes of its 500 splats"));
-    EXPECT_TRUE(contains(refusal("NGSP\3\0\0\0", "a.spz"), "is not a scene of splats"));
+    EXPECT_TRUE(
+        contains(refusal(std::string("NGSP\3\0\0\0", 8), "a.spz"), "is not a scene of splats"));
     EXPECT_TRUE(contains(errorOf([&] { writeSplats(directory / "a.obj", scene); }),
                          "ends in .ply or .spz"));
 }

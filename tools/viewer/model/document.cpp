@@ -276,8 +276,7 @@ void Document::readDepth(cv::Mat& map) const {
 std::string Document::facts() const {
     switch (kind) {
     case Kind::Quilt:
-        if (splats)
-            return "Splats, " + std::to_string(splats->splats.size()) + "; " + layout.text();
+        if (splats) return "Splats, " + std::to_string(splats->splats.size());
         return (video ? "Video of quilts, " : "Quilt, ") + layout.text() +
                (certainty ? ", " + fixed(100 * *certainty, 0) + " % sure" : "");
     case Kind::Native:

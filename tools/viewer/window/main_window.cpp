@@ -318,7 +318,10 @@ void MainWindow::showFrame() {
     } else if (paintBar_->paint()) {
         text += tr("    Paint on the picture, [ and ] change the brush, Escape ends it");
     } else if (canFocus) {
-        text += tr("    Click to focus there, drag to move the frame, turn the wheel to zoom");
+        text +=
+            document->splats
+                ? tr("    Click to focus there, drag to turn the camera, turn the wheel to zoom")
+                : tr("    Click to focus there, drag to move the frame, turn the wheel to zoom");
     }
     const Framing framing = document->kind == Kind::Scene ? framingOf(frame.setup) : Framing();
     if (framing != Framing()) {

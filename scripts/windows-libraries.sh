@@ -134,6 +134,7 @@ build_ffmpeg() { # all it reads, and what the tools write
 }
 build_sdl2() { # the viewer's sound, loaded when it is needed
     by_cmake "$(source_of libsdl2)" -DSDL_{SHARED=ON,STATIC=OFF,TEST=OFF,JOYSTICK=OFF,HAPTIC=OFF,SENSOR=OFF}
+    sed -i 's/-lmingw32 -mwindows -lSDL2main//; s/-Dmain=SDL_main//' "$libraries/lib/pkgconfig/sdl2.pc" # Qt has the begin
 }
 build_qt() {
     local off=(sql testlib concurrent dbus xml pdf printer bearermanagement direct2d

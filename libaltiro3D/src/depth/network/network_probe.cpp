@@ -39,6 +39,7 @@ bool answerProbe(const std::vector<std::string>& arguments) {
     for (std::size_t i = 0; i < kNumbers; ++i)
         numbers[i] = std::atoi(arguments[2 + i].c_str());
     NetworkProfile profile;
+    profile.name = "tried"; // one without a name is refused
     profile.inputWidth = numbers[0];
     profile.inputHeight = numbers[1];
     profile.multipleOf = numbers[2];

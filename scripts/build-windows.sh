@@ -73,7 +73,7 @@ if [[ -n $variant ]]; then
     rm "$licences/x264.txt"
 fi
 sed 's/$/\r/' >"$folder/README.txt" <<TEXT
-altiro3D $version for 64-bit Windows 10 and 11. Experimental: the tools were tried with Wine, and nothing on Windows.
+altiro3D $version for 64-bit Windows 10 and 11. Experimental: it was tried with Wine, and nothing on Windows.
 
     bin\\altiro3Dview.exe                        the window
     bin\\photo2native.exe PHOTO native.png       makes the picture for a lenticular display

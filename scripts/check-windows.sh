@@ -30,7 +30,7 @@ fail() {
 }
 
 # 1. Only DLLs of Windows and ours are asked for
-system='^(ADVAPI32|AVICAP32|bcrypt|comdlg32|CRYPT32|dnsapi|dwmapi|DWrite|GDI32|IMM32|IPHLPAPI|KERNEL32|MPR|msvcrt|netapi32|OLEAUT32|ole32|PSAPI|Secur32|SETUPAPI|SHELL32|SHLWAPI|USER32|userenv|USP10|UxTheme|VERSION|WINMM|WINSPOOL|ws2_32|WTSAPI32|api-ms-win-.*)\.(dll|DRV)$'
+system='^(ADVAPI32|AVICAP32|bcrypt|comdlg32|CRYPT32|D3D11|D3D9|dnsapi|dwmapi|DWrite|DXGI|GDI32|IMM32|IPHLPAPI|KERNEL32|MPR|msvcrt|netapi32|OLEAUT32|ole32|PSAPI|Secur32|SETUPAPI|SHELL32|SHLWAPI|USER32|userenv|USP10|UxTheme|VERSION|WINMM|WINSPOOL|ws2_32|WTSAPI32|api-ms-win-.*)\.(dll|DRV)$'
 find "$folder/bin" -name '*.[ed][xl][el]' -exec x86_64-w64-mingw32-objdump -p {} + | sed -n 's/.*DLL Name: //p' |
     sort -u | grep -viE "$system" | while read -r name; do
     [[ -e $folder/bin/$name ]] || fail "$name is needed, which is not of Windows"
@@ -49,7 +49,8 @@ scripts/compare-results.sh "$linux" "$out/by-wine"
 
 # 3. Names, standard streams, errors
 work=$(mktemp -d)
-trap 'wineserver --kill; rm -rf "$work"' EXIT
+server=
+trap 'wineserver --kill; [[ -z $server ]] || kill "$server"; rm -rf "$work"' EXIT
 cp docs/examples/sample.jpg docs/examples/sample-depth.png "$work/"
 cp calibration/portrait-sample.json "$work/visual.json"
 cd "$work"
@@ -84,7 +85,57 @@ wait || true
 cmp whole.mkv part.mkv
 [[ ! -e part.mkv.parts ]] || fail "part.mkv.parts was left"
 
-# 5. The installer
+# 5. A full disk, where a small one can be made
+mkdir full
+if mount -t tmpfs -o size=64k tmpfs full 2>/dev/null; then
+    said=$(tool photo2native "${display[@]}" -d sample.jpg sample-depth.png full/native.png 2>&1 >/dev/null) &&
+        fail "a full disk was not seen"
+    left=$(ls -A full)
+    umount full
+    [[ $(wc -l <<<"$said") == 1 && -z $left ]] || fail "on a full disk: $said; left: $left"
+fi
+
+# 6. The window, on a screen as the display's: it exports what the tool makes, also after a change that is
+# undone, and a show has the Native's pixels
+wineserver --wait
+rm -rf "$WINEPREFIX"/drive_c/users/*/AppData/Local/altiro3D # what it remembers of photos
+exec 9< <(exec Xvfb -displayfd 1 -screen 0 1536x2048x24 -nolisten tcp 2>>"$log")
+server=$!
+read -r -u 9 number
+export DISPLAY=:$number
+pixels() { ffmpeg -v error "$@" -frames:v 1 -pix_fmt rgb24 -f rawvideo - </dev/null | md5sum; }
+export_as() { # file
+    xdotool key ctrl+s
+    sleep 4
+    xdotool key End shift+Home
+    xdotool type "Z:${work//\//\\}\\$1"
+    xdotool key Return
+    for _ in {1..60}; do [[ -e $1 ]] && sleep 1 && return; sleep 1; done
+    fail "the window does not export $1"
+}
+tool altiro3Dview "${display[@]}" -d sample.jpg sample-depth.png &
+viewer=$!
+sleep 15
+xdotool mousemove 400 400
+export_as window.png
+cmp native.png window.png
+xdotool click 4 # the wheel: a closer frame
+export_as closer.png
+! cmp -s native.png closer.png || fail "the wheel does not change the picture"
+xdotool key ctrl+z
+export_as undone.png
+cmp native.png undone.png
+xdotool key ctrl+q
+wait $viewer || fail "the window ends with an error"
+tool altiro3Dview "${display[@]}" --show native.png --screen 0 &
+viewer=$!
+sleep 15
+[[ $(pixels -f x11grab -draw_mouse 0 -video_size 1536x2048 -i "$DISPLAY") == "$(pixels -i native.png)" ]] ||
+    fail "the show has other pixels than the Native"
+xdotool key Escape
+wait $viewer || fail "the show ends with an error"
+
+# 7. The installer
 wine "${folder%/}-setup.exe" /S
 installed=$(find "$WINEPREFIX/drive_c/users" -path '*/Programs/altiro3D' -prune)
 wine "$installed/bin/photo2native.exe" "${display[@]}" -d sample.jpg sample-depth.png installed.png

@@ -50,7 +50,7 @@ scripts/compare-results.sh "$linux" "$out/by-wine"
 # 3. Names, standard streams, errors
 work=$(mktemp -d)
 server=
-trap 'wineserver --kill; [[ -z $server ]] || kill "$server"; rm -rf "$work"' EXIT
+trap 'wineserver --kill || true; [[ -z $server ]] || kill "$server" || true; rm -rf "$work"' EXIT
 cp docs/examples/sample.jpg docs/examples/sample-depth.png "$work/"
 cp calibration/portrait-sample.json "$work/visual.json"
 cd "$work"

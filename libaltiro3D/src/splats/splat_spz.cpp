@@ -163,7 +163,7 @@ std::optional<SplatAxes> axesRecord(std::string_view bytes, const std::string& n
     const ByteReader reader(bytes, true);
     const std::uint64_t end = reader.u32(16);
     for (std::uint64_t at = kFirst; at + 8 <= end && reader.holds(at, 8);
-         at += 8 + reader.u32(at + 4)) {
+         at += std::uint64_t{8} + reader.u32(at + 4)) {
         if (reader.u32(at) != kAxesRecord) continue;
         const std::uint32_t axes = reader.u32(at + 8);
         constexpr std::uint32_t kRub = 4;

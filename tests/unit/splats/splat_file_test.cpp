@@ -274,6 +274,12 @@ TEST(SplatFile, SpzIsWrittenAndReadWithinItsSteps) {
         contains(refusal(packed.substr(0, packed.size() / 2), "a.spz"), "bytes of its 500 splats"));
     EXPECT_TRUE(
         contains(refusal(std::string("NGSP\3\0\0\0", 8), "a.spz"), "is not a scene of splats"));
+    // a record of version 4 whose length leads back to itself
+    const std::string endless("NGSP\4\0\0\0\1\0\0\0\0\14\2\0\377\0\0\0"
+                              "\0\0\0\0\0\0\0\0\0\0\0\0"
+                              "\1\0\0\0\370\377\377\377",
+                              40);
+    EXPECT_TRUE(contains(refusal(endless + std::string(300, '\0'), "a.spz"), "a.spz: "));
     EXPECT_TRUE(contains(errorOf([&] { writeSplats(directory / "a.obj", scene); }),
                          "ends in .ply or .spz"));
 }

@@ -7,6 +7,7 @@
 #include "altiro3D/placement.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/splat_reference.hpp"
 
 #include <cmath>
@@ -352,6 +353,7 @@ TEST(SplatsOfPhotos, ShowWhatTheViewsOfLayeredShow) {
 }
 
 TEST(SplatsOfPhotos, ShowPhotosAsLayeredDoes) {
+    ALTIRO3D_TAKES(5);
     ALTIRO3D_REQUIRE_DATA("photos");
     const auto source = estimatedDepth();
     PlacementOptions options;

@@ -24,9 +24,9 @@ class Splat2Native : public StudioTest {
 } // namespace
 
 TEST_F(Splat2Native, MakesWhatTheLibraryMakes) {
-    EXPECT_TRUE(
-        isDone(convert("--save-quilt quilt.png --save-views v --save-depth d.png --view-filter nearest "
-                       "--sampling nearest scan.ply n.png")));
+    EXPECT_TRUE(isDone(
+        convert("--save-quilt quilt.png --save-views v --save-depth d.png --view-filter nearest "
+                "--sampling nearest scan.ply n.png")));
     const SplatScene scene = readSplats(studio_ / "scan.ply");
     const QuiltLayout layout = smallLayout();
     const SplatCamera camera = chooseSplatCamera(scene, layout.tileSize, 0.75).camera;

@@ -79,11 +79,13 @@ TEST_F(Slide2Native, MakesANativeOfAClipWithAllOutputs) {
     writeClip("clip.mp4", shaky());
     const Outcome made = slide("--save-quilt q.png --save-views row --save-stereo e_LRF.png "
                                "--lg v.mp4 --seconds 0.4 --save-photo p.png --save-depth d.png "
-                               "clip.mp4 n.png");
+                               "--save-splats s.spz clip.mp4 n.png");
     EXPECT_TRUE(says(made, "pictures: 24 of 24 used"));
     for (const char* line :
          {"path: parallax ", "from left to right", "residual: ", "speed: ", "focus: depth "})
         EXPECT_TRUE(says(made, line));
+    const cv::Size photo = readBack(studio_ / "p.png").size();
+    EXPECT_GE(readSplats(studio_ / "s.spz").splats.size(), std::size_t(photo.area()));
     const cv::Mat quilt = readBack(studio_ / "q_qs4x3a0.75.png");
     ASSERT_EQ(quilt.size(), cv::Size(600, 600));
     const auto tile = [&](int view) { // 3 rows, from the bottom

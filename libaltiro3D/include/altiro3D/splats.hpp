@@ -146,7 +146,7 @@ class ALTIRO3D_EXPORT SplatRenderer {
 
     /// Renders the view of a camera that has moved to the side.
     /// @param shift of the eye to the right
-    /// @param focusDistance at this distance all views show the same, > 0; may be infinite
+    /// @param focusDistance at this distance all views show the same, > 1e-15; may be infinite
     /// @param picture [rows x cols, CV_8UC3, BGR]; may be a part of a larger one
     /// @throws Error InvalidArgument
     void render(double shift, double focusDistance, cv::Mat& picture) const;

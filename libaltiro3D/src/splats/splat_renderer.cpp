@@ -18,6 +18,7 @@ constexpr double kMostSigmas = 3;          // what is farther from a splat's cen
 constexpr double kNearest = 0.2;           // distance of the nearest splats in 3DGS,
 constexpr double kNearestShare = 1.0 / 20; // in scenes of a smaller scale this share of the median
 constexpr double kFarToSide = 1.3;         // half angles of view beyond which shapes are frozen
+constexpr double kLeast = 1e-15;           // of a distance
 constexpr double kLargest = 1e15;          // covariance in px^2 of splats that make no sense
 
 // What all views know of a splat: (9.3). One cache line.
@@ -108,10 +109,14 @@ std::optional<Prepared> SplatRenderer::Impl::prepared(std::uint32_t index,
     const double yy = lens.fy * lens.fy / (z * z);
     const double down = yy * (s(1, 1) + 2 * e * s(1, 2) + e * e * s(2, 2));
     const double a = 1 + std::abs(place[0] / z);
-    if (!(down < kLargest && xx * a * a * (s(0, 0) + s(2, 2)) < kLargest)) return std::nullopt;
+    const double x = lens.fx * place[0] / z + lens.cx;
+    const double y = lens.fy * place[1] / z + lens.cy;
+    if (!(down < kLargest && xx * a * a * (s(0, 0) + s(2, 2)) < kLargest &&
+          std::abs(x) < kLargest && std::abs(y) < kLargest))
+        return std::nullopt;
     Prepared result{};
-    result.x = static_cast<float>(lens.fx * place[0] / z + lens.cx);
-    result.y = static_cast<float>(lens.fy * place[1] / z + lens.cy);
+    result.x = static_cast<float>(x);
+    result.y = static_cast<float>(y);
     result.closeness = static_cast<float>(1 / z);
     result.across[0] = static_cast<float>(xx * s(0, 0));
     result.across[1] = static_cast<float>(xx * 2 * s(0, 2));
@@ -128,7 +133,6 @@ std::optional<Prepared> SplatRenderer::Impl::prepared(std::uint32_t index,
     result.limit = static_cast<float>(limit);
     const double reach = reachOf(limit, down + kLowPass);
     const int height = camera.size.height;
-    const double y = lens.fy * place[1] / z + lens.cy;
     const int top = firstIn(y - reach, height - 1);
     const int bottom = lastIn(y + reach, height - 1);
     if (top > bottom) return std::nullopt;
@@ -150,7 +154,7 @@ void SplatRenderer::Impl::prepare() {
             const auto z = static_cast<float>(placeOf(static_cast<std::uint32_t>(i))[2]);
             std::uint32_t bits = 0; // positive floats are ordered as their bits
             std::memcpy(&bits, &z, sizeof bits);
-            keys[i] = z > 0 && z < kLargest ? std::uint64_t{bits} << 32 | i : 0;
+            keys[i] = z > kLeast && z < kLargest ? std::uint64_t{bits} << 32 | i : 0;
         }
     });
     keys.erase(std::remove(keys.begin(), keys.end(), std::uint64_t{0}), keys.end());
@@ -336,7 +340,7 @@ SplatRenderer::SplatRenderer(const SplatScene& scene, const SplatCamera& camera,
 
 void SplatRenderer::render(double shift, double focusDistance, cv::Mat& picture) const {
     checkNumber(std::abs(shift) < kLargest, "shift", shift, "a number");
-    checkNumber(focusDistance > 0, "focusDistance", focusDistance, "more than 0");
+    checkNumber(focusDistance > kLeast, "focusDistance", focusDistance, "more than 1e-15");
     impl_->renderAll(shift, 1 / focusDistance, picture, nullptr);
 }
 

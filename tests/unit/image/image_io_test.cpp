@@ -294,6 +294,25 @@ TEST_F(ImageIo, TheUnusedFourthByteOfABitmapHidesNothing) {
     EXPECT_TRUE(samePicture(readImage(file("a.bmp", bmp)), expected));
 }
 
+TEST_F(ImageIo, TheFocalLengthIsThatOfTheExif) {
+    for (const bool little : {false, true}) {
+        const auto number = little ? littleEndian : bigEndian;
+        const auto entry = [&](unsigned tag, unsigned type, unsigned value, unsigned size) {
+            return number(tag, 2) + number(type, 2) + number(1, 4) + number(value, size) +
+                   std::string(4 - size, '\0');
+        };
+        const std::string body = kExifPrefix + std::string(little ? "II*\0" : "MM\0*", 4) +
+                                 number(8, 4) + number(1, 2) + entry(0x8769, 4, 26, 4) +
+                                 number(0, 4) + number(1, 2) + entry(0xA405, 3, 28, 2) +
+                                 number(0, 4);
+        const std::string jpeg = encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1)))
+                                     .insert(2, "\xff\xe1" + bigEndian(body.size() + 2, 2) + body);
+        EXPECT_EQ(focalLengthOf(PhotoFile(jpeg, "a.jpg")), 28);
+    }
+    const std::string none = encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1)));
+    EXPECT_EQ(focalLengthOf(PhotoFile(none, "a.jpg")), 0);
+}
+
 TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
     const cv::Mat picture = smoothPicture({150, 137});
     const cv::Mat fromJpeg = decoded(encoded(".jpg", picture));

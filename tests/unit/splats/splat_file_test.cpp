@@ -284,6 +284,36 @@ TEST(SplatFile, SpzIsWrittenAndReadWithinItsSteps) {
                          "ends in .ply or .spz"));
 }
 
+TEST(SplatFile, SpzOfVersion1HasHalfFloats) {
+    const std::string raw("NGSP\1\0\0\0\1\0\0\0\0\14\0\0" // one splat
+                          "\0\x3C\0\xC0\0\x38"            // 1, -2, 0.5
+                          "\377\200\200\200\240\220\260\200\200\200",
+                          32);
+    std::string packed("\x1F\x8B\10\0\0\0\0\0\0\3\1\40\0\337\377", 15); // stored
+    const Splat splat = parseSplats(packed + raw, "a.spz").splats.at(0);
+    EXPECT_EQ(splat.centre, cv::Vec3f(1, 2, -0.5F)); // y and z turned
+    EXPECT_EQ(splat.opacity, 1);
+    EXPECT_NEAR(splat.radii[0], 1, 1e-6F);
+    EXPECT_NEAR(splat.radii[1], std::exp(-1.0F), 1e-6F);
+    EXPECT_NEAR(splat.radii[2], std::exp(1.0F), 1e-6F);
+    EXPECT_GT(splat.rotation[0], 0.999F);
+}
+
+TEST(SplatFile, NegativeRadiiAreLeftOut) {
+    std::string bytes;
+    for (const float radius : {0.5F, -0.5F}) {
+        const float numbers[] = {1, 2, 3, radius, 1, 1};
+        bytes.append(reinterpret_cast<const char*>(numbers), 24);
+        bytes += "\xFF\x80\x01\xFF\xFF\x80\x80\x80";
+    }
+    Notes notes;
+    const SplatScene scene = parseSplats(bytes, "a.splat", SplatAxes::Auto, &notes);
+    ASSERT_EQ(scene.splats.size(), 1U);
+    EXPECT_EQ(scene.splats[0].radii[0], 0.5F);
+    EXPECT_EQ(scene.splats[0].colour[0], 1);
+    EXPECT_TRUE(contains(textOf(notes), "1 of 2 splats are left out"));
+}
+
 TEST(SplatFile, AxesTurnByHalfATurn) {
     const SplatScene plain = parseSplats(plyOf({kRow}), "a.ply");
     const SplatScene turned = parseSplats(plyOf({kRow}), "a.ply", SplatAxes::Rub);

@@ -182,6 +182,9 @@ TEST(SplatRenderer, WithstandsExtremeSplats) {
     cv::Mat picture;
     SplatRenderer(scene, camera).render(0.1, kInfinity, picture);
     EXPECT_EQ(picture.size(), camera.size);
+    scene.splats = {splatAt({1e14F, 0, 1e-14F}, 0.1F, {1, 1, 1}, 1), // beyond all numbers of px
+                    splatAt({0, 0, 1e-20F}, 0.1F, {1, 1, 1}, 1)};
+    SplatRenderer(scene, camera).render(1e14, 1e-14, picture);
     scene.splats = {needle}; // on its own: a line of the low-pass's width, nothing beside it
     SplatRenderer(scene, camera).render(0, 3, picture);
     EXPECT_LE(picture.at<cv::Vec3b>(10, 50)[1], 1);

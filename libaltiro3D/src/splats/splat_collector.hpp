@@ -20,6 +20,11 @@ constexpr std::size_t coefficientsOf(int degree) {
     return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
 }
 
+/// The radius that a file gives as its logarithm. In double, as libraries differ in the last bit.
+inline float radiusOf(float logarithm) {
+    return static_cast<float>(std::exp(static_cast<double>(logarithm)));
+}
+
 /// The opacity that a file gives as its logit; infinite ones are valid.
 inline float opacityOf(double logit) {
     return static_cast<float>(1 / (1 + std::exp(-logit)));

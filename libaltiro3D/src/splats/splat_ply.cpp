@@ -326,8 +326,8 @@ SplatCollector readPlain(PlyFile& file, const PlyElement& vertex) {
             splat.colour[c] = static_cast<float>(
                 0.5 + kHarmonic0 * static_cast<double>(at(3 + static_cast<std::size_t>(c))));
         splat.opacity = opacityOf(static_cast<double>(at(6)));
-        splat.radii = {std::exp(at(7)), std::exp(at(8)),
-                       third < 0 ? 0 : std::exp(cell(row, third))};
+        splat.radii = {radiusOf(at(7)), radiusOf(at(8)),
+                       third < 0 ? 0 : radiusOf(cell(row, third))};
         splat.rotation = {at(9), at(10), at(11), at(12)};
         orderHarmonics(rest, row, harmonics);
         collector.add(splat, harmonics.data());
@@ -415,7 +415,7 @@ SplatCollector readCompressed(PlyFile& file, const PlyElement& vertex,
             constexpr unsigned kShift[] = {21, 11, 0};
             constexpr unsigned kBits[] = {11, 10, 11};
             splat.centre[i] = between(k, bitsOf(packed(0), kShift[k], kBits[k]));
-            splat.radii[i] = std::exp(between(3 + k, bitsOf(packed(2), kShift[k], kBits[k])));
+            splat.radii[i] = radiusOf(between(3 + k, bitsOf(packed(2), kShift[k], kBits[k])));
             splat.colour[i] = between(6 + k, bitsOf(colour, 24 - 8 * static_cast<unsigned>(i), 8));
         }
         splat.rotation = smallestThree(packed(1));
@@ -580,7 +580,7 @@ std::string plyBytes(const SplatScene& scene) {
         const double opacity = static_cast<double>(splat.opacity);
         put(text, static_cast<float>(std::log(opacity / (1 - opacity))));
         for (const float radius : splat.radii.val)
-            put(text, std::log(radius));
+            put(text, static_cast<float>(std::log(static_cast<double>(radius))));
         vector(splat.rotation);
     }
     return text + tail;

@@ -248,7 +248,7 @@ SplatScene parseSpz(std::string_view bytes, const std::string& name, SplatAxes a
             }
             const double dc = (static_cast<double>(code(2, n)) / 255 - 0.5) / kColourScale;
             splat.colour[k] = static_cast<float>(0.5 + kHarmonic0 * dc);
-            splat.radii[k] = std::exp(code(3, n) / 16 - 10);
+            splat.radii[k] = radiusOf(code(3, n) / 16 - 10);
         }
         splat.opacity = code(1, i) / 255;
         splat.rotation = header.version >= 3 ? smallestThree(rotations.u32(4 * i))

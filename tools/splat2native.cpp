@@ -166,6 +166,12 @@ SplatJob splatJob(const CommandLine& commandLine) {
         job.quiltIsForBridge = job.outputs.quilt.empty();
         if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
     }
+    if (job.isSheet) {
+        for (const char* const other : {"go", "bridge", "print", "skip-existing"})
+            commandLine.exclude("yaw", other);
+        for (const OutputKind& kind : kOutputs)
+            commandLine.exclude("yaw", kind.option);
+    }
     takeNames(commandLine, job);
     return job;
 }
@@ -198,17 +204,19 @@ void writeVideo(const SplatItem& item, const SplatRun& run, const SplatScene& sc
     const cv::Size size =
         job.swaySize.value_or(swaySize(run.layout.tileSize, run.display.aspect()));
     const double aspect = static_cast<double>(size.width) / size.height;
-    const auto cameraAt = [&](double yaw) {
-        SplatCameraOptions options = job.camera;
-        options.yaw = yaw;
-        return chooseSplatCamera(scene, size, aspect, options).camera;
-    };
-    const SplatRenderer middle(scene, cameraAt(job.camera.yaw));
+    const SplatCamera camera = chooseSplatCamera(scene, size, aspect, job.camera).camera;
+    const SplatRenderer middle(scene, camera);
     writeSwayFile(item.video, size, job.sway, [&](double position, cv::Mat& picture) {
         if (job.orbit == 0)
             return middle.render(position * placed.baseline, placed.focusDistance, picture);
-        const double yaw = job.camera.yaw + position * job.orbit / 2;
-        SplatRenderer(scene, cameraAt(std::remainder(yaw, 360))).render(0, 1, picture);
+        const double angle = position * job.orbit / 2 * CV_PI / 180;
+        SplatCamera turned = camera; // around the focus, at one distance
+        turned.axes = cv::Matx33d(std::cos(angle), 0, std::sin(angle), 0, 1, 0, -std::sin(angle), 0,
+                                  std::cos(angle)) *
+                      camera.axes;
+        const cv::Vec3d toFocus(0, 0, placed.focusDistance);
+        turned.eye = camera.eye + camera.axes.t() * toFocus - turned.axes.t() * toFocus;
+        SplatRenderer(scene, turned).render(0, placed.focusDistance, picture);
     });
 }
 

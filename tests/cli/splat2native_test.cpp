@@ -83,6 +83,7 @@ TEST_F(Splat2Native, ASheetAVideoAndPicturesForEyesAreMade) {
     EXPECT_EQ(readBack(studio_ / "sheet.png").size(), cv::Size(4 * 30, 2 * 40));
     EXPECT_TRUE(isDone(convert("--lg o.mp4 --orbit 40 --seconds 0.2 --turns 1 scan.ply")));
     EXPECT_TRUE(isDone(convert("--save-stereo e_LRF.png scan.ply")));
+    EXPECT_TRUE(fails(convert("--yaw sheet --save-quilt q.png scan.ply"), 2, "--save-quilt"));
     EXPECT_TRUE(fails(convert("--orbit 40 scan.ply n.png"), 2, "--orbit is a motion of the video"));
     EXPECT_TRUE(
         fails(convert("--yaw sheet scan.ply scan.ply out"), 2, "--yaw sheet shows one scene"));

@@ -18,9 +18,12 @@ constexpr double kMargin = 1.2;       // around the middle of an object, for its
 // The places below which given shares of the opacity lie.
 std::vector<double> quantilesOf(const SplatScene& scene, const std::vector<double>& shares,
                                 const std::function<double(const cv::Vec3d&)>& coordinate) {
+    constexpr std::size_t kEnough = 50'000; // splats; all would not move a camera by what is seen
+    const std::size_t step = 1 + scene.splats.size() / kEnough;
     std::vector<std::pair<double, double>> places; // and their weights
     double sum = 0;
-    for (const Splat& splat : scene.splats) {
+    for (std::size_t i = 0; i < scene.splats.size(); i += step) {
+        const Splat& splat = scene.splats[i];
         const auto opacity = static_cast<double>(splat.opacity);
         if (opacity < kOpaque) continue;
         places.emplace_back(coordinate(splat.centre), opacity);

@@ -119,15 +119,10 @@ bool writeSwayVideo(const Setup& setup, const fs::path& file, const Progress& pr
 
 } // namespace
 
-std::vector<Mode> modesOf(Kind kind) {
-    switch (kind) {
-    case Kind::Native:
-        return {Mode::Lens, Mode::Native};
-    case Kind::Quilt:
+std::vector<Mode> modesOf(const std::shared_ptr<const Document>& document) {
+    if (document && document->kind == Kind::Native) return {Mode::Lens, Mode::Native};
+    if (document && document->kind == Kind::Quilt && !document->splats)
         return {Mode::Sway, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
-    case Kind::Scene:
-        break;
-    }
     return {Mode::Sway, Mode::Depth, Mode::Quilt, Mode::Native, Mode::Lens, Mode::Stereo};
 }
 

@@ -25,8 +25,8 @@ enum class Mode {
     Stereo  ///< For two eyes: the whole photo as Request::eyes says.
 };
 
-/// The modes of a kind of document; the first one is the default.
-std::vector<Mode> modesOf(Kind kind);
+/// The modes of a document, those of a photo without one; the first one is the default.
+std::vector<Mode> modesOf(const std::shared_ptr<const Document>& document);
 
 /// Depth that the user has painted.
 struct PaintedDepth {

@@ -45,8 +45,8 @@ void Stage::takeDocument() {
     problem_.clear();
     pan_ = {};
     if (!document) frame_ = {};
-    if (document && !has(modesOf(document->kind), mode_)) {
-        mode_ = modesOf(document->kind).front();
+    if (document && !has(modesOf(document), mode_)) {
+        mode_ = modesOf(document).front();
         emit modeChanged();
     }
     waiting_ = document && !area_.empty();
@@ -74,7 +74,7 @@ void Stage::findNetworks() {
 
 void Stage::setMode(Mode mode) {
     const auto& document = files_.document();
-    if (mode == mode_ || !has(modesOf(document ? document->kind : Kind::Scene), mode)) return;
+    if (mode == mode_ || !has(modesOf(document), mode)) return;
     mode_ = mode;
     pan_ = {};
     emit modeChanged();
@@ -133,7 +133,7 @@ std::optional<Request> Stage::requestOf(Mode mode, cv::Size area) const {
     // no frames of the previous file while another one is read: they would be taken for frames of
     // the new file
     const auto& document = files_.document();
-    if (files_.isReading() || !document || area.empty() || !has(modesOf(document->kind), mode))
+    if (files_.isReading() || !document || area.empty() || !has(modesOf(document), mode))
         return std::nullopt;
     Request request{document, settings_.knobs(), files_.display(), painted(), eyes_, mode};
     request.area = area;

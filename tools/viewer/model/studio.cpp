@@ -214,7 +214,7 @@ struct Studio::State {
         if (!knobs.choices.strength && !knobs.choices.limit)
             sight.strengthPercent = knobs.views.strengthPercent;
         sight.isDraft = setup.isDraft;
-        sight.isOneView = setup.isDraft && setup.mode == Mode::Sway;
+        sight.isOneView = setup.isDraft && (setup.mode == Mode::Sway || setup.mode == Mode::Depth);
         if (sight != usual)
             setup.document = splats.get({setup.document, setup.display, sight}, [&] {
                 return std::make_shared<const Document>(
@@ -316,28 +316,30 @@ Frame Studio::render(const Request& request) {
     switch (request.mode) {
     case Mode::Sway:
     case Mode::Depth: {
-        if (kind == Kind::Quilt) {
+        if (setup.document->splats) frame.depth = sized(setup.document->depth, size);
+        if (kind == Kind::Quilt && request.mode == Mode::Sway) {
             const QuiltLayout layout = quiltLayout(setup);
             const double place = (request.position + 1) / 2 * (layout.viewCount - 1);
             const int view =
                 std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
             frame.picture = sized(setup.document->picture(layout.tile(view)), size);
-            if (setup.document->splats) frame.depth = sized(setup.document->depth, size);
             break;
         }
-        const Scene& fitted = request.painted.depth.empty()
-                                  ? state_->fittedScene(state_->preview, setup, size)
-                                  : state_->fittedPainted(setup, size);
-        frame.depth = shownDepth(fitted);
-        if (request.mode == Mode::Depth) {
-            cv::Mat grey;
-            frame.depth.convertTo(grey, CV_8U, 255);
-            cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
-        } else {
-            state_->views.get({state_->keyOf(setup), cv::Point(size)}, [&] {
-                return photoViews(fitted, setup.knobs.views);
-            })(request.position, frame.picture);
+        if (!setup.document->splats) {
+            const Scene& fitted = request.painted.depth.empty()
+                                      ? state_->fittedScene(state_->preview, setup, size)
+                                      : state_->fittedPainted(setup, size);
+            frame.depth = shownDepth(fitted);
+            if (request.mode == Mode::Sway) {
+                state_->views.get({state_->keyOf(setup), cv::Point(size)}, [&] {
+                    return photoViews(fitted, setup.knobs.views);
+                })(request.position, frame.picture);
+                break;
+            }
         }
+        cv::Mat grey;
+        frame.depth.convertTo(grey, CV_8U, 255);
+        cv::cvtColor(grey, frame.picture, cv::COLOR_GRAY2BGR);
         break;
     }
     case Mode::Quilt: {

@@ -348,7 +348,7 @@ void MainWindow::showLayout() {
 
 void MainWindow::showModes() {
     const auto& document = files_.document();
-    const std::vector<Mode> available = modesOf(document ? document->kind : Kind::Scene);
+    const std::vector<Mode> available = modesOf(document);
     for (QAction* action : modes_->actions()) {
         const auto mode = static_cast<Mode>(action->data().toInt());
         action->setEnabled(std::count(available.begin(), available.end(), mode) > 0);

@@ -25,29 +25,12 @@ using Json = nlohmann::ordered_json;
 // A run of one photo. @param entries receives its entry in the report
 void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& entries,
                   Messages& messages) {
-    const std::string output = nameOf(mainOutput(item), "standard output");
-    if (item.isMade) {
-        messages.say(item.photo.string() + ": skipped, as " + output + " exists");
-        entries.push_back({{"photo", item.photo.string()}, {"skipped", true}});
-        return;
-    }
+    const FolderItem file{item.photo, mainOutput(item), item.isMade};
     run.isForOnePhoto = true;
-    Progress progress(1, run.job.jsonProgress ? "photo" : "");
-    progress.step(item.photo.string(), item.photo);
-    catchStop();
-    try {
-        entries.push_back(makePhoto(item, run, messages));
-        progress.end(kExitDone, 1);
-    } catch (const Stopped&) {
-        made.status = kExitStopped;
-        messages.dropWarnings();
-        messages.warn("stopped; " + output + " was not made");
-        progress.end(kExitStopped, 0);
-    } catch (const std::exception& error) {
-        failedEnd(error).addTo(entries, "photo", {item.photo, item.native});
-        progress.end(kExitFailed, 0);
-        throw;
-    }
+    made.status = convertOne(
+        "photo", file, [&] { entries.push_back(makePhoto(item, run, messages)); },
+        [&](const FolderEnd& end) { end.addTo(entries, "photo", file); }, messages,
+        run.job.jsonProgress);
 }
 
 // A run of many photos. @param entries receives their entries in the report
@@ -123,18 +106,14 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
         writeFile(job.report, jsonText(report, 2) + "\n");
     };
     const auto showByBridge = [&] {
-        std::vector<BridgeEntry> entries;
+        std::vector<fs::path> shown;
         for (const PhotoItem& item : plan.items) {
             const fs::path& file = item.quilt.empty() ? item.rgbd : item.quilt;
-            if (plan.batch && // one photo that fails does not come here
-                std::find(made.outputs.begin(), made.outputs.end(), file) == made.outputs.end())
-                continue;
-            entries.push_back(item.quilt.empty() ? rgbdEntry(file, savedRgbdLayout(file).halves ==
-                                                                       StereoHalves::Squeezed)
-                                                 : bridgeEntry(file, display.aspect()));
-            entries.back().seconds = job.bridgeSeconds;
+            if (!plan.batch || // one photo that fails does not come here
+                std::find(made.outputs.begin(), made.outputs.end(), file) != made.outputs.end())
+                shown.push_back(file);
         }
-        if (!entries.empty()) showOnBridge(*job.bridge, entries, messages);
+        showOnBridge(*job.bridge, shown, job.outputs.quilt.empty(), display.aspect(), messages);
     };
     try {
         if (plan.batch) {

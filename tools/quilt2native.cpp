@@ -40,7 +40,6 @@ struct QuiltJob {
     VideoJob video;
     std::optional<GoFolder> go;
     std::optional<BridgeJob> bridge;
-    double bridgeSeconds = 0; // for which it shows each picture
     bool isFolder = false;
     bool makesVideo = false;
     bool tellsKind = false; // and does nothing else
@@ -144,7 +143,6 @@ std::string endingOf(const fs::path& quilt) {
 // Converts the quilts of a folder; one that cannot be converted does not stop the rest. Exit
 // status.
 int convertFolder(const QuiltJob& job, Messages& messages) {
-    const fs::path& folder = job.quilt;
     const fs::path& outputFolder = job.native;
     FolderSearch search;
     // a quilt need not be named as one
@@ -153,9 +151,8 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
     search.pairDepth = false;
     search.outputs = {outputFolder};
     std::vector<LeftOutFile> leftOut;
-    const std::vector<FolderFile> quilts = listFiles(folder, search, leftOut, messages);
-    if (quilts.empty())
-        throw Error(ErrorCode::NotFound, folder.string(), "holds no pictures, expected quilts");
+    const std::vector<FolderFile> quilts =
+        listNamed({job.quilt}, search, leftOut, "no pictures, expected quilts", messages);
     requireDirectoryName(outputFolder, "quilts");
     VideoRun videos(job.video, messages);
     const ChosenDisplay& display = videos.display;
@@ -220,19 +217,7 @@ std::vector<FolderFile> listQuilts(const QuiltJob& job, std::vector<LeftOutFile>
     search.wanted = {FileKind::Photo, FileKind::Quilt};
     search.recursive = job.recursive;
     search.pairDepth = false;
-    std::vector<FolderFile> quilts;
-    for (const fs::path& name : job.names) {
-        if (isDirectory(name)) {
-            for (const FolderFile& file : listFiles(name, search, leftOut, messages))
-                quilts.push_back(file);
-        } else {
-            quilts.push_back({name, {}, {}});
-        }
-    }
-    if (quilts.empty())
-        throw Error(ErrorCode::NotFound, job.names.front().string(),
-                    "holds no pictures, expected quilts");
-    return quilts;
+    return listNamed(job.names, search, leftOut, "no pictures, expected quilts", messages);
 }
 
 // Shows quilts where they lie. Exit status.
@@ -251,7 +236,7 @@ int showQuilts(const QuiltJob& job, Messages& messages) {
             entries.back().grid = {read.layout.columns, read.layout.rows};
             entries.back().aspect = read.shape.shownAspect();
         }
-        if (!isVideoFileName(quilt.file)) entries.back().seconds = job.bridgeSeconds;
+        if (!isVideoFileName(quilt.file)) entries.back().seconds = job.bridge->seconds;
     }
     showOnBridge(*job.bridge, entries, messages);
     return kExitDone;
@@ -310,7 +295,6 @@ void takeShow(const CommandLine& commandLine, QuiltJob& job) {
     job.names = commandLine.files();
     if (job.names.empty()) commandLine.failNames("QUILT", 1);
     takeCommon(commandLine, job);
-    if (job.bridge) job.bridgeSeconds = secondsOfEach(commandLine);
     if (job.go) commandLine.exclude("go", {"c", "serial"});
 }
 

@@ -69,7 +69,6 @@ struct SplatJob {
     std::optional<PrintOptions> print;
     std::optional<GoFolder> go;
     std::optional<BridgeJob> bridge;
-    double bridgeSeconds = 0;
     bool quiltIsForBridge = false;
 };
 
@@ -162,7 +161,6 @@ SplatJob splatJob(const CommandLine& commandLine) {
     }
     job.bridge = bridgeJob(commandLine);
     if (job.bridge) {
-        job.bridgeSeconds = secondsOfEach(commandLine);
         job.quiltIsForBridge = job.outputs.quilt.empty();
         if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
     }
@@ -335,7 +333,8 @@ void checkOutputs(const SplatRun& run, const std::vector<SplatItem>& items, bool
         if (!item.video.empty()) requireVideoName(item.video);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         for (const fs::path& file : outputsOf(item, run.layout.viewCount)) {
-            if (isBatch || job.go || job.quiltIsForBridge) outputs.addDirectory(file.parent_path());
+            if (isBatch || job.go || (job.quiltIsForBridge && file == item.quilt))
+                outputs.addDirectory(file.parent_path());
             if (file == item.native && !isBatch && !job.isSheet)
                 outputs.addNative(file);
             else
@@ -363,29 +362,15 @@ int makeScenes(const SplatRun& run, const std::vector<SplatItem>& items,
         if (!items[i].quilt.empty()) quilts.push_back(items[i].quilt);
         return kExitDone;
     };
-    if (items.size() > 1 || !leftOut.empty()) {
-        FolderRun folder("scene", leftOut, messages, run.job.jsonProgress);
-        return folder.convert(files, make, [&](std::size_t i, const FolderEnd& end) {
-            end.addTo(entries, "scene", files[i]);
-        });
-    }
-    catchStop();
-    Progress progress(1, run.job.jsonProgress ? "scene" : "");
-    progress.step(items[0].scene.string(), items[0].scene);
-    try {
-        make(0);
-        progress.end(kExitDone, 1);
-        return kExitDone;
-    } catch (const Stopped&) {
-        messages.dropWarnings();
-        messages.warn("stopped; " + files[0].output.string() + " was not made");
-        progress.end(kExitStopped, 0);
-        return kExitStopped;
-    } catch (const std::exception& error) {
-        failedEnd(error).addTo(entries, "scene", files[0]);
-        progress.end(kExitFailed, 0);
-        throw;
-    }
+    const auto ended = [&](std::size_t i, const FolderEnd& end) {
+        end.addTo(entries, "scene", files[i]);
+    };
+    if (items.size() > 1 || !leftOut.empty())
+        return FolderRun("scene", leftOut, messages, run.job.jsonProgress)
+            .convert(files, make, ended);
+    return convertOne(
+        "scene", files[0], [&] { make(0); }, [&](const FolderEnd& end) { ended(0, end); }, messages,
+        run.job.jsonProgress);
 }
 
 int runScenes(const SplatJob& job, Messages& messages) {
@@ -399,20 +384,10 @@ int runScenes(const SplatJob& job, Messages& messages) {
     search.pairDepth = false;
     search.outputs = {job.outputs.native};
     std::vector<LeftOutFile> leftOut;
-    std::vector<FolderFile> scenes;
-    bool isBatch = job.inputs.size() > 1;
-    for (const fs::path& name : job.inputs) {
-        if (!isDirectory(name)) {
-            scenes.push_back({name, {}, {}});
-            continue;
-        }
-        isBatch = true;
-        for (const FolderFile& file : listFiles(name, search, leftOut, messages))
-            scenes.push_back(file);
-    }
-    if (scenes.empty())
-        throw Error(ErrorCode::NotFound, job.inputs.front().string(),
-                    "holds no scenes of splats, expected .ply, .splat or .spz");
+    const std::vector<FolderFile> scenes =
+        listNamed(job.inputs, search, leftOut, "no scenes of splats, expected .ply, .splat or .spz",
+                  messages);
+    bool isBatch = job.inputs.size() > 1 || isDirectory(job.inputs.front());
     if (isBatch && job.isSheet) throw UsageError("--yaw sheet shows one scene, expected one");
     if (isBatch && !job.outputs.native.empty()) requireDirectoryName(job.outputs.native, "scenes");
     isBatch = isBatch && !job.go;
@@ -436,13 +411,8 @@ int runScenes(const SplatJob& job, Messages& messages) {
         const int status = makeScenes(run, items, leftOut, quilts, entries, messages);
         if (job.go) job.go->finish(quilts, messages);
         writeReport(status);
-        if (!job.bridge || status == kExitStopped) return status;
-        std::vector<BridgeEntry> shown;
-        for (const fs::path& quilt : quilts) {
-            shown.push_back(bridgeEntry(quilt, run.display.aspect()));
-            shown.back().seconds = job.bridgeSeconds;
-        }
-        if (!shown.empty()) showOnBridge(*job.bridge, shown, messages);
+        if (job.bridge && status != kExitStopped)
+            showOnBridge(*job.bridge, quilts, false, run.display.aspect(), messages);
         return status;
     } catch (...) {
         writeReport(kExitFailed);

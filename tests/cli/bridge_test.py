@@ -191,6 +191,17 @@ class BridgeTest(unittest.TestCase):
         names = sorted(file.name for file in cache.iterdir())
         self.assertEqual(names, sorted([f"{i:02}.png" for i in range(6, 25)] + [uri.name]))
 
+    def test_scenes_of_splats_are_shown_as_quilts(self):
+        self.good("photo2native", "--save-splats", "a.ply", "--splat-side", 60, "a.jpg")
+        bridge = self.bridge()
+        self.good("splat2native", "--bridge", bridge.address, "--each", 3, "a.ply", "out.png")
+        self.good("splat2native", "--bridge", bridge.address, "--save-quilt", "b.png", "a.ply")
+        first, second = self.entries(bridge)
+        self.assertEqual([first[key] for key in ("cols", "rows", "durationMS")], [3, 2, 3000])
+        self.assertEqual(Path(first["uri"]).parent.name, "bridge")
+        self.assertEqual((Path(second["uri"]).name, second["durationMS"]),
+                         ("b_qs3x2a0.75.png", 20000))
+
     def test_rgbd_pictures_say_where_their_depth_is(self):
         bridge = self.bridge()
         self.good("photo2native", "--bridge", bridge.address, "--save-rgbd", "a_RGBD.png", "a.jpg")

@@ -60,6 +60,12 @@ TEST_F(Splat2Native, OptionsMoveTheCamera) {
     EXPECT_FALSE(samePicture(viewsOf("--focus 0").first, left));
 }
 
+TEST_F(Splat2Native, ASceneWhoseNativeExistsIsSkipped) {
+    spill(studio_ / "n.png", "an older one");
+    EXPECT_TRUE(holds(convert("--skip-existing scan.ply n.png").out, "skipped, as n.png exists"));
+    EXPECT_EQ(slurp(studio_ / "n.png"), "an older one");
+}
+
 TEST_F(Splat2Native, FoldersAreConvertedAndReported) {
     fs::create_directory(studio_ / "scans");
     fs::copy(studio_ / "scan.ply", studio_ / "scans/b.ply");

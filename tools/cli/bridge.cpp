@@ -4,6 +4,7 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "cli/bridge_server.hpp"
+#include "cli/depth_options.hpp"
 #include "cli/folders.hpp"
 #include "cli/outputs.hpp"
 
@@ -178,6 +179,19 @@ Json jsonOf(const BridgeEntry& entry, std::size_t index, const std::string& uri,
     return json;
 }
 
+// The entry of an RGB-D file. @throws Error of VideoReader
+BridgeEntry rgbdEntry(const fs::path& file, bool isSqueezed, bool isStacked = false) {
+    const VideoFacts facts = VideoReader(file).facts(); // also of pictures
+    BridgeEntry entry;
+    entry.file = file;
+    entry.isRgbd = true;
+    entry.isStacked = isStacked;
+    entry.aspect = static_cast<double>(facts.size.width) / facts.size.height;
+    if (!isSqueezed) entry.aspect *= isStacked ? 2 : 0.5;
+    if (isVideoFileName(file)) entry.seconds = facts.duration.value_or(entry.seconds);
+    return entry;
+}
+
 } // namespace
 
 void addBridgeOptions(CommandLine& commandLine, const std::string& what, bool showsEntries) {
@@ -196,7 +210,10 @@ void addBridgeOptions(CommandLine& commandLine, const std::string& what, bool sh
 std::optional<BridgeJob> bridgeJob(const CommandLine& commandLine) {
     BridgeJob job;
     commandLine.refuseWithout("bridge", {"serve"}, " applies to --bridge, expected both");
-    commandLine.take({{"bridge", job.address}, {"serve", job.serve}, {"serial", job.serial}});
+    commandLine.take({{"bridge", job.address},
+                      {"serve", job.serve},
+                      {"serial", job.serial},
+                      {"each", job.seconds, 0.1, 1e6}});
     if (job.address.empty()) return std::nullopt;
     (void)addressOf(job.address);
     return job;
@@ -253,18 +270,6 @@ BridgeEntry bridgeEntry(const fs::path& file, double panelAspect) {
     return rgbdEntry(file, scene->halves == StereoHalves::Squeezed, scene->isStacked);
 }
 
-BridgeEntry rgbdEntry(const fs::path& file, bool isSqueezed, bool isStacked) {
-    const VideoFacts facts = VideoReader(file).facts(); // also of pictures
-    BridgeEntry entry;
-    entry.file = file;
-    entry.isRgbd = true;
-    entry.isStacked = isStacked;
-    entry.aspect = static_cast<double>(facts.size.width) / facts.size.height;
-    if (!isSqueezed) entry.aspect *= isStacked ? 2 : 0.5;
-    if (isVideoFileName(file)) entry.seconds = facts.duration.value_or(entry.seconds);
-    return entry;
-}
-
 void showOnBridge(const BridgeJob& job, const std::vector<BridgeEntry>& entries,
                   Messages& messages) {
     const NetworkUse use;
@@ -306,6 +311,18 @@ void showOnBridge(const BridgeJob& job, const std::vector<BridgeEntry>& entries,
     });
     ticks.start(100);
     loop.exec();
+}
+
+void showOnBridge(const BridgeJob& job, const std::vector<fs::path>& files, bool areRgbd,
+                  double panelAspect, Messages& messages) {
+    std::vector<BridgeEntry> entries;
+    for (const fs::path& file : files) {
+        entries.push_back(
+            areRgbd ? rgbdEntry(file, savedRgbdLayout(file).halves == StereoHalves::Squeezed)
+                    : bridgeEntry(file, panelAspect));
+        if (!isVideoFileName(file)) entries.back().seconds = job.seconds;
+    }
+    if (!entries.empty()) showOnBridge(job, entries, messages);
 }
 
 fs::path quiltForBridge(const std::string& stem) {

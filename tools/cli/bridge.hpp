@@ -19,6 +19,7 @@ struct BridgeJob {
     std::string serve;   ///< `--serve`: own address, for a Bridge on another computer.
     std::string serial;  ///< `--serial`: of one of its displays; empty: all of them.
     bool loops = true;   ///< Begins again after the last entry.
+    double seconds = 20; ///< `--each`: for which each picture is shown.
 };
 
 /// --bridge --serve @param what "Also send the quilts" @param showsEntries false: only --bridge
@@ -47,14 +48,17 @@ struct BridgeEntry {
 /// The entry of a quilt or RGB-D file, picture or video, as its name states.
 /// @throws Error BadFormat (neither), and of VideoReader
 BridgeEntry bridgeEntry(const std::filesystem::path& file, double panelAspect);
-/// The entry of an RGB-D file that a tool has written. @throws Error of VideoReader
-BridgeEntry rgbdEntry(const std::filesystem::path& file, bool isSqueezed, bool isStacked = false);
 
 /// Shows files on the displays of a Bridge, as a new playlist. A Bridge on this computer reads the
 /// files. For one on another computer the function serves them to it, until Ctrl-C.
 /// @throws UsageError, Error
 void showOnBridge(const BridgeJob& job, const std::vector<BridgeEntry>& entries,
                   Messages& messages);
+
+/// As above, files that a tool has made; does nothing if there are none.
+/// @param areRgbd RGB-D files; else quilts
+void showOnBridge(const BridgeJob& job, const std::vector<std::filesystem::path>& files,
+                  bool areRgbd, double panelAspect, Messages& messages);
 
 /// A name in the cache for a quilt that Bridge reads later; the newest 20 are kept.
 /// @param stem of its name @throws Error NotFound (no cache)

@@ -360,6 +360,23 @@ std::vector<FolderFile> listFiles(const fs::path& folder, const FolderSearch& se
     return std::move(found.files);
 }
 
+std::vector<FolderFile> listNamed(const std::vector<fs::path>& names, const FolderSearch& search,
+                                  std::vector<LeftOutFile>& leftOut, const std::string& expected,
+                                  Messages& messages) {
+    std::vector<FolderFile> files;
+    for (const fs::path& name : names) {
+        if (!isDirectory(name)) {
+            files.push_back({name, {}, {}});
+            continue;
+        }
+        for (const FolderFile& file : listFiles(name, search, leftOut, messages))
+            files.push_back(file);
+    }
+    if (files.empty())
+        throw Error(ErrorCode::NotFound, names.front().string(), "holds " + expected);
+    return files;
+}
+
 void requireDirectoryName(const fs::path& name, const std::string& things,
                           const std::string& remedy) {
     if (isDirectory(name)) return;
@@ -386,6 +403,35 @@ FolderEnd failedEnd(const std::exception& error) {
     end.error = sentenceOf(error);
     end.code = codeOf(error);
     return end;
+}
+
+int convertOne(const std::string& thing, const FolderItem& item, const std::function<void()>& work,
+               const std::function<void(const FolderEnd&)>& ended, Messages& messages, bool json) {
+    const std::string output = nameOf(item.output, "standard output");
+    if (item.isMade) {
+        messages.say(item.input.string() + ": skipped, as " + output + " exists");
+        FolderEnd end;
+        end.isSkipped = true;
+        ended(end);
+        return kExitDone;
+    }
+    Progress progress(1, json ? thing : std::string());
+    progress.step(item.input.string(), item.input);
+    catchStop();
+    try {
+        work();
+        progress.end(kExitDone, 1);
+        return kExitDone;
+    } catch (const Stopped&) {
+        messages.dropWarnings();
+        messages.warn("stopped; " + output + " was not made");
+        progress.end(kExitStopped, 0);
+        return kExitStopped;
+    } catch (const std::exception& error) {
+        ended(failedEnd(error));
+        progress.end(kExitFailed, 0);
+        throw;
+    }
 }
 
 FolderRun::FolderRun(std::string thing, std::vector<LeftOutFile> leftOut, Messages& messages,

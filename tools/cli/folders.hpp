@@ -106,6 +106,13 @@ void addRecursiveOption(CommandLine& commandLine, const std::string& things);
 std::vector<FolderFile> listFiles(const std::filesystem::path& folder, const FolderSearch& search,
                                   std::vector<LeftOutFile>& leftOut, Messages& messages);
 
+/// The files that are named, and those of the folders among the names.
+/// @param expected for the error: "no pictures, expected quilts"
+/// @throws Error as listFiles(), NotFound (there are none)
+std::vector<FolderFile> listNamed(const std::vector<std::filesystem::path>& names,
+                                  const FolderSearch& search, std::vector<LeftOutFile>& leftOut,
+                                  const std::string& expected, Messages& messages);
+
 /// Refuses an output that names one file. @throws UsageError
 /// @param things "photos" @param remedy further help, or nothing
 void requireDirectoryName(const std::filesystem::path& name, const std::string& things,
@@ -139,6 +146,14 @@ struct FolderEnd {
 
 /// A failure, as the end of a file. @param error the exception
 FolderEnd failedEnd(const std::exception& error);
+
+/// Converts one file that was named; a failure is thrown.
+/// @param thing "photo", for the progress @param work converts it
+/// @param ended is called if it is skipped or fails
+/// @param json write the progress as JSON
+/// @return exit status: success, or the user's stop
+int convertOne(const std::string& thing, const FolderItem& item, const std::function<void()>& work,
+               const std::function<void(const FolderEnd&)>& ended, Messages& messages, bool json);
 
 /// Converts files one after the other until the user stops (Ctrl-C, SIGTERM): one that fails does
 /// not stop the rest, and the end counts what was made, skipped, left out and failed. Messages

@@ -64,22 +64,17 @@ void GoFolder::addOptions(CommandLine& commandLine, const std::string& things) {
                             "With --go and --bridge: show each for S seconds (default 20).", "S");
 }
 
-double secondsOfEach(const CommandLine& commandLine) {
-    double seconds = 20;
-    commandLine.take({{"each", seconds, 0.1, 1e6}});
-    return seconds;
-}
-
 std::optional<GoFolder> GoFolder::of(const CommandLine& commandLine) {
     fs::path storage;
-    commandLine.take({{"go", storage}});
+    double seconds = 20;
+    commandLine.take({{"go", storage}, {"each", seconds, 0.1, 1e6}});
     if (storage.empty()) {
         commandLine.refuseWithout("bridge", {"each"},
                                   " applies to --go and --bridge, expected one of them");
         return std::nullopt;
     }
     commandLine.exclude("go", "bridge");
-    return GoFolder(storage, secondsOfEach(commandLine));
+    return GoFolder(storage, seconds);
 }
 
 GoFolder::GoFolder(fs::path storage, double seconds)

@@ -47,9 +47,6 @@ class GoFolder {
     std::string number_; // the name of content_
 };
 
-/// `--each`: how long each picture is shown, s. @throws UsageError
-double secondsOfEach(const CommandLine& commandLine);
-
 /// A Go with nominal lenses; quilts do not depend on them.
 ChosenDisplay goDisplay();
 

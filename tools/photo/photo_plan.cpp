@@ -215,7 +215,6 @@ PhotoJob photoJob(const CommandLine& commandLine) {
     job.bridge = bridgeJob(commandLine);
     if (job.bridge) {
         commandLine.exclude("bridge", {"plan", "m"});
-        job.bridgeSeconds = secondsOfEach(commandLine);
         job.quiltIsForBridge = job.outputs.quilt.empty() && job.outputs.rgbd.empty();
         if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
     }

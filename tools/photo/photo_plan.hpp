@@ -46,7 +46,6 @@ struct PhotoJob {
     std::filesystem::path plan; ///< Folder of `--plan`.
     std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.
     std::optional<BridgeJob> bridge;
-    double bridgeSeconds = 20;     ///< How long Bridge shows each.
     bool quiltIsForBridge = false; ///< No option asks for it: it gets a place of its own.
     bool replace = false;          ///< `-y`
     bool skipExisting = false;     ///< Photos whose outputs all exist are not made again.

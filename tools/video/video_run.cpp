@@ -411,14 +411,9 @@ void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
 
 void showByBridge(const VideoRun& run, const std::vector<std::filesystem::path>& files,
                   Messages& messages) {
-    if (!run.job.bridge || files.empty()) return;
-    std::vector<BridgeEntry> entries;
-    for (const std::filesystem::path& file : files)
-        entries.push_back(
-            run.job.plan.product == VideoProduct::Rgbd
-                ? rgbdEntry(file, savedRgbdLayout(file).halves == StereoHalves::Squeezed)
-                : bridgeEntry(file, run.display.aspect()));
-    showOnBridge(*run.job.bridge, entries, messages);
+    if (run.job.bridge)
+        showOnBridge(*run.job.bridge, files, run.job.plan.product == VideoProduct::Rgbd,
+                     run.display.aspect(), messages);
 }
 
 void repeatEncoder(const VideoWriterOptions& encoding) {

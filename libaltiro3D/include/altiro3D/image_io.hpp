@@ -91,7 +91,7 @@ class ALTIRO3D_EXPORT PhotoFile {
 ///         without libheif), TooLarge, BadFormat, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const PhotoFile& file, Notes* notes = nullptr);
 
-/// The focal length that the EXIF of a JPEG, PNG or WebP states, as for film of 36 x 24 mm.
+/// The focal length that the EXIF of a photo states, as for film of 36 x 24 mm.
 /// @param file the photo; not read from a pipe
 /// @return mm; 0 if it states none
 /// @throws Error as PhotoFile::look()

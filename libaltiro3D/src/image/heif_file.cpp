@@ -160,6 +160,17 @@ std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> item) c
     return colours;
 }
 
+std::string HeifFile::exif() const {
+    constexpr std::size_t kOffset = 4; // of the EXIF in its block; writers give 0 or 6
+    heif_item_id id = 0;
+    if (heif_image_handle_get_list_of_metadata_block_IDs(handle_.get(), "Exif", &id, 1) < 1)
+        return {};
+    std::string block(heif_image_handle_get_metadata_size(handle_.get(), id), '\0');
+    if (block.size() <= kOffset || block.size() > kMaxMetadataBytes) return {};
+    const heif_error error = heif_image_handle_get_metadata(handle_.get(), id, block.data());
+    return error.code == heif_error_Ok ? block.substr(kOffset) : std::string();
+}
+
 bool HeifFile::isPremultiplied() const {
     return heif_image_handle_is_premultiplied_alpha(handle_.get()) != 0;
 }
@@ -219,6 +230,10 @@ std::string HeifFile::iccProfile(std::optional<std::uint32_t> /*item*/) const {
 
 std::optional<ColourCode> HeifFile::colours(std::optional<std::uint32_t> /*item*/) const {
     return std::nullopt;
+}
+
+std::string HeifFile::exif() const {
+    return {};
 }
 
 bool HeifFile::isPremultiplied() const {

@@ -54,6 +54,8 @@ class HeifFile {
     std::string iccProfile(std::optional<std::uint32_t> item = std::nullopt) const;
     /// The colours of a picture if the file states them as numbers. @param item as iccProfile()
     std::optional<ColourCode> colours(std::optional<std::uint32_t> item = std::nullopt) const;
+    /// The EXIF of the main picture; empty if there is none.
+    std::string exif() const;
     /// Whether the colours are multiplied by alpha.
     bool isPremultiplied() const;
 

@@ -275,6 +275,7 @@ void readHeif(string_view bytes, ImageHeader& header) {
     header.columns = static_cast<std::uint64_t>(file.size().width);
     header.rows = static_cast<std::uint64_t>(file.size().height);
     header.pictures = std::max(file.pictures(), heifFrames(bytes));
+    header.focalLength = exifFocalLength(file.exif());
 }
 
 void readUnknown(string_view bytes, ImageHeader& header) {

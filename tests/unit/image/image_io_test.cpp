@@ -4,10 +4,12 @@
 #include "altiro3D/error.hpp"
 #include "base/checks.hpp"
 #include "image/exif.hpp"
+#include "image/heif_file.hpp"
 #include "image/image_header.hpp"
 #include "support/child.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/heif_files.hpp"
 #include "support/memory_limit.hpp"
 #include "support/picture_files.hpp"
 #include "support/pixels.hpp"
@@ -301,10 +303,16 @@ TEST_F(ImageIo, TheFocalLengthIsThatOfTheExif) {
             return number(tag, 2) + number(type, 2) + number(1, 4) + number(value, size) +
                    std::string(4 - size, '\0');
         };
-        const std::string body = kExifPrefix + std::string(little ? "II*\0" : "MM\0*", 4) +
-                                 number(8, 4) + number(1, 2) + entry(0x8769, 4, 26, 4) +
-                                 number(0, 4) + number(1, 2) + entry(0xA405, 3, 28, 2) +
-                                 number(0, 4);
+        const std::string block = std::string(little ? "II*\0" : "MM\0*", 4) + number(8, 4) +
+                                  number(1, 2) + entry(0x8769, 4, 26, 4) + number(0, 4) +
+                                  number(1, 2) + entry(0xA405, 3, 28, 2) + number(0, 4);
+        EXPECT_EQ(focalLengthOf(PhotoFile(block, "a.tif")), 28);
+        const std::string body = kExifPrefix + block;
+        for (const std::string& exif : {bigEndian(0, 4) + block, bigEndian(6, 4) + body}) {
+            const std::string heic =
+                heifFile("heic", {hevcColours(1), {2, "Exif", exif, {}, ""}}, {{"cdsc", 2, {1}}});
+            EXPECT_EQ(focalLengthOf(PhotoFile(heic, "a.heic")), hasHeif() ? 28 : 0);
+        }
         const std::string jpeg = encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1)))
                                      .insert(2, "\xff\xe1" + bigEndian(body.size() + 2, 2) + body);
         EXPECT_EQ(focalLengthOf(PhotoFile(jpeg, "a.jpg")), 28);

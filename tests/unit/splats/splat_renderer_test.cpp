@@ -370,7 +370,7 @@ TEST(SplatsOfPhotos, ShowPhotosAsLayeredDoes) {
         const Loop loop = loopOf(placeScene(scene, 0.75, {420, 560}, options).scene, options.views);
         mean.middle += loop.middle / std::size(photos);
         mean.outer += loop.outer / std::size(photos);
-        EXPECT_GE(loop.alpha, 0.975) << photo; // of 2.8 million px one has less than 0.98
+        EXPECT_GE(loop.alpha, 0.979) << photo; // of 2.8 million px one has less than 0.98
     }
     EXPECT_GE(mean.middle, 31);
     EXPECT_GE(mean.outer, 27);

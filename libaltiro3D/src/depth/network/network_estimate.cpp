@@ -20,10 +20,10 @@ constexpr int kPhotoSide = 512; // longer side of the depth of photos, px
 constexpr int kFrameSide = 320; // the same for frames
 constexpr int kReadSide = 1024; // networks read a copy of larger photos
 // docs/lab/depth.md has the measurements of other sizes and shares.
-constexpr double kDetailSize = 1.625; // size of the larger copy, in sizes of the network's input
-constexpr double kCoarseShare = 0.65; // weight of the run at the network's own size
-constexpr int kWindows = 16;          // windows of the guided filter across the longer side
-constexpr double kFlatVariance = 1e-3;
+constexpr double kSecondSize = 1.25;  // sizes of the mirrored copies, in sizes of the network's
+constexpr double kDetailSize = 1.625; // input
+constexpr double kDetailShare = 0.5;  // how much of the detail is that of the largest run
+constexpr int kWindows = 16;          // windows across the longer side; what is finer is detail
 
 cv::Mat resized(const cv::Mat& picture, cv::Size size) {
     if (picture.size() == size) return picture;
@@ -33,44 +33,28 @@ cv::Mat resized(const cv::Mat& picture, cv::Size size) {
     return result;
 }
 
-cv::Mat meanAround(const cv::Mat& values, int radius) {
-    cv::Mat mean;
-    cv::blur(values, mean, {2 * radius + 1, 2 * radius + 1}, {-1, -1}, cv::BORDER_REFLECT);
-    return mean;
-}
-
-// Guided filter (He, Sun and Tang 2010): the depth as a linear function of the guide in each
-// window, so that it has the steps that both have, where the guide has them.
-cv::Mat withEdgesOf(const cv::Mat& guide, const cv::Mat& depth) {
-    const int radius = std::max(2, std::max(depth.cols, depth.rows) / kWindows);
-    const cv::Mat meanGuide = meanAround(guide, radius);
-    const cv::Mat meanDepth = meanAround(depth, radius);
-    const cv::Mat covariance = meanAround(guide.mul(depth), radius) - meanGuide.mul(meanDepth);
-    const cv::Mat variance = meanAround(guide.mul(guide), radius) - meanGuide.mul(meanGuide);
-    const cv::Mat slope = covariance / (variance + kFlatVariance);
-    const cv::Mat offset = meanDepth - slope.mul(meanGuide);
-    return meanAround(slope, radius).mul(guide) + meanAround(offset, radius);
-}
-
-// The longer side of the larger copy; 0 if there is none.
-int detailSide(const NetworkProfile& profile, cv::Size inputSize) {
+// The longer side of a copy, as the network takes it.
+int sideOf(const NetworkProfile& profile, double size) {
     const int own = std::max(profile.inputWidth, profile.inputHeight);
-    const int chosen = std::max(inputSize.width, inputSize.height);
-    if (profile.inputShape != InputShape::Photo || chosen < own) return 0;
-    if (chosen > own) return chosen;
-    const double multiples = own * kDetailSize / profile.multipleOf;
+    const double multiples = own * size / profile.multipleOf;
     return std::min(4096 / profile.multipleOf, static_cast<int>(std::lround(multiples))) *
            profile.multipleOf;
 }
 
-// The depth of both runs of a photo.
-cv::Mat joined(const cv::Mat& coarse, const cv::Mat& mirrored, cv::Size size) {
-    cv::Mat edges;
-    cv::flip(mirrored, edges, 1);
-    edges = resized(edges, size);
-    cv::Mat mean;
-    cv::addWeighted(resized(coarse, size), kCoarseShare, edges, 1 - kCoarseShare, 0, mean);
-    cv::Mat depth = withEdgesOf(edges, mean);
+// The depth of the three runs of a photo: the mean of the smaller ones, which order surfaces best,
+// with detail of the largest one.
+cv::Mat joined(const std::vector<cv::Mat>& depths, cv::Size size) {
+    const auto upright = [&](const cv::Mat& mirrored) {
+        cv::Mat depth;
+        cv::flip(mirrored, depth, 1);
+        return resized(depth, size);
+    };
+    cv::Mat depth = (resized(depths[0], size) + upright(depths[1])) / 2;
+    const cv::Mat missing = upright(depths[2]) - depth;
+    const int side = std::max(2, std::max(size.width, size.height) / kWindows);
+    cv::Mat coarse;
+    cv::blur(missing, coarse, {side + 1, side + 1}, {-1, -1}, cv::BORDER_REFLECT);
+    depth += kDetailShare * (missing - coarse);
     cv::min(cv::max(depth, 0), 1, depth);
     return depth;
 }
@@ -244,20 +228,19 @@ double lengthOf(const cv::Vec4f& line) {
 std::vector<NetworkRun> runsOfPhoto(const NetworkProfile& profile, cv::Size inputSize,
                                     const cv::Mat& photo) {
     const int own = std::max(profile.inputWidth, profile.inputHeight);
-    const int detail = detailSide(profile, inputSize);
-    std::vector<NetworkRun> runs{{downscale(photo, kReadSide), detail > 0 ? own : 0}};
-    if (detail > 0) {
-        cv::Mat mirrored;
-        cv::flip(runs.front().photo, mirrored, 1);
-        runs.push_back({mirrored, detail});
-    }
-    return runs;
+    const int chosen = std::max(inputSize.width, inputSize.height);
+    const cv::Mat read = downscale(photo, kReadSide);
+    if (profile.inputShape != InputShape::Photo || chosen < own) return {{read, 0}};
+    cv::Mat mirrored;
+    cv::flip(read, mirrored, 1);
+    return {{read, own},
+            {mirrored, sideOf(profile, kSecondSize)},
+            {mirrored, chosen > own ? chosen : sideOf(profile, kDetailSize)}};
 }
 
 cv::Mat depthOfRuns(cv::Size photo, const cv::Mat& read, const std::vector<cv::Mat>& depths) {
     const cv::Size size = downscaledSize(photo, kPhotoSide);
-    cv::Mat depth =
-        depths.size() > 1 ? joined(depths[0], depths[1], size) : resized(depths[0], size);
+    cv::Mat depth = depths.size() > 1 ? joined(depths, size) : resized(depths[0], size);
     const cv::Mat seen = resized(read, size);
     const std::vector<cv::Vec4f> lines = findLines(seen);
     straightenLines(lines, depth);

@@ -16,8 +16,8 @@ struct NetworkRun {
 
 /// The runs of a network for a photo.
 /// @param inputSize as DepthNetwork::inputSize()
-/// @return one run of the photo, of at most 1024 px; and one of its larger mirrored copy for
-///         networks that follow the photo's shape
+/// @return one run of the photo, of at most 1024 px; and two of larger mirrored copies for networks
+///         that follow the photo's shape
 [[nodiscard]] std::vector<NetworkRun> runsOfPhoto(const NetworkProfile& profile, cv::Size inputSize,
                                                   const cv::Mat& photo);
 
@@ -28,10 +28,11 @@ struct NetworkRun {
 [[nodiscard]] cv::Mat depthOfRuns(cv::Size photo, const cv::Mat& read,
                                   const std::vector<cv::Mat>& depths);
 
-/// Depth of a photo. Networks that follow the photo's shape run twice, on the photo and on a larger
-/// mirrored copy, whose edges the result takes. Then straight lines become straight, and steps for
-/// which there is evidence become hard (below, and depth_steps.hpp).
-/// @param network its inputSize() is that of the larger copy, if it is larger than the profile's;
+/// Depth of a photo. Networks that follow the photo's shape run three times: on the photo and on a
+/// larger mirrored copy, whose mean is the layout, and on a still larger one, which adds detail.
+/// Then straight lines become straight, and steps for which there is evidence become hard (below,
+/// and depth_steps.hpp).
+/// @param network its inputSize() is that of the largest copy, if it is larger than the profile's;
 ///        if it is smaller, the network runs once
 /// @param photo [rows x cols, CV_8UC3, BGR]
 /// @return [photo's shape, longer side at most 512 px, CV_32FC1, about 0..1, 1 = nearest]

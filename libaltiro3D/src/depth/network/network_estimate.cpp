@@ -82,7 +82,7 @@ struct Profile {
 std::vector<Profile> readProfiles(const cv::Vec4f& line, float aside, const cv::Mat& depth) {
     const cv::Point2f from(line[0], line[1]);
     const cv::Point2f way(line[2] - line[0], line[3] - line[1]);
-    const auto length = static_cast<float>(std::hypot(way.x, way.y));
+    const auto length = static_cast<float>(cv::norm(way));
     const cv::Point2f offset(-way.y * aside / length, way.x * aside / length);
     const int count = static_cast<int>(length) + 1;
     std::vector<Profile> profiles(1);
@@ -174,8 +174,8 @@ class Membrane {
 
   private:
     static float hold(float step) {
-        const float steps = step / kStep;
-        return std::exp(-steps * steps);
+        const auto steps = static_cast<double>(step / kStep);
+        return static_cast<float>(std::exp(-steps * steps)); // libraries differ in expf()
     }
 
     // Every other px of a row; those beside them stay.

@@ -69,8 +69,7 @@ Followed followBothWays(const std::vector<cv::Mat>& from, const std::vector<cv::
     const Followed back = follow(to, from, there.to, points, window, kLevels);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const cv::Point2f off = back.to[i] - points[i];
-        if (back.isFound[i] == 0 || cv::norm(off) > 0.5 ||
-            !isInside(there.to[i], from[0].size()))
+        if (back.isFound[i] == 0 || cv::norm(off) > 0.5 || !isInside(there.to[i], from[0].size()))
             there.isFound[i] = 0;
     }
     return there;
@@ -227,8 +226,7 @@ SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, doub
                     follow(details[origin], details[i], begins, guesses, window, 0);
                 for (std::size_t k = 0; k < of.size(); ++k) {
                     const cv::Point2f off = exact.to[k] - guesses[k];
-                    if (exact.isFound[k] == 0 || cv::norm(off) > 1 ||
-                        !isInside(exact.to[k], size))
+                    if (exact.isFound[k] == 0 || cv::norm(off) > 1 || !isInside(exact.to[k], size))
                         continue;
                     Live one = live[of[k]];
                     const double was = brightnessAt(pictures[i - 1]->grey, one.at);

@@ -46,6 +46,13 @@ web)
     command -v npm >/dev/null || wanted+=(nodejs npm)
     ;;
 package) wanted=("${build[@]}" "${packages[@]}") ;;
+package-arm64) # headers and libraries of arm64 (scripts/make-packages.sh --arch arm64)
+    wanted=(crossbuild-essential-arm64 libpython3-dev:arm64 "${packages[@]}")
+    for package in "${build[@]}"; do
+        [[ $package != lib*-dev && $package != qtbase5-dev ]] || package+=:arm64
+        wanted+=("$package")
+    done
+    ;;
 archive) wanted=("${build[@]}" "${packages[@]}" "${archive[@]}") ;;
 windows) wanted=("${windows[@]}") ;;
 *)

@@ -98,8 +98,13 @@ SplatScene splatsOf(const Scene& scene, const PhotoSplatOptions& options) {
     const std::vector<LayeredPixel> pixels =
         layeredPixels(scene.photo, scene.depth, options.focus, settings);
     result.splats.reserve(pixels.size());
-    for (const LayeredPixel& pixel : pixels)
+    for (LayeredPixel pixel : pixels) {
         result.splats.push_back(pixelSplats.of(pixel));
+        const bool isAtBorder = pixel.y == 0 || pixel.y + 1 == size.height;
+        if (!isAtBorder) continue;
+        pixel.y += pixel.y == 0 ? -1 : 1; // beyond it, else one would see through it
+        result.splats.push_back(pixelSplats.of(pixel));
+    }
     result.camera = camera;
     result.focusDistance = distanceOf(options.focus);
     return result;

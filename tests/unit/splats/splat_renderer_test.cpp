@@ -380,13 +380,13 @@ TEST(SplatsOfPhotos, PhotosOfOneDepthAreFlatAndRowsOfPxAreTheirColours) {
     Scene scene = steppedScene({40, 30});
     scene.depth = 0.5;
     const SplatScene splats = splatsOf(scene);
-    ASSERT_EQ(splats.splats.size(), 1200U);
+    ASSERT_EQ(splats.splats.size(), 1280U) << "one for each px, and the outermost rows once more";
     for (const Splat& splat : splats.splats) {
         EXPECT_NEAR(splat.centre[2], splats.focusDistance, 1e-4);
         EXPECT_NEAR(splat.radii[0], splat.radii[1], 1e-5F);
         EXPECT_LT(splat.radii[2], splat.radii[1]);
     }
-    EXPECT_NEAR(splats.splats[41].colour[0], scene.photo.at<cv::Vec3b>(1, 1)[2] / 255.0, 1e-6);
+    EXPECT_NEAR(splats.splats[81].colour[0], scene.photo.at<cv::Vec3b>(1, 1)[2] / 255.0, 1e-6);
     scene.depth = std::nanf("");
     EXPECT_FALSE(splatsOf(scene).splats.empty()); // NaN counts as 0
     EXPECT_EQ(codeOf([] { (void)splatsOf(Scene()); }), ErrorCode::InvalidArgument);

@@ -159,18 +159,8 @@ std::vector<LayeredPixel> layeredPixels(const cv::Mat& photo, const cv::Mat& dep
         return pixels;
     }
     const PixelLister lister(photo, scene, focus, options.tearStep());
-    const auto repeat = [&](std::size_t first, int y) { // beyond the frame, as px blend
-        for (std::size_t i = first, last = pixels.size(); i < last; ++i) {
-            pixels.push_back(pixels[i]);
-            pixels.back().y = y;
-        }
-    };
-    for (int y = 0; y < photo.rows; ++y) {
-        const std::size_t first = pixels.size();
+    for (int y = 0; y < photo.rows; ++y)
         lister.listRow(y, pixels);
-        if (y == 0) repeat(first, -1);
-        if (y + 1 == photo.rows && y > 0) repeat(first, photo.rows);
-    }
     return pixels;
 }
 

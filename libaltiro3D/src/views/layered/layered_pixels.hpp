@@ -11,7 +11,7 @@ namespace altiro3D {
 /// A px of a surface of a scene, or of the background that is painted behind one.
 struct LayeredPixel {
     int x = 0;           ///< Column of the photo; painted ones may lie beside the frame.
-    int y = 0;           ///< Row; -1 and that after the last one repeat the outermost rows.
+    int y = 0;           ///< Row.
     float depth = 0;     ///< 0..1
     float across = 0;    ///< Slope of the surface: depth of the next column minus this one's,
     float down = 0;      ///< and of the next row.

@@ -31,7 +31,7 @@ std::string lensText(const LensGeometry& g, int views) {
     for (int x = first; x < std::min(first + count, g.panelWidth); ++x) {
         if (x > first) text += " |";
         for (int colour = 0; colour < 3; ++colour)
-            text += ' ' + std::to_string(LensGeometry::viewOfPhase(g.phase(x, y, colour), views));
+            text += ' ' + std::to_string(g.view(x, y, colour, views));
     }
     return text;
 }
@@ -51,6 +51,7 @@ void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.say("lenses (P)    " + exact(g.periodsPerWidth) + " across the panel's width");
     messages.say("tilt (T)      " + exact(g.tilt) + " panel widths over the panel's height");
     messages.say("sub-pixel     " + exact(g.subpixelStep) + " panel widths");
+    if (c.lens) messages.say("lens by px    " + subpixelLensText(c));
     if (isLying) {
         messages.say("lens          " +
                      numberText(g.panelHeight / (std::abs(g.tilt) * g.periodsPerWidth)) +
@@ -118,6 +119,7 @@ void printJson(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
         {"quilt", layoutJson(layout)},
         {"defaultQuilt", layoutJson(defaultQuilt(c))},
         {"lens", sheetJson(c)},
+        {"viewOrder", c.viewOrder},
         {"fingerprint", fingerprintText(fingerprint(c))}};
     messages.print(info.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
@@ -134,7 +136,7 @@ struct TableJob {
     bool replace = false;
     bool info = false;
     bool json = false;
-    std::optional<LensNumbers> lens;
+    std::optional<Calibration> lens;
     std::filesystem::path pitchSheet; // with --lens; empty: none
     PitchSheetOptions pitches;
 };
@@ -198,7 +200,7 @@ TableJob tableJob(const CommandLine& commandLine) {
 
 // A calibration by the numbers of --lens.
 int makeLensFile(const TableJob& job, Messages& messages) {
-    const Calibration calibration = calibrationOf(*job.lens);
+    const Calibration calibration = *job.lens;
     Outputs outputs(job.replace);
     outputs.addOutputs({job.saved, job.pitchSheet});
     outputs.check();

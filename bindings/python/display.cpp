@@ -26,6 +26,13 @@ void bindCalibration(py::module_& m) {
         .field("distance", &LensSheet::distance, "Of the eye, mm.")
         .constructible()
         .done();
+    Value<SubpixelLens>(m, "SubpixelLens", "Lenses whose place is known in sub-pixels.")
+        .field("period", &SubpixelLens::period, "Sub-pixels across one lens.")
+        .field("slope", &SubpixelLens::slope, "Change of the place per row.")
+        .field("offset", &SubpixelLens::offset, "Place of the first sub-pixel.")
+        .field("slope_in_subpixels", &SubpixelLens::slopeInSubpixels, "Else in px.")
+        .constructible()
+        .done();
     Value<Calibration>(m, "Calibration",
                        "A display's calibration with the names and values of its visual.json.")
         .field("config_version", &Calibration::configVersion, "Format tag of the file.")
@@ -46,6 +53,8 @@ void bindCalibration(py::module_& m) {
         .field("cell_pattern_mode", &Calibration::CellPatternMode, "How cells repeat, 0..4.")
         .field("subpixel_cells", &Calibration::subpixelCells, "Empty on stripe panels.")
         .field("sheet", &Calibration::sheet, "Of prints and of screens with a lens film; or None.")
+        .field("lens", &Calibration::lens, "In sub-pixels, in place of pitch, slope and center.")
+        .field("view_order", &Calibration::viewOrder, "Views under a lens, left to right; or [].")
         .constructible()
         .done()
         .def(

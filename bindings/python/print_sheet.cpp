@@ -36,8 +36,21 @@ void bindLenses(py::module_& m) {
         .field("sharp_depth", &LensFacts::sharpDepth, "Depth without blur, mm.")
         .field("sharp_strength", &LensFacts::sharpStrength, "ViewOptions.strength_percent of it.")
         .done();
-    m.def("calibration_of", &calibrationOf, py::arg("numbers"),
-          "The calibration of a print or of a screen with a lens film.");
+    Value<BarrierNumbers>(m, "BarrierNumbers", "A screen with lenses or a barrier, by sub-pixels.")
+        .field("panel", &BarrierNumbers::panel, "Width and height, px.")
+        .field("dpi", &BarrierNumbers::dpi, "Px per inch, for sizes in mm only.")
+        .field("pitch", &BarrierNumbers::pitch, "Sub-pixels across one lens, 2..1000.")
+        .field("slope", &BarrierNumbers::slope, "Sub-pixels to the right per row, -3..3.")
+        .field("offset", &BarrierNumbers::offset, "Left edge of a lens in the top row, sub-pixels.")
+        .field("is_bgr", &BarrierNumbers::isBgr, "Blue is the leftmost colour.")
+        .field("views", &BarrierNumbers::views, "Number of views; 0: those of order, else 48.")
+        .field("order", &BarrierNumbers::order, "Views under a lens from left to right.")
+        .constructible()
+        .done();
+    m.def("calibration_of", py::overload_cast<const LensNumbers&>(&calibrationOf),
+          py::arg("numbers"), "The calibration of a print or of a screen with a lens film.");
+    m.def("calibration_of", py::overload_cast<const BarrierNumbers&>(&calibrationOf),
+          py::arg("numbers"), "The calibration of a screen with lenses or a barrier.");
     m.def("calibration_text", &calibrationText, py::arg("calibration"),
           "The text of a visual.json, which read_display() reads.");
     m.def("lens_facts", &lensFacts, py::arg("calibration"), "What follows from a calibration.");

@@ -106,6 +106,25 @@ TEST(DisplaySearch, PairsBySizeWhereNothingElseCouldBeMeant) {
     EXPECT_EQ(named[0].screen, 1U);
 }
 
+TEST(DisplaySearch, ACubeViIsFoundByItsNameAndByItsSize) {
+    TemporaryDirectory folder;
+    spill(folder / "c1.json", R"({"lineNumber":19.6,"obliquity":0.1,"deviation":1})");
+    qt::ScreenFacts named;
+    named.model = "CubeVi";
+    named.size = {1440, 2560};
+    qt::ScreenFacts other;
+    other.size = {1920, 1080};
+    const auto alone = qt::findDisplays({other, named}, {});
+    ASSERT_EQ(alone.size(), 1U);
+    EXPECT_EQ(alone[0].screen, 1U);
+    EXPECT_NE(alone[0].problems.at(0).find("give its visual.json"), std::string::npos);
+    named.model.clear();
+    const auto bySize = qt::findDisplays({other, named}, {{folder / "c1.json", "cubevi-c1"}});
+    ASSERT_EQ(bySize.size(), 1U);
+    EXPECT_EQ(bySize[0].screen, 1U);
+    EXPECT_TRUE(bySize[0].problems.empty());
+}
+
 TEST(DisplaySearch, SaysWhichPartIsMissing) {
     Mounts mounts;
     const auto screenOnly = mounts.find({screen("LKG-P00655", kPortrait)});

@@ -157,5 +157,33 @@ TEST(ViewerTestPicture, SmallPanelsAndSingleViewsAreNoProblem) {
     EXPECT_EQ(makeTestPicture(display).size(), cv::Size(16, 16));
 }
 
+// Whatever the order under the lens, the eye sees the numbers one by one.
+TEST(TestPicture, FewViewsShowTheirNumbers) {
+    BarrierNumbers numbers;
+    numbers.panel = {240, 160};
+    numbers.pitch = 12;
+    numbers.order = {0, 1, 2, 3};
+    const Display plain = displayOf(calibrationOf(numbers));
+    numbers.order = {2, 0, 3, 1};
+    const Display mixed = displayOf(calibrationOf(numbers));
+    const auto numberOf = [](const Display& display, const cv::Mat& native, int view) {
+        cv::Mat seen;
+        simulateView(native, display.calibration, eyeAtView(view, 4), seen);
+        return seen(cv::Rect(80, 55, 80, 50)).clone(); // without the words and the strip
+    };
+    const cv::Mat plainNative = makeTestPicture(plain);
+    const cv::Mat mixedNative = makeTestPicture(mixed);
+    for (int view = 0; view < 4; ++view) {
+        const cv::Mat number = numberOf(mixed, mixedNative, view);
+        EXPECT_GT(cv::countNonZero(number.reshape(1) == 255), 300) << view;
+        const double own = cv::norm(numberOf(plain, plainNative, view), number, cv::NORM_L1);
+        for (int other = 0; other < 4; ++other) {
+            if (other == view) continue;
+            EXPECT_GT(cv::norm(numberOf(plain, plainNative, other), number, cv::NORM_L1),
+                      1.5 * own);
+        }
+    }
+}
+
 } // namespace
 } // namespace altiro3D::test

@@ -42,6 +42,20 @@ int referenceView(const Calibration& calibration, bool inverted, int views, int 
     return std::min(static_cast<int>(std::floor(z * views)), views - 1);
 }
 
+int referenceCubeViView(double interval, double slope, double x0, int x, int y, int colour) {
+    double t = std::fmod(3 * ((x + 1) + (y + 1) * slope) + colour + x0, interval);
+    if (t < 0) t += interval;
+    return static_cast<int>(std::floor(40 * t / interval));
+}
+
+int referenceBarrierView(double pitch, double slope, double offset, const std::vector<int>& order,
+                         int views, int i, int j) {
+    double t = std::fmod(i + 0.5 - slope * j - offset, pitch);
+    if (t < 0) t += pitch;
+    const int slot = static_cast<int>(std::floor(views * t / pitch));
+    return order.empty() ? views - 1 - slot : order[static_cast<std::size_t>(slot)];
+}
+
 cv::Point referenceQuiltPixel(const Calibration& c, bool inverted, const QuiltLayout& layout, int x,
                               int y, int channel) {
     const int view = referenceView(c, inverted, layout.viewCount, x, y, channel);

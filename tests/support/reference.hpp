@@ -21,6 +21,13 @@ long double referencePhase(const Calibration& calibration, bool inverted, int x,
 int referenceView(const Calibration& calibration, bool inverted, int views, int x, int y,
                   int channel);
 
+/// View of a sub-pixel of a CubeVi C1, as its maker publishes it. @param x, y from 0, top left
+int referenceCubeViView(double interval, double slope, double x0, int x, int y, int colour);
+
+/// View of the sub-pixel i of the row j of a screen with a barrier, both from 0: (1.16).
+int referenceBarrierView(double pitch, double slope, double offset, const std::vector<int>& order,
+                         int views, int i, int j);
+
 /// Quilt pixel that a sub-pixel shows: tile of its view, nearest pixel in it.
 cv::Point referenceQuiltPixel(const Calibration& calibration, bool inverted,
                               const QuiltLayout& layout, int x, int y, int channel);

@@ -92,7 +92,8 @@ fs::path GoFolder::quiltFile(std::size_t index, const std::string& stem) const {
     std::string number = std::to_string(index + 1);
     number.insert(0, 3 - std::min<std::size_t>(number.size(), 3), '0');
     std::string name = stem; // without another layout
-    if (parseQuiltName(stem + ".jpg")) name.resize(lowerCase(stem).rfind("_qs"));
+    if (lowerCase(stem).find("_qs") != std::string::npos && parseQuiltName(stem + ".jpg"))
+        name.resize(lowerCase(stem).rfind("_qs"));
     const ChosenDisplay go = goDisplay();
     return quiltFileName(content_ / (number + "_" + inFileName(name) + ".jpg"), go.quilt,
                          go.aspect());

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <map>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -15,7 +17,8 @@ namespace {
 // A number and perhaps a unit behind it. @return the unit; nothing if there is no number
 std::optional<std::string> readNumber(std::string_view text, double& value) {
     const char* const end = text.data() + text.size();
-    const auto read = std::from_chars(text.data(), end, value);
+    const int plus = !text.empty() && text[0] == '+' ? 1 : 0;
+    const auto read = std::from_chars(text.data() + plus, end, value);
     if (read.ec != std::errc()) return std::nullopt;
     return std::string(read.ptr, end);
 }
@@ -33,12 +36,18 @@ void addLensOption(CommandLine& commandLine) {
         "(or ACROSSxDOWN), size=WxHmm or WxHin (of the picture), and if wanted angle= (-45..45 "
         "degrees to the right going up), horizontal=yes (lying lenses), views= (auto), subpixels= "
         "(none: a print; rgb, bgr, vrgb: a screen), thickness= and index= (of the sheet: mm, 1.56 "
-        "of PETG), distance= (of the eye, mm).",
+        "of PETG), distance= (of the eye, mm). In place of lpi=, dpi= and size=, a screen has "
+        "panel=WxH (px, or cubevi-c1) and pitch= (sub-pixels across a lens or slit of a barrier), "
+        "and if wanted slope= (sub-pixels to the right per row, instead of angle=), offset= "
+        "(sub-pixels to the left edge of a lens in the top row) and order= (views under a lens "
+        "from left to right, 0 for the leftmost camera, such as 3:1:2:0).",
         "KEY=VALUE,...");
 }
 
-LensNumbers lensOption(const CommandLine& commandLine) {
+Calibration lensOption(const CommandLine& commandLine) {
     LensNumbers numbers;
+    BarrierNumbers barrier;
+    cv::Size2d panel;
     std::string list;
     commandLine.take({{"lens", list}});
     std::istringstream parts(list);
@@ -61,7 +70,11 @@ LensNumbers lensOption(const CommandLine& commandLine) {
         {"views", &views, nullptr, false, "auto or a number"},
         {"thickness", &numbers.thickness, nullptr, true, "MM"},
         {"index", &numbers.index, nullptr, false, "1.56"},
-        {"distance", &numbers.distance, nullptr, true, "MM"}};
+        {"distance", &numbers.distance, nullptr, true, "MM"},
+        {"panel", &panel.width, &panel.height, false, "1440x2560 (px) or cubevi-c1"},
+        {"pitch", &barrier.pitch, nullptr, false, "SUB-PIXELS"},
+        {"slope", &barrier.slope, nullptr, false, "SUB-PIXELS"},
+        {"offset", &barrier.offset, nullptr, false, "SUB-PIXELS"}};
     std::set<std::string> keys;
     for (std::string part; std::getline(parts, part, ',');) {
         part.erase(std::remove(part.begin(), part.end(), ' '), part.end());
@@ -102,9 +115,21 @@ LensNumbers lensOption(const CommandLine& commandLine) {
             numbers.isHorizontal = word({"no", "yes"}) == 1;
         } else if (key == "subpixels") {
             numbers.subpixels = static_cast<SubpixelOrder>(word({"none", "rgb", "bgr", "vrgb"}));
+        } else if (key == "order") {
+            std::istringstream order(value);
+            for (std::string view; std::getline(order, view, ':');) {
+                double number = -1;
+                if (readNumber(view, number) != "" ||
+                    number != std::clamp(std::floor(number), 0.0, 99.0))
+                    fail(part, "order=0:2:1:3, each view under a lens once");
+                barrier.order.push_back(static_cast<int>(number));
+            }
+        } else if (key == "panel" && value == "cubevi-c1") {
+            panel = {1440, 2560};
         } else if (known == std::end(numberKeys)) {
             fail(part, "lpi, dpi, size, angle, horizontal, views, subpixels, thickness, index or "
-                       "distance, such as lpi=60,dpi=720,size=100x150mm");
+                       "distance, such as lpi=60,dpi=720,size=100x150mm, or panel, pitch, slope, "
+                       "offset or order");
         } else if (key != "views" || value != "auto") {
             read(*known);
             if (key != "views") continue;
@@ -113,21 +138,63 @@ LensNumbers lensOption(const CommandLine& commandLine) {
                 fail(part, "views=auto or 2.." + std::to_string(kMaxSheetViews));
         }
     }
-    for (const char* needed : {"lpi", "dpi", "size"})
-        if (keys.count(needed) == 0)
-            throw UsageError(std::string("--lens: ") + needed +
-                             " is missing, expected lpi, dpi and size, such as "
-                             "lpi=60,dpi=720,size=100x150mm");
-    return numbers;
+    using Keys = std::initializer_list<const char*>;
+    const auto require = [&](Keys needed, const std::string& expected) {
+        for (const char* key : needed)
+            if (keys.count(key) == 0)
+                throw UsageError(std::string("--lens: ") + key + " is missing, expected " +
+                                 expected);
+    };
+    const auto refuse = [&](Keys others, const std::string& why) {
+        for (const char* key : others)
+            if (keys.count(key) > 0) throw UsageError(std::string("--lens: ") + key + why);
+    };
+    if (keys.count("panel") + keys.count("pitch") > 0) {
+        require({"panel", "pitch"}, "panel and pitch, such as panel=1440x2560,pitch=4.6667");
+        refuse({"lpi", "size", "horizontal", "thickness", "index", "distance"},
+               " is of a lens sheet, expected panel and pitch without it");
+        if (keys.count("slope") > 0) refuse({"angle"}, " and slope are both given, expected one");
+        if (keys.count("subpixels") > 0 && numbers.subpixels != SubpixelOrder::Rgb &&
+            numbers.subpixels != SubpixelOrder::Bgr)
+            fail("subpixels", "subpixels=rgb|bgr with panel and pitch");
+        barrier.panel = panel;
+        if (cv::Size2d(barrier.panel) != panel) fail("panel", "whole px, such as 1440x2560");
+        barrier.isBgr = numbers.subpixels == SubpixelOrder::Bgr;
+        barrier.views = numbers.views;
+        if (keys.count("angle") > 0) barrier.slope = -3 * std::tan(numbers.angle * CV_PI / 180);
+        if (keys.count("dpi") > 0) barrier.dpi = numbers.dpi;
+        return calibrationOf(barrier);
+    }
+    refuse({"slope", "offset", "order"}, " is in sub-pixels, expected panel and pitch with it");
+    require({"lpi", "dpi", "size"}, "lpi, dpi and size, such as lpi=60,dpi=720,size=100x150mm");
+    return calibrationOf(numbers);
+}
+
+std::string subpixelLensText(const Calibration& c) {
+    const SubpixelLens& lens = *c.lens;
+    const DisplayModel* const model = findDisplayModel(c);
+    const double sign = lens.slopeInSubpixels ? -1 : 1; // as --lens takes them: (1.16)
+    std::string text = numberText(lens.period) + " sub-pixels across, " +
+                       numberText(sign * lens.slope) +
+                       (lens.slopeInSubpixels ? " sub-pixels" : " px") + " per row, offset " +
+                       numberText(sign * lens.offset);
+    if (model != nullptr) text += " (lineNumber, obliquity and deviation of a " + model->name + ")";
+    for (std::size_t i = 0; i < c.viewOrder.size(); ++i)
+        text += (i == 0 ? ", views from left to right " : ":") + std::to_string(c.viewOrder[i]);
+    return text;
 }
 
 std::string sheetText(const Calibration& calibration) {
     const LensFacts facts = lensFacts(calibration);
+    if (calibration.lens)
+        return "screen of " + sizeText({calibration.screenW, calibration.screenH}) +
+               " with lenses of " + numberText(calibration.lens->period) + " sub-pixels";
     return std::string(calibration.sheet->isPrint ? "print" : "screen with a lens film") + " of " +
            sizeInMm(facts) + ", " + numberText(facts.lpi) + " LPI";
 }
 
 void tellSheet(const Calibration& calibration, const Messages& messages) {
+    if (calibration.lens) return; // its dpi may be any
     const LensFacts facts = lensFacts(calibration);
     const LensSheet& sheet = *calibration.sheet;
     const double down = sheet.dpiDown;

@@ -9,9 +9,11 @@ namespace altiro3D::tools {
 
 /// --lens
 void addLensOption(CommandLine& commandLine);
-/// @throws UsageError
-LensNumbers lensOption(const CommandLine& commandLine);
+/// The calibration by its numbers. @throws UsageError, Error
+Calibration lensOption(const CommandLine& commandLine);
 
+/// The lens of a calibration that has one in sub-pixels, and the order of views.
+std::string subpixelLensText(const Calibration& calibration);
 /// "print of 100 x 150 mm, 60 LPI". @param calibration with a sheet
 std::string sheetText(const Calibration& calibration);
 /// What --info says of a print or a screen without a maker.

@@ -33,6 +33,19 @@ struct LensSheet {
 /// Largest LensSheet::views.
 constexpr int kMaxSheetViews = 1024;
 
+/// Lenses over stripes of red, green and blue, in sub-pixels. A sub-pixel lies at the place t under
+/// its lens: docs/mathematics.md, (1.14), or (1.16) with slopeInSubpixels.
+struct ALTIRO3D_EXPORT SubpixelLens {
+    double period = 0;             ///< I, sub-pixels across one lens, 2..1000.
+    double slope = 0;              ///< s, change of t per row: -1..1 px, or -3..3 sub-pixels.
+    double offset = 0;             ///< X0, -1e4..1e4 sub-pixels.
+    bool slopeInSubpixels = false; ///< Unit of the slope, and which formula holds.
+
+    /// The place before it is taken modulo the period. @param x, y, k from 0, the top left
+    /// @return sub-pixels
+    [[nodiscard]] double wholePlace(int x, int y, int k) const;
+};
+
 /// A display's calibration with the names and values of its `visual.json`.
 struct Calibration {
     std::string configVersion; ///< Format tag of the file; informative.
@@ -54,6 +67,12 @@ struct Calibration {
     std::vector<SubpixelCell> subpixelCells; ///< At most 16; empty on classic RGB stripe panels.
     std::vector<std::string> missing;        ///< "viewCone", "invView": those that the file lacks.
     std::optional<LensSheet> sheet;          ///< Set for prints and screens with a lens sheet.
+    /// Set if the lenses are known in sub-pixels. It takes the place of pitch, slope and center,
+    /// which follow from it (setLens()), except with cells or flipImageX.
+    std::optional<SubpixelLens> lens;
+    /// The views under a lens from left to right, a permutation of 0..N-1 with N of 2..64, as on
+    /// some screens with a barrier; empty: in order.
+    std::vector<int> viewOrder;
 };
 
 /// Largest panel side in px.
@@ -69,9 +88,15 @@ constexpr int kMaxPrintSide = 40000;
 ALTIRO3D_EXPORT void validate(const Calibration& calibration,
                               const std::string& source = "calibration");
 
+/// Sets the lens of a calibration, and pitch, slope and center by it: docs/mathematics.md, (1.15).
+/// @param calibration with DPI, screenW and screenH
+/// @param lens its lens; not checked
+ALTIRO3D_EXPORT void setLens(Calibration& calibration, const SubpixelLens& lens);
+
 /// Reads a `visual.json` in any of its variants: wrapped (`{"value": x}`) or bare numbers, integers
 /// or floats, missing optional fields, a byte order mark, the calibration nested up to three
-/// containers deep or held in a string. Unknown keys are ignored. If the file holds several
+/// containers deep or held in a string. Unknown keys are ignored. A CubeVi C1's file is also read:
+/// lineNumber, obliquity and deviation, or interval, slope and x0. If the file holds several
 /// calibrations, the first is returned and all must be valid.
 /// @param file the file, at most 4 MiB
 /// @return the calibration; it is valid
@@ -131,6 +156,8 @@ struct ALTIRO3D_EXPORT LensGeometry {
     bool blueFirst = false;          ///< The positions of red and blue are exchanged.
     int cellPattern = 0;             ///< CellPatternMode; 0 if there are no cells.
     std::vector<SubpixelCell> cells; ///< Empty on stripe panels.
+    std::optional<SubpixelLens> lens; ///< Calibration::lens, where it holds.
+    std::vector<int> viewOrder;       ///< Calibration::viewOrder.
 
     /// Whether the lenses are nearer to horizontal, as in prints that change when tilted.
     /// @return true for an absolute slope below 1
@@ -149,6 +176,17 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// @param colour 0 red, 1 green, 2 blue
     /// @return z, 0..1: 0 = start of view 0, 1 = end of the last view
     [[nodiscard]] double phase(int x, int y, int colour) const;
+
+    /// View of a sub-pixel, with the order of views under a lens. Where the lens is known in
+    /// sub-pixels, its formula decides.
+    /// @param x, y, colour as for phase()
+    /// @param views N, number of views, 1 or more
+    /// @return 0..views-1
+    [[nodiscard]] int view(int x, int y, int colour, int views) const;
+
+    /// As view(), without the order of views. @param x, y, colour as there
+    /// @param slots number of them @return 0..slots-1
+    [[nodiscard]] int slot(int x, int y, int colour, int slots) const;
 
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
     /// (1.10). Arguments are not checked.

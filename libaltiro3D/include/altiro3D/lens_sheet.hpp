@@ -4,6 +4,7 @@
 #include "altiro3D/export.hpp"
 
 #include <string>
+#include <vector>
 
 namespace altiro3D {
 
@@ -37,6 +38,25 @@ struct LensNumbers {
     double index = 0;    ///< Refractive index of the sheet, 1..3; 0 = unknown.
     double distance = 0; ///< Viewing distance in mm, 1..1e6; 0 = unknown.
 };
+
+/// A screen with lenses or a barrier, in px and sub-pixels. Counted from 0 at the left, sub-pixel i
+/// of row j (from 0 at the top) lies at (i + 1/2 - slope j - offset) mod pitch: (1.16).
+struct BarrierNumbers {
+    cv::Size panel;     ///< Px of the panel, 16..kMaxPanelSide.
+    double dpi = 100;   ///< Px per inch, 10..10000; for sizes in mm only.
+    double pitch = 0;   ///< Sub-pixels across one lens, 2..1000.
+    double slope = 0;   ///< Sub-pixels to the right per row, -3..3.
+    double offset = 0;  ///< Left edge of a lens in the top row, -10000..10000 sub-pixels.
+    bool isBgr = false; ///< Blue is the leftmost colour.
+    int views = 0;      ///< Number of views, 2..1024; 0 = as many as in `order`, else 48.
+    /// Views under a lens from left to right, 0 the leftmost camera; a permutation of 0..N-1 with N
+    /// of 2..64. Empty: the rightmost first, as lenses show them.
+    std::vector<int> order;
+};
+
+/// Makes the calibration of such a screen. @param numbers the screen @return it; it is valid
+/// @throws Error InvalidArgument (the field of `numbers`, its value, what is expected)
+[[nodiscard]] ALTIRO3D_EXPORT Calibration calibrationOf(const BarrierNumbers& numbers);
 
 /// Makes the calibration of a print or a lens sheet on a screen; its `sheet` keeps the numbers.
 /// @param numbers the sheet, its picture and its viewing distance

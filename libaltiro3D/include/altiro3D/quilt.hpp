@@ -85,7 +85,8 @@ struct QuiltGrid {
 /// @throws Error InvalidArgument (anything else)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Size parseTileSize(const std::string& text);
 
-/// Quilt data in a file name: the last `_qs<columns>x<rows>a<aspect>` in it.
+/// Quilt data in a file name: the last `_qs<columns>x<rows>a<aspect>` in it, or `_cv` at its end,
+/// the mark of a CubeVi C1: 8 columns, 5 rows, aspect 0.5625.
 struct QuiltName {
     QuiltGrid grid;               ///< Columns and rows.
     std::optional<double> aspect; ///< Width : height of the scene on the display, 0.1..10.

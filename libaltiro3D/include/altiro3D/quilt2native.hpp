@@ -229,6 +229,17 @@ struct FoundQuilt {
 [[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
                                                      const QuiltLayout& layout);
 
+/// Makes a Native for one viewer: what lies to the left of the viewer in the view cone shows the
+/// left eye's picture, the rest the right eye's: docs/mathematics.md, (2.12).
+/// @param left, right [panel, CV_8UC3, BGR]
+/// @param display its calibration and order of views; if Calibration::viewOrder is set, the border
+///        between the eyes stays in the middle
+/// @param position of the viewer, -1 left edge of the cone .. +1 right edge
+/// @param native [panel, CV_8UC3, BGR]; reused if it fits
+/// @throws Error InvalidArgument, Mismatch, BadFormat (the calibration)
+ALTIRO3D_EXPORT void eyesToNative(const cv::Mat& left, const cv::Mat& right, const Display& display,
+                                  double position, cv::Mat& native);
+
 /// Similarity of consecutive pictures, as of neighbouring cameras' views. Shifts up to a tenth of
 /// the width do not count. Measured: 0.9 and more for rendered and captured views, below 0.1 for
 /// unrelated photos.

@@ -27,10 +27,10 @@ std::vector<std::string> wordsOf(const ScreenFacts& screen) {
     return {std::istream_iterator<std::string>(text), {}};
 }
 
-// The first word that begins with LKG; empty if there is none.
+// The first word that begins with LKG or CubeVi; empty if there is none.
 std::string lightFieldName(const ScreenFacts& screen) {
     for (const std::string& word : wordsOf(screen)) {
-        if (word.compare(0, 3, "LKG") == 0) return word;
+        if (word.compare(0, 3, "LKG") == 0 || word.compare(0, 6, "CUBEVI") == 0) return word;
     }
     return {};
 }

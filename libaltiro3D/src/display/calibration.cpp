@@ -46,10 +46,20 @@ Json parseInner(const std::string& text) {
     }
 }
 
-// Collects the objects that have pitch and slope: the document itself, or objects up to three
-// containers deep. A string that holds an object is treated as that object.
+// Which spelling of a CubeVi's numbers an object has, perhaps not all of them; nothing for others.
+std::optional<int> cubeViSpelling(const Json& node) {
+    const auto has = [&](const char* key) { return node.contains(key) ? 1 : 0; };
+    if (!node.is_object() || node.contains("pitch")) return std::nullopt;
+    if (has("lineNumber") + has("obliquity") + has("deviation") > 0) return 0;
+    if (has("interval") + has("slope") + has("x0") > 1) return 1; // a slope alone is another's
+    return std::nullopt;
+}
+
+// Collects the objects that have pitch and slope, or the keys of a CubeVi: the document itself, or
+// objects up to three containers deep. A string that holds an object is treated as that object.
 void findCalibrations(const Json& node, int containersLeft, std::vector<Json>& found) {
-    if (node.is_object() && node.contains("pitch") && node.contains("slope")) {
+    if ((node.is_object() && node.contains("pitch") && node.contains("slope")) ||
+        cubeViSpelling(node)) {
         found.push_back(node);
     } else if (node.is_string()) {
         const auto& text = node.get_ref<const std::string&>();
@@ -192,6 +202,68 @@ std::optional<LensSheet> readSheet(const FieldReader& reader, double dpi,
     return sheet;
 }
 
+constexpr std::size_t kMaxOrderedViews = 64;
+constexpr const char* kExpectedPeriod = "sub-pixels across a lens, 2..1000";
+constexpr const char* kExpectedOrder = "each of the views 0..N-1 once, 2 to 64 of them";
+
+bool isPermutation(std::vector<int> order) {
+    std::sort(order.begin(), order.end());
+    for (std::size_t i = 0; i < order.size(); ++i)
+        if (order[i] != static_cast<int>(i)) return false;
+    return order.size() != 1 && order.size() <= kMaxOrderedViews;
+}
+
+// c has DPI and panel.
+void readLens(const FieldReader& reader, const std::string& source, Calibration& c) {
+    if (const Json* const order = reader.find("viewOrder")) {
+        if (!order->is_array() || order->size() > kMaxOrderedViews)
+            fail(source, "viewOrder is " + shownJson(*order) + ", expected " + kExpectedOrder);
+        for (const Json& view : *order)
+            c.viewOrder.push_back(view.is_number_unsigned() && view < 64 ? view.get<int>() : -1);
+    }
+    const Json* const object = reader.find("subpixelLens");
+    if (object == nullptr) return;
+    if (!object->is_object())
+        fail(source, "subpixelLens is " + shownJson(*object) + ", expected an object");
+    const FieldReader fields(*object, source + ": subpixelLens");
+    setLens(c, {fields.read("period", kExpectedPeriod), fields.read("slope", kExpectedNumber),
+                fields.read("offset", kExpectedNumber),
+                fields.read("slopeInSubpixels", "true or false", 0) >= 0.5});
+}
+
+struct CubeViNumber {
+    const char* keys[2]; // two spellings
+    double low;
+    double high;
+    const char* expected;
+};
+constexpr CubeViNumber kCubeViNumbers[] = {
+    {{"lineNumber", "interval"}, 10, 40, "sub-pixels across a lens, 10..40"},
+    {{"obliquity", "slope"}, -0.4999999, 0.4999999, "px per row, above -0.5 and below 0.5"},
+    {{"deviation", "x0"}, -100, 100, "sub-pixels, -100..100"}};
+
+Calibration readCubeVi(const Json& object, int spelling, const std::string& source) {
+    constexpr double kInches = 5.7; // diagonal of the panel
+    const FieldReader reader(object, source);
+    double numbers[3];
+    for (std::size_t i = 0; i < 3; ++i) {
+        const CubeViNumber& of = kCubeViNumbers[i];
+        const char* const key = of.keys[spelling];
+        numbers[i] = reader.read(key, of.expected);
+        if (!(numbers[i] >= of.low && numbers[i] <= of.high) || !reader.find(key)->is_number())
+            fail(source, std::string(key) + " is " + shownJson(*reader.find(key)) + ", expected " +
+                             of.expected);
+    }
+    Calibration c;
+    c.serial = "cubevi-c1";
+    c.screenW = 1440;
+    c.screenH = 2560;
+    c.DPI = std::hypot(c.screenW, c.screenH) / kInches;
+    c.viewCone = 40;
+    setLens(c, {numbers[0], numbers[1], numbers[2], false});
+    return c;
+}
+
 void validateSheet(const LensSheet& sheet, const std::string& source) {
     require(sheet.dpiDown >= 10 && sheet.dpiDown <= 10000, source, "dpiDown", sheet.dpiDown,
             "px per inch, 10..10000");
@@ -207,6 +279,7 @@ void validateSheet(const LensSheet& sheet, const std::string& source) {
 }
 
 Calibration readFields(const Json& object, const std::string& source) {
+    if (const auto spelling = cubeViSpelling(object)) return readCubeVi(object, *spelling, source);
     const FieldReader reader(object, source);
     Calibration c;
     c.configVersion = reader.text("configVersion");
@@ -231,6 +304,7 @@ Calibration readFields(const Json& object, const std::string& source) {
     for (const char* field : {"viewCone", "invView"})
         if (reader.find(field) == nullptr) c.missing.emplace_back(field);
     c.sheet = readSheet(reader, c.DPI, source);
+    readLens(reader, source, c);
     validate(c, source);
     return c;
 }
@@ -238,6 +312,18 @@ Calibration readFields(const Json& object, const std::string& source) {
 } // namespace
 
 void validate(const Calibration& c, const std::string& source) {
+    if (!isPermutation(c.viewOrder))
+        fail(source, std::string("the order of views is none, expected ") + kExpectedOrder);
+    if (c.lens) {
+        const SubpixelLens& lens = *c.lens;
+        const double steepest = lens.slopeInSubpixels ? 3 : 1;
+        require(lens.period >= 2 && lens.period <= 1000, source, "period of the lens", lens.period,
+                kExpectedPeriod);
+        require(std::abs(lens.slope) <= steepest, source, "slope of the lens", lens.slope,
+                lens.slopeInSubpixels ? "sub-pixels per row, -3..3" : "px per row, -1..1");
+        require(std::abs(lens.offset) <= 1e4, source, "offset of the lens", lens.offset,
+                "sub-pixels, -10000..10000");
+    }
     require(std::isfinite(c.pitch) && c.pitch > 0, source, "pitch", c.pitch, kExpectedPitch);
     require(std::isfinite(c.slope) && c.slope != 0, source, "slope", c.slope, kExpectedSlope);
     require(std::abs(c.center) <= kMaxCenter, source, "center", c.center, kExpectedCenter);
@@ -336,6 +422,11 @@ std::uint64_t fingerprint(const Calibration& c) {
             add(cell.y[k]);
         }
     }
+    if (c.lens) // its pitch, slope and center are rounded
+        for (double value : {c.lens->period, c.lens->slope, c.lens->offset})
+            add(value);
+    for (int view : c.viewOrder)
+        add(view);
     return hash;
 }
 
@@ -367,6 +458,8 @@ LensGeometry lensGeometry(const Calibration& c, InvertViews invert) {
     g.mirrorX = c.flipImageX >= 0.5;
     g.mirrorY = c.flipImageY >= 0.5;
     g.blueFirst = c.flipSubp >= 0.5;
+    if (g.cells.empty() && !g.mirrorX) g.lens = c.lens;
+    g.viewOrder = c.viewOrder;
     return g;
 }
 
@@ -383,7 +476,9 @@ double LensGeometry::phase(int x, int y, int colour) const {
     const double u = (x + 0.5) / panelWidth;
     const double v = 1 - (y + 0.5) / panelHeight;
     double a = 0;
-    if (cells.empty()) {
+    if (lens) {
+        a = lens->wholePlace(x, y, k) / lens->period;
+    } else if (cells.empty()) {
         a = (u + k * subpixelStep + v * tilt) * periodsPerWidth - center;
     } else {
         const SubpixelCell& cell = cells[static_cast<std::size_t>(cellIndex(x, y))];

@@ -40,6 +40,7 @@ constexpr const char* k65Portrait = "Looking Glass 65\" portrait";
 //   X  the maker's looking-glass-webxr
 //   V  Kitware's LookingGlassVTKModule, quilts
 //   B  Looking Glass Bridge: its templates of calibrations, as horinoh/LookingGlass lists them
+//   C  public programs for the CubeVi C1: views of 540 x 960 px, a cone of 40 degrees
 //   U  what Bridge reports of a unit, as quiltwright records it (LKG-J00332, LKG-E14851)
 std::vector<DisplayModel> makeDisplayModels() {
     std::vector<DisplayModel> models = {
@@ -72,6 +73,8 @@ std::vector<DisplayModel> makeDisplayModels() {
         model(k27Portrait, "", {}, 0, 54, {12, 4}, {7680, 4320}),
         // B has its name only; panel as 65" turned, cone and quilt as 32" portrait
         model(k65Portrait, "", {4320, 7680}, 136, 54, {11, 6}, {8184, 8184}),
+        // C; after the Go, whose panel has the same size
+        model("CubeVi C1", "cubevi-c1", {1440, 2560}, 515.3, 40, {8, 5}, {4320, 4800}),
     };
     for (DisplayModel& m : models)
         if (m.name == k16) m.earlierQuilt = quiltOf({7, 7}, {5999, 5999});

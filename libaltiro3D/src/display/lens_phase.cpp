@@ -185,8 +185,9 @@ std::uint32_t fixedPoint(double a) {
 // most 8 roundings, each by half a unit in the 53rd bit of at most `largest`. The two conversions
 // to fixed point add 0.5 each.
 std::uint32_t errorBound(const LensGeometry& g) {
-    const double largest =
-        2 * (1 + std::abs(g.tilt)) * std::abs(g.periodsPerWidth) + std::abs(g.center) + 1;
+    const double largest = 2 * (1 + std::abs(g.tilt)) * std::abs(g.periodsPerWidth) +
+                           std::abs(g.center) + 1 +
+                           (g.lens ? std::abs(g.lens->offset) / g.lens->period : 0);
     return static_cast<std::uint32_t>(std::ceil(1 + largest * 16 * 0x1p-53 * 0x1p32)) + 1;
 }
 
@@ -218,7 +219,9 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
                 u += (g.mirrorX ? -1 : 1) * cell.x[k] / g.panelWidth +
                      cell.y[k] / g.panelHeight * g.tilt;
             }
-            columns_[table][static_cast<std::size_t>(x)] = fixedPoint(u * periods);
+            const double phase =
+                g.lens ? (g.inverted ? -3.0 : 3.0) * x / g.lens->period : u * periods;
+            columns_[table][static_cast<std::size_t>(x)] = fixedPoint(phase);
         }
     }
     for (const std::vector<std::uint32_t>& table : columns_) {
@@ -233,7 +236,10 @@ LensPhases::LensPhases(LensGeometry geometry) : geometry_(std::move(geometry)) {
         row.resize(static_cast<std::size_t>(g.panelHeight));
         for (int y = 0; y < g.panelHeight; ++y) {
             const double v = 1 - (y + 0.5) / g.panelHeight;
-            row[static_cast<std::size_t>(y)] = fixedPoint((step + v * g.tilt) * periods - center);
+            const double phase =
+                g.lens ? (g.inverted ? -1 : 1) * g.lens->wholePlace(0, y, k) / g.lens->period
+                       : (step + v * g.tilt) * periods - center;
+            row[static_cast<std::size_t>(y)] = fixedPoint(phase);
         }
     }
 }
@@ -246,11 +252,19 @@ void LensPhases::fillViews(const Kernel& viewsOfPhases, int y, int colour, int v
     const std::uint32_t row = rowPhase(y, colour);
     const auto count = static_cast<std::uint32_t>(views);
     const auto width = static_cast<std::size_t>(geometry_.panelWidth);
-    if (!viewsOfPhases(columns, highHalves, row, width, count, phaseError_, out)) return;
-    for (int x = 0; x < geometry_.panelWidth; ++x) {
-        if (!nearBorder(columns[x] + row, count, phaseError_)) continue;
-        out[x] = static_cast<T>(LensGeometry::viewOfPhase(geometry_.phase(x, y, colour), views));
+    const std::vector<int>& order = geometry_.viewOrder;
+    if (!order.empty() && order.size() != count) { // rare: another number of views than the lens
+        for (int x = 0; x < geometry_.panelWidth; ++x)
+            out[x] = static_cast<T>(geometry_.view(x, y, colour, views));
+        return;
     }
+    if (viewsOfPhases(columns, highHalves, row, width, count, phaseError_, out)) {
+        for (int x = 0; x < geometry_.panelWidth; ++x)
+            if (nearBorder(columns[x] + row, count, phaseError_))
+                out[x] = static_cast<T>(geometry_.slot(x, y, colour, views));
+    }
+    for (std::size_t x = 0; !order.empty() && x < width; ++x)
+        out[x] = static_cast<T>(order[out[x]]);
 }
 
 void LensPhases::viewsOfRow(int y, int colour, int views, std::uint8_t* out) const {

@@ -21,8 +21,9 @@ class LensPhases {
 
     const LensGeometry& geometry() const { return geometry_; }
 
-    /// The column's part of the phase: `panelWidth` numbers, padded (kRowPadding). On stripe panels
-    /// all rows and colours share them, on panels with cells every fourth row.
+    /// The column's part of the phase, without an order of views: `panelWidth` numbers, padded
+    /// (kRowPadding). On stripe panels all rows and colours share them, on panels with cells every
+    /// fourth row.
     const std::uint32_t* columnPhases(int y, int colour) const {
         return columns_[tableOf(y, colour)].data();
     }
@@ -40,7 +41,7 @@ class LensPhases {
     /// Largest error in 2^-32 lens periods: 3 on real displays, at most 40.
     std::uint32_t phaseError() const { return phaseError_; }
 
-    /// Views of a row, equal to LensGeometry::viewOfPhase of LensGeometry::phase. Sub-pixels too
+    /// Views of a row, equal to LensGeometry::view. Sub-pixels too
     /// near to the border between two views are recomputed in double precision.
     /// @param views number of views: 1..256, 1..65536 or 1..2^20, by the type of `out`
     /// @param out `panelWidth` views

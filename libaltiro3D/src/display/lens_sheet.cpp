@@ -127,6 +127,13 @@ std::string calibrationText(const Calibration& c) {
                                          {"BOffsetX", cell.x[2]},
                                          {"BOffsetY", cell.y[2]}});
     }
+    if (c.lens) {
+        json["subpixelLens"] = {{"period", c.lens->period},
+                                {"slope", c.lens->slope},
+                                {"offset", c.lens->offset},
+                                {"slopeInSubpixels", c.lens->slopeInSubpixels}};
+    }
+    if (!c.viewOrder.empty()) json["viewOrder"] = c.viewOrder;
     if (c.sheet) {
         json["lensSheet"] = {{"print", c.sheet->isPrint}, {"dpiDown", c.sheet->dpiDown},
                              {"views", c.sheet->views},   {"thickness", c.sheet->thickness},

@@ -183,6 +183,8 @@ std::optional<QuiltName> parseQuiltName(const std::filesystem::path& file) {
     const bool number = extension.size() > 1 && isDigit(extension[1]);
     const std::string stem = number ? file.filename().string() : file.stem().string();
     std::optional<QuiltSuffix> last;
+    if (stem.size() > 3 && lowerCase(stem.substr(stem.size() - 3)) == "_cv")
+        return QuiltName{{8, 5}, 0.5625};
     for (std::size_t at = stem.rfind('_'); at != std::string::npos && !last;
          at = at > 0 ? stem.rfind('_', at - 1) : std::string::npos) {
         last = parseSuffix(std::string_view(stem).substr(at));

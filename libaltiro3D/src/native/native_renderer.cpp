@@ -104,6 +104,7 @@ NativeRenderer::NativeRenderer(const Calibration& calibration, int viewCount,
     checkRange("view count", viewCount, 1, kMaxViews);
     check(options.method != ViewMethod::Real, "method",
           "is real, which makes only whole views, expected fast or layered, or a quilt");
+    if (!calibration.viewOrder.empty()) positions = ViewPositions::Discrete; // not in a row
     impl_ = std::make_shared<const Impl>(
         Impl{LensPhases(lensGeometry(calibration, invert)), viewCount, options, positions});
 }

@@ -39,10 +39,12 @@ Tap tapOf(int index, int count, int samples, TileSampling sampling) {
     return {nearest, nearest, 0};
 }
 
-// The two views around a phase. View i is at the centre of its interval, phase (i + 0.5) / views.
-Tap viewsOf(double phase, int views, ViewFilter filter) {
-    if (filter == ViewFilter::Linear) return tapAt(phase * views - 0.5, views);
-    const int nearest = LensGeometry::viewOfPhase(phase, views);
+// The two views around a sub-pixel. View i is at the centre of its interval, phase (i + 0.5) /
+// views; views in another order do not blend.
+Tap viewsOf(const LensGeometry& g, int x, int y, int colour, int views, ViewFilter filter) {
+    if (filter == ViewFilter::Linear && g.viewOrder.empty())
+        return tapAt(g.phase(x, y, colour) * views - 0.5, views);
+    const int nearest = g.view(x, y, colour, views);
     return {nearest, nearest, 0};
 }
 
@@ -240,8 +242,8 @@ void Quilt2Native::Impl::renderBlended(const cv::Mat& source, int first, cv::Mat
                     if (rowTap.weight == 0) return upper;
                     return upper + rowTap.weight * (line(rowTap.second) - upper);
                 };
-                const Tap views = viewsOf(geometry.phase(x, y, colourAt(place, order)),
-                                          quilt.viewCount, sampling.views);
+                const Tap views = viewsOf(geometry, x, y, colourAt(place, order), quilt.viewCount,
+                                          sampling.views);
                 double value = sample(views.first);
                 if (views.weight > 0) {
                     value += views.weight * (sample(views.second) - value);
@@ -250,6 +252,24 @@ void Quilt2Native::Impl::renderBlended(const cv::Mat& source, int first, cv::Mat
             }
         }
     });
+}
+
+void eyesToNative(const cv::Mat& left, const cv::Mat& right, const Display& display,
+                  double position, cv::Mat& native) try {
+    checkType(left, {CV_8UC3}, "left", "CV_8UC3 (8-bit BGR)");
+    checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
+    for (const cv::Mat* eye : {&left, &right})
+        checkSize(eye->size(), display.panelSize(), "eyes", "the panel's ");
+    checkRange("position", position, -1, 1);
+    Calibration c = display.calibration; // its lenses are moved: (2.12)
+    const double aside = (lensGeometry(c, display.invert).inverted ? -0.5 : 0.5) * position;
+    if (c.viewOrder.empty()) c.center += aside;
+    if (c.viewOrder.empty() && c.lens) c.lens->offset -= aside * c.lens->period;
+    cv::Mat both;
+    cv::hconcat(left, right, both);
+    Quilt2Native(c, {2, 1, left.size(), 2}, {}, display.invert).render(both, native);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 bool haveSameShape(double aspect, double other) {

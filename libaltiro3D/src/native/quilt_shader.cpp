@@ -63,6 +63,10 @@ std::string quiltShader(const Calibration& calibration, const QuiltLayout& quilt
                         QuiltSampling sampling, InvertViews invert) {
     validate(quilt);
     const LensGeometry g = lensGeometry(calibration, invert);
+    if (!g.viewOrder.empty())
+        throw Error(
+            ErrorCode::Unsupported, "calibration",
+            "has views in another order, which the shader does not know, expected a Native");
     const int sign = g.inverted ? -1 : 1;
     const Step across(sign * g.periodsPerWidth / g.panelWidth, g.panelWidth);
     const Step down(-sign * g.tilt * g.periodsPerWidth / g.panelHeight, g.panelHeight);

@@ -76,6 +76,7 @@ void LensByEye::turn(LensKnob knob, LensStep step, int direction) {
 
 void LensByEye::set(LensKnob knob, double value) {
     Calibration c = calibration_;
+    c.lens.reset(); // pitch, slope and centre decide from now on
     const LensCount before = countOf(c);
     if (knob == LensKnob::Centre) {
         c.center = value;

@@ -15,6 +15,7 @@ namespace {
 constexpr double kMiddle = 0.2;   // the views between -kMiddle and +kMiddle are green
 constexpr double kSameGrey = 188; // half of the light of white, by the sRGB curve
 constexpr int kSteps = 8;
+constexpr int kMostNumbered = 16; // views
 
 const cv::Scalar kLeft(30, 20, 220);
 const cv::Scalar kCentre(40, 170, 30);
@@ -27,7 +28,16 @@ cv::Mat colouredQuilt(const QuiltLayout& layout) {
             layout.viewCount > 1 ? 2.0 * view / (layout.viewCount - 1) - 1 : 0; // -1..1
         const cv::Scalar& colour =
             position < -kMiddle ? kLeft : (position > kMiddle ? kRight : kCentre);
-        quilt(layout.tile(view)).setTo(colour);
+        cv::Mat tile = quilt(layout.tile(view));
+        tile.setTo(colour);
+        if (layout.viewCount > kMostNumbered) continue;
+        const double scale = std::min(tile.rows, tile.cols) / 60.0;
+        const int thickness = std::max(1, static_cast<int>(scale * 2));
+        const std::string number = std::to_string(view);
+        const cv::Size size =
+            cv::getTextSize(number, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, nullptr);
+        cv::putText(tile, number, {(tile.cols - size.width) / 2, (tile.rows + size.height) / 2},
+                    cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar::all(255), thickness, cv::LINE_AA);
     }
     return quilt;
 }
@@ -94,7 +104,9 @@ std::vector<std::string> testPictureAdvice() {
              "screen is scaled; set it to its own resolution, 100 %, without overscan."),
             ("The square of fine lines is brighter or darker than the grey one beside it, or the "
              "steps have a colour: a colour profile or a night light changes the picture; switch "
-             "it off.")};
+             "it off."),
+            ("Up to 16 views show their numbers: from the left to the right, they must grow one by "
+             "one; if they do not, the order of the views is another one.")};
 }
 
 } // namespace altiro3D::viewer

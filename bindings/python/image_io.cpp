@@ -131,7 +131,9 @@ void bindImageIo(py::module_& m) {
         .value("Anaglyph", EyesPicture::Anaglyph, "for red-cyan glasses, colours by Dubois")
         .value("AnaglyphHalf", EyesPicture::AnaglyphHalf, "left eye in grey, right one in colour")
         .value("AnaglyphGrey", EyesPicture::AnaglyphGrey, "both eyes in grey")
-        .value("Rows", EyesPicture::Rows, "alternating rows");
+        .value("Rows", EyesPicture::Rows, "alternating rows")
+        .value("Columns", EyesPicture::Columns, "alternating columns")
+        .value("Checkerboard", EyesPicture::Checkerboard, "alternating px");
 }
 
 } // namespace altiro3D::python

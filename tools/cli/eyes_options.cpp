@@ -14,7 +14,7 @@ namespace altiro3D::tools {
 
 namespace {
 
-constexpr int kLayouts = static_cast<int>(EyesPicture::Rows) + 1;
+constexpr int kLayouts = static_cast<int>(EyesPicture::Checkerboard) + 1;
 
 // As EyesPicture, and then "files".
 std::vector<std::string> layoutNames() {
@@ -32,8 +32,9 @@ void addEyesOptions(CommandLine& commandLine, const std::string& output, bool fi
         {"stereo-layout"},
         "Layout of --" + output +
             ": sbs (side by side, default), sbs-half, cross (crossed eyes), tb (top and bottom), "
-            "tb-half, anaglyph (red-cyan glasses), anaglyph-half, anaglyph-grey" +
-            (files ? ", " : " or ") + "rows (of a television with polarized rows)" +
+            "tb-half, anaglyph (red-cyan glasses), anaglyph-half, anaglyph-grey, "
+            "rows (of a television with polarized rows), columns (of a screen with a barrier)" +
+            (files ? ", " : " or ") + "checkerboard (of a DLP television)" +
             (files ? ", or files: two pictures, FILE_L and FILE_R" : "") +
             ". Each eye of sbs-half and tb-half is squeezed to half.",
         "LAYOUT", [files] {

@@ -310,9 +310,17 @@ enum class EyesPicture {
     Anaglyph,       ///< For red-cyan glasses, colours by Dubois, docs/mathematics.md, (3.9).
     AnaglyphHalf,   ///< For red-cyan glasses, the left eye in grey, the right one in colour.
     AnaglyphGrey,   ///< For red-cyan glasses, both eyes in grey.
-    Rows ///< For televisions with polarized rows: rows 0, 2, 4, ... show the left eye's picture,
-         ///< the others the right eye's.
+    Rows, ///< For televisions with polarized rows: rows 0, 2, 4, ... show the left eye's picture,
+          ///< the others the right eye's.
+    Columns,     ///< For screens with a barrier: as Rows, with columns.
+    Checkerboard ///< For DLP televisions: px with an even sum of column and row are the left eye's.
 };
+
+/// Whether neighbouring px belong to different eyes, so that the picture cannot be scaled.
+/// @param picture the kind @return true if they do
+[[nodiscard]] inline bool isInterlaced(EyesPicture picture) {
+    return picture >= EyesPicture::Rows;
+}
 
 /// Whether a picture is for red-cyan glasses. @param picture the kind @return true if it is
 [[nodiscard]] inline bool isAnaglyph(EyesPicture picture) {

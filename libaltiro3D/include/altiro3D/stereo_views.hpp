@@ -26,7 +26,7 @@ struct EyesPictureName {
 /// Whether a file name has a tag by which players know the kind of picture.
 /// @param file the name; directories are ignored and the file is not accessed
 /// @param picture the kind
-/// @return true for any of the usual tags; always true for Rows, which have none
+/// @return true for any of the usual tags; always true for interlaced ones, which have none
 [[nodiscard]] ALTIRO3D_EXPORT bool hasEyesTag(const std::filesystem::path& file,
                                               EyesPicture picture);
 

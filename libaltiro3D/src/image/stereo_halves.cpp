@@ -292,6 +292,8 @@ FileMark eyesMark(EyesPicture kind, bool swapped) {
                                                     {4, kLeftFirst},
                                                     {4, kLeftFirst},
                                                     {4, kLeftFirst},
+                                                    {1, kLeftFirst},
+                                                    {1, kLeftFirst},
                                                     {1, kLeftFirst}};
     const auto [layout, usual] = entryOf(kDescriptors, kind);
     const unsigned flags = static_cast<unsigned>(usual) ^ (swapped ? kLeftFirst : 0);

@@ -30,7 +30,9 @@ const char* containerName(const fs::path& path) {
 // Says in the stream how its frames show both eyes. FFmpeg writes some layouts to MP4, none to MOV.
 void markEyes(EyesPicture picture, AVFormatContext& output, AVStream& stream) {
     AVStereo3D mark{};
-    mark.type = picture == EyesPicture::Rows ? AV_STEREO3D_LINES
+    mark.type = picture == EyesPicture::Rows           ? AV_STEREO3D_LINES
+                : picture == EyesPicture::Columns      ? AV_STEREO3D_COLUMNS
+                : picture == EyesPicture::Checkerboard ? AV_STEREO3D_CHECKERBOARD
                 : picture == EyesPicture::TopBottom || picture == EyesPicture::TopBottomHalf
                     ? AV_STEREO3D_TOPBOTTOM
                     : AV_STEREO3D_SIDEBYSIDE;

@@ -77,6 +77,24 @@ TEST(JoinEyes, RowsAreThoseOfTheLeftEyeFirst) {
         EXPECT_TRUE(samePicture(rows.row(y), (y % 2 == 0 ? left : right).row(y)));
 }
 
+TEST(JoinEyes, ColumnsAndCheckerboardBeginWithTheLeftEye) {
+    for (const cv::Size size : {cv::Size(9, 5), cv::Size(1366, 768), cv::Size(2, 1)}) {
+        const cv::Mat left = randomPhoto(size, 1);
+        const cv::Mat right = randomPhoto(size, 2);
+        const cv::Mat columns = joined(left, right, EyesPicture::Columns);
+        const cv::Mat board = joined(left, right, EyesPicture::Checkerboard);
+        int wrong = 0;
+        forPixels(size, [&](int x, int y) {
+            const auto of = [&](bool isLeft) {
+                return (isLeft ? left : right).at<cv::Vec3b>(y, x);
+            };
+            wrong += columns.at<cv::Vec3b>(y, x) == of(x % 2 == 0) ? 0 : 1;
+            wrong += board.at<cv::Vec3b>(y, x) == of((x % 2 == 0) == (y % 2 == 0)) ? 0 : 1;
+        });
+        EXPECT_EQ(wrong, 0) << size;
+    }
+}
+
 // Dubois in double precision, with the curve of IEC 61966-2-1.
 double lightOf(int code) {
     const double v = code / 255.0;
@@ -156,7 +174,8 @@ TEST(EyesNames, TagsThatPlayersKnowAreFound) {
         {"a_RGBD.png", EyesPicture::SideBySide}, {"a.png", EyesPicture::Anaglyph}};
     for (const auto& [name, picture] : unknown)
         EXPECT_FALSE(hasEyesTag(name, picture)) << name;
-    for (int i = 0; i <= static_cast<int>(EyesPicture::Rows); ++i) { // our own tags are known
+    for (int i = 0; i <= static_cast<int>(EyesPicture::Checkerboard);
+         ++i) { // our own tags are known
         const auto picture = static_cast<EyesPicture>(i);
         EXPECT_TRUE(hasEyesTag(std::string("a_") + nameOf(picture).tag + ".png", picture)) << i;
     }

@@ -53,7 +53,8 @@ const ModeWords kModes[] = {
 constexpr EyesPicture kEyesPictures[] = {
     EyesPicture::Anaglyph,   EyesPicture::AnaglyphHalf,   EyesPicture::AnaglyphGrey,
     EyesPicture::SideBySide, EyesPicture::SideBySideHalf, EyesPicture::Crossed,
-    EyesPicture::TopBottom,  EyesPicture::TopBottomHalf,  EyesPicture::Rows};
+    EyesPicture::TopBottom,  EyesPicture::TopBottomHalf,  EyesPicture::Rows,
+    EyesPicture::Columns,    EyesPicture::Checkerboard};
 
 constexpr int kMaxRecent = 10;
 constexpr const char* kRecent = "recent";

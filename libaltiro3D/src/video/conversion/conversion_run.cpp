@@ -130,7 +130,7 @@ VideoWriterOptions encodingOf(const VideoConversion& conversion, const VideoFact
     VideoWriterOptions encoding = conversion.encoding;
     const bool isStereo = conversion.product == VideoProduct::Stereo;
     const EyesPicture picture = conversion.eyes.picture;
-    const bool isMixed = isStereo && (picture == EyesPicture::Rows || isAnaglyph(picture));
+    const bool isMixed = isStereo && (isInterlaced(picture) || isAnaglyph(picture));
     if (conversion.product != VideoProduct::Native && !isMixed) { // 4:2:0 would mix the eyes
         encoding.compatible =
             encoding.codec == VideoCodec::H264 || encoding.codec == VideoCodec::Hevc;

@@ -14,6 +14,8 @@
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/quilt2native.hpp"
 #include "altiro3D/splats.hpp"
+#include "altiro3D/stereo_views.hpp"
+#include "altiro3D/sway.hpp"
 #include "paper_pipeline.hpp"
 #include "support/reference.hpp"
 #include "support/splat_reference.hpp"
@@ -576,6 +578,37 @@ Stage splatViews(int count) {
     };
 }
 
+// What a screen that follows its viewer shows after a move, from a photo of its own size: both
+// views, of the half of the columns that an eye sees, and the px or sub-pixels of each.
+Stage eyesMoved(bool isThroughLens) {
+    return [isThroughLens](benchmark::State& state, const BenchDisplay& display) {
+        const cv::Size half(display.panel().width / 2, display.panel().height);
+        const Scene scene{makePhoto(half), makeDepth(half)};
+        const ViewOptions options = methodOf(ViewMethod::Layered);
+        const SwayView views = photoViews(scene, options);
+        const Display shown = displayOf(display.calibration);
+        cv::Mat view;
+        cv::Mat eyes[2];
+        cv::Mat native;
+        const auto move = [&](double x) {
+            for (int i = 0; i < 2; ++i) {
+                views(x + (i == 0 ? -.25 : .25), view);
+                cv::resize(view, eyes[i], display.panel(), 0, 0, cv::INTER_NEAREST);
+            }
+            if (isThroughLens) {
+                eyesToNative(eyes[0], eyes[1], shown, x, native);
+            } else {
+                joinEyes(eyes[0], eyes[1], EyesPicture::Columns, native);
+            }
+        };
+        move(.3);
+        Depth2Quilt({1, 1, half, 1}, options).renderView(scene, .55, view);
+        if (!isThroughLens) require(equal(view.col(4), native.col(9)), "a column");
+        double x = .3;
+        measure(state, native, [&] { move(x = .6 - x); });
+    };
+}
+
 // The time shown is real time; UseRealTime() would add to the names.
 template <class F>
 void registerAs([[maybe_unused]] const std::string& name, [[maybe_unused]] const F& run) {
@@ -628,6 +661,8 @@ std::vector<NamedStage> allStages() {
             {"BM_NativeOfPhotoQuick", nativesOfPhoto({})},
             {"BM_NativeOfPhoto", nativesOfPhoto(Detail::Lens)},
             {"BM_NativeOfPhotoBest", nativesOfPhoto(Detail::Panel)},
+            {"BM_EyesMovedColumns", eyesMoved(false)},
+            {"BM_EyesMovedLens", eyesMoved(true)},
             {"BM_SplatViews100k", splatViews(100'000)},
             {"BM_SplatViews1200k", splatViews(1'200'000)}};
 }
@@ -711,6 +746,9 @@ int main(int argc, char** argv) {
     // what grows with the number of views, and what does not
     for (const BenchDisplay* const display : {&fewViews, &manyViews})
         registerStages(*display, {"BM_NativeFast", "BM_NativeLayered", "BM_PaperPipeline"});
+    const BenchDisplay tracked("tracked", calibrationOf("TRACKED", 40, -9, 0.5, 110, {2560, 1440}),
+                               {2, 1, {2560, 1440}, 2});
+    registerStages(tracked, {"BM_EyesMovedColumns", "BM_EyesMovedLens"});
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();
     return 0;

@@ -154,6 +154,26 @@ TEST(ViewTool, ShowsAllOfAFolderAndEnds) {
     EXPECT_TRUE(fails(studio.show("--show empty"), 1, "empty: holds no pictures"));
 }
 
+TEST(ViewTool, EyesAreOfFilesAndOfThisPlayer) {
+    const ShowStudio studio;
+    const auto refuses = [&](const Arguments& arguments, const std::string& problem) {
+        EXPECT_TRUE(fails(studio.run(kTool, arguments), 2, problem));
+    };
+    refuses("--show - --view-from stdin", "is for files that the viewer shows");
+    refuses("--show - --stereo-layout columns", "is for files that the viewer shows");
+    refuses("--show photo.png --view-from udp:99999", "expected udp:PORT (1..65535) or stdin");
+    refuses("--view-from stdin photo.png", "applies to --show");
+    refuses("--stereo-layout columns photo.png", "applies to --show");
+    refuses("--show photo.png --player mpv --view-from stdin",
+            "is for files that the viewer shows");
+    refuses("--show photo.png --stereo-layout files", "stereo-layout");
+    std::filesystem::copy(studio / "photo.png", studio / "show/a.png");
+    std::filesystem::copy(studio / "photo.png", studio / "show/b.png");
+    const Outcome outcome =
+        studio.run(kTool, "--show show --stereo-layout checkerboard --view-from stdin --each 0.2");
+    EXPECT_EQ(outcome.status, 0) << outcome.text();
+}
+
 TEST(ViewTool, OptionsAfterTheFileOfShowWorkAsBeforeIt) {
     const ViewerStudio studio;
     const auto differs = [&](const Arguments& option, const std::string& problem) {

@@ -1,5 +1,6 @@
 #include "cli/system.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -33,6 +34,10 @@ std::vector<std::string> argumentsOf(int argc, char** argv) {
 
 bool isTerminal(std::FILE* stream) {
     return ::isatty(::fileno(stream)) != 0;
+}
+
+std::size_t readInput(char* to, std::size_t size) {
+    return static_cast<std::size_t>(std::max<ssize_t>(::read(0, to, size), 0));
 }
 
 int turnOffStandardError() {

@@ -6,6 +6,7 @@
 #include "altiro3D/qt/display_search.hpp"
 #include "cli/bridge.hpp"
 #include "cli/display_options.hpp"
+#include "cli/eyes_options.hpp"
 #include "cli/quilt_options.hpp"
 #include "cli/run_tool.hpp"
 #include "viewer/model/depth_maker.hpp"
@@ -49,8 +50,9 @@ void requireUsage(const CommandLine& commandLine) {
         if (!commandLine.has("test-picture"))
             commandLine.refuse({"screen"},
                                " applies to --show and --test-picture, expected one of them");
-        commandLine.refuse({"each", "shuffle", "loop", "player"},
-                           " applies to --show, expected both");
+        commandLine.refuse(
+            {"each", "shuffle", "loop", "player", "view-from", "stereo-layout", "stereo-swap"},
+            " applies to --show, expected both");
     }
     if (!commandLine.has("show") && !commandLine.has("list-displays"))
         commandLine.refuse({"bridge"},
@@ -159,6 +161,14 @@ int main(int argc, char** argv) {
                             "With --show: the program that plays. mpv plays quilts and videos of "
                             "quilts, whose names state their layout, on the graphics card.",
                             "viewer|mpv");
+    commandLine.addAdvanced(
+        {"view-from"},
+        "With --show, for screens that follow one viewer: show what two eyes see from where the "
+        "viewer is, which another program writes, one line of text a time: x, and y if it has one, "
+        "which is not used. x is -1 at the left edge of the view cone, 0 in the middle, 1 at the "
+        "right edge as the viewer sees it. udp: from this computer only.",
+        "udp:PORT|stdin");
+    addEyesOptions(commandLine, "show", false, false);
     addBridgeOptions(commandLine,
                      "With --show: show quilts and RGB-D files, whose names state what they are, "
                      "by; with --list-displays: also list the displays of");

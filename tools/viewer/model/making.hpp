@@ -48,6 +48,9 @@ struct Request {
     bool isDraft = false; ///< Fewer px; Natives of views' px without the lens filter, to be quick.
     /// Mode Stereo: each eye's picture has black bars, so that the area is full.
     bool fills = false;
+    /// Mode Stereo: the eyes look from around `position`.
+    bool follows = false;
+    bool throughLens = false; ///< Mode Stereo: on the display itself, as eyesToNative() does.
 };
 
 /// The depth of a photo.

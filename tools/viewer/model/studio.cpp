@@ -64,6 +64,14 @@ cv::Size limited(cv::Size size, double most) {
     return {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
 }
 
+// Of an eye that sees every second px of a row or column, or half of the sub-pixels.
+cv::Size halved(cv::Size eye, const Request& request) {
+    const bool isRows = !request.throughLens && request.eyes.picture == EyesPicture::Rows;
+    if (!request.throughLens && !isInterlaced(request.eyes.picture)) return eye;
+    return isRows ? cv::Size(eye.width, (eye.height + 1) / 2)
+                  : cv::Size((eye.width + 1) / 2, eye.height);
+}
+
 // On black. @param size not smaller
 cv::Mat inMiddle(const cv::Mat& picture, cv::Size size) {
     cv::Mat all(size, picture.type(), cv::Scalar::all(0));
@@ -238,6 +246,28 @@ struct Studio::State {
         return renderEyes(fittedScene(preview, whole, size), whole.knobs.views, setup.eyes.from);
     }
 
+    // What eyes see that are an eighth of the cone to the left and right of a position.
+    StereoPair eyesAround(const Setup& setup, cv::Size size) {
+        constexpr double kApart = 0.25;
+        const double middle = std::clamp(setup.position, kApart - 1, 1 - kApart);
+        Setup whole = forEyes(setup);
+        whole.knobs.views.strengthPercent = setup.knobs.views.strengthPercent;
+        StereoPair eyes;
+        for (auto [eye, position] :
+             {std::pair(&eyes.left, middle - kApart), {&eyes.right, middle + kApart}}) {
+            if (setup.document->kind == Kind::Quilt) {
+                const QuiltLayout layout = quiltLayout(setup);
+                const int view = cvRound((position + 1) / 2 * (layout.viewCount - 1));
+                *eye = sized(setup.document->picture(layout.tile(view)), size);
+            } else {
+                views.get({keyOf(whole), cv::Point(size)}, [&] {
+                    return photoViews(fittedScene(preview, whole, size), whole.knobs.views);
+                })(position, *eye);
+            }
+        }
+        return eyes;
+    }
+
     const cv::Mat& nativeOf(const Setup& setup) {
         return native.get(keyOf(setup), [&] { return makeNative(setup, fittedNative(setup)); });
     }
@@ -366,18 +396,26 @@ Frame Studio::render(const Request& request) {
     }
     case Mode::Stereo: {
         // how often an eye's picture goes into the whole one, across and down
-        const cv::Size parts = eyesSize({2, 2}, request.eyes.picture) / 2;
+        const cv::Size parts =
+            request.throughLens ? cv::Size(1, 1) : eyesSize({2, 2}, request.eyes.picture) / 2;
         const cv::Size part(std::max(1, request.area.width / parts.width),
                             std::max(1, request.area.height / parts.height));
         cv::Size eye = inside(part, eyesAspect(setup));
         frame.target = eyesSize(eye, request.eyes.picture);
         // enlarged rows would belong to no eye
-        if (!request.fills && request.eyes.picture != EyesPicture::Rows)
+        if (!request.fills && !isInterlaced(request.eyes.picture))
             eye = limited(eye, kMaxPreviewPixels);
-        StereoPair eyes = state_->eyesOf(setup, eye);
+        StereoPair eyes = request.follows ? state_->eyesAround(setup, halved(eye, request))
+                                          : state_->eyesOf(setup, eye);
+        for (cv::Mat* half : {&eyes.left, &eyes.right})
+            if (request.follows) cv::resize(*half, *half, eye, 0, 0, cv::INTER_NEAREST);
         if (request.fills) {
             eyes = {inMiddle(eyes.left, part), inMiddle(eyes.right, part), {}};
             frame.target = eyesSize(part, request.eyes.picture);
+        }
+        if (request.throughLens) {
+            eyesToNative(eyes.left, eyes.right, *request.display, request.position, frame.picture);
+            break;
         }
         frame.picture = tools::joinedEyes(eyes, request.eyes);
         break;

@@ -56,7 +56,15 @@ std::size_t namedScreen(const std::string& wanted, const std::vector<qt::ScreenF
 std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>& screens,
                          cv::Size native, tools::Messages& messages) {
     if (!job.screen.empty()) return namedScreen(job.screen, screens);
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
+    if (job.eyes && screens.size() == 1) return 0; // any screen can show them
+    std::optional<Calibration> given;
+    std::filesystem::path file;
+    if (!job.display.calibration.empty()) {
+        file = tools::calibrationFile(job.display.calibration);
+        given = readCalibration(file);
+    }
+    const std::vector<qt::FoundDisplay> displays =
+        qt::findDisplays(screens, given ? calibrationsAnd(*given, file) : calibrations());
     std::optional<std::size_t> chosen;
     if (const std::string& serial = job.display.serial; !serial.empty()) {
         for (std::size_t i = 0; i < displays.size(); ++i) {
@@ -66,10 +74,7 @@ std::size_t chooseScreen(const ShowJob& job, const std::vector<qt::ScreenFacts>&
                 chosen = i;
         }
     } else {
-        std::optional<Calibration> calibration;
-        if (!job.display.calibration.empty())
-            calibration = readCalibration(tools::calibrationFile(job.display.calibration));
-        chosen = qt::chooseDisplay(displays, screens, calibration, native);
+        chosen = qt::chooseDisplay(displays, screens, given, native);
     }
     if (!chosen) {
         std::string found;
@@ -195,25 +200,44 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
     QApplication::setQuitOnLastWindowClosed(false); // an unplugged display has no window
     const tools::ChosenDisplay found =
         tools::findDisplay(job.display, messages, {calibrations, true}, tools::DisplayUse::None);
+    const bool hasLens = !found.isSample && !job.eyes;
+    if (job.viewFrom && !job.eyes && !hasLens)
+        throw Error(ErrorCode::NotFound, "calibration",
+                    "none was given or found, expected the display's with -c, or --stereo-layout");
     QScreen& screen =
         screenFor(job, found.files.empty() ? "calibration" : found.files.front().string(),
-                  found.isSample ? cv::Size() : found.panelSize(), !found.isSample, messages);
+                  hasLens ? found.panelSize() : cv::Size(), hasLens, messages);
     messages.flushWarnings();
+    std::shared_ptr<EyesShow> eyes;
+    if (job.eyes || job.viewFrom) eyes = std::make_shared<EyesShow>();
+    if (eyes) eyes->layout = job.eyes;
     std::string problem;
-    SlidePresenter presenter(settings, files,
-                             found.isSample ? nullptr : std::make_shared<const Display>(found),
-                             qt::factsOf(screen), [&](const std::string& why) {
-                                 problem = why;
-                                 if (isSingle) return;
-                                 messages.warn(why);
-                                 messages.flushWarnings();
-                             });
+    SlidePresenter presenter(
+        settings, files, hasLens || eyes ? std::make_shared<const Display>(found) : nullptr,
+        qt::factsOf(screen),
+        [&](const std::string& why) {
+            problem = why;
+            if (isSingle) return;
+            messages.warn(why);
+            messages.flushWarnings();
+        },
+        eyes);
+    std::unique_ptr<EyeSource> source;
+    if (job.viewFrom) {
+        source = std::make_unique<EyeSource>(*job.viewFrom);
+        QObject::connect(source.get(), &EyeSource::moved, &presenter, &SlidePresenter::moveEyes);
+    }
     QObject::connect(&presenter, &SlidePresenter::ended, &application, &QApplication::quit,
                      Qt::QueuedConnection);
     if (messages.verbose()) detailSilence(messages);
     presenter.setPlaySettings(job.play);
     presenter.start(screen);
     const int status = QApplication::exec();
+    if (source && source->ignoredLines() > 0) {
+        messages.warn("--view-from: " + std::to_string(source->ignoredLines()) +
+                      " lines were ignored, expected x or x and y in each");
+        messages.flushWarnings();
+    }
     const VideoPlayer::Counts counts = presenter.counts();
     if (counts.shown + counts.dropped > 0) {
         messages.detail(std::to_string(counts.shown) + " pictures of videos shown, " +
@@ -315,7 +339,16 @@ ShowJob showJob(const tools::CommandLine& commandLine) {
     }
     job.byMpv =
         commandLine.oneOf<bool>("player", {{"viewer", false}, {"mpv", true}}).value_or(false);
-    if ((job.byMpv || job.bridge) && !job.files.empty() && job.files.front() == "-")
+    if (commandLine.has("stereo-layout") || commandLine.has("stereo-swap"))
+        job.eyes = tools::eyesOptions(commandLine, "show");
+    if (job.eyes && job.eyes->areFiles)
+        commandLine.failValue("stereo-layout", "a layout of one picture");
+    if (const auto from = commandLine.value("view-from")) job.viewFrom = eyePort(*from);
+    const bool isStream = !job.files.empty() && job.files.front() == "-";
+    if (job.byMpv || job.bridge || isStream)
+        commandLine.refuse({"view-from", "stereo-layout", "stereo-swap"},
+                           " is for files that the viewer shows");
+    if ((job.byMpv || job.bridge) && isStream)
         throw tools::UsageError((job.byMpv ? "--player mpv" : "--bridge") +
                                 std::string(" plays files, expected names instead of -"));
     return job;
@@ -373,6 +406,14 @@ std::optional<std::size_t> screenBeside(const std::vector<qt::FoundDisplay>& dis
 
 std::vector<MountedCalibration> calibrations() {
     return tools::withUsbDisplays(qt::findVolumes());
+}
+
+std::vector<MountedCalibration> calibrationsAnd(const Calibration& given,
+                                                const std::filesystem::path& file) {
+    std::vector<MountedCalibration> all = calibrations();
+    if (given.lens && !file.empty())
+        all.push_back({file, given.serial.empty() ? file.stem().string() : given.serial});
+    return all;
 }
 
 int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,

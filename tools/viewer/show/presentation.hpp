@@ -3,7 +3,9 @@
 #include "altiro3D/qt/display_search.hpp"
 #include "cli/bridge.hpp"
 #include "cli/display_options.hpp"
+#include "cli/eyes_options.hpp"
 #include "viewer/player/video_player.hpp"
+#include "viewer/show/eye_source.hpp"
 #include "viewer/show/slide_show.hpp"
 
 #include <cstdio>
@@ -21,7 +23,9 @@ struct ShowJob {
     std::string screen; ///< By its name or number; empty: the display's own.
     SlideShow::Settings slides;
     PlaySettings play;
-    bool byMpv = false; ///< `--player mpv`
+    std::optional<tools::EyesOptions> eyes; ///< `--stereo-layout` of --show
+    std::optional<quint16> viewFrom;        ///< See eyePort().
+    bool byMpv = false;                     ///< `--player mpv`
     std::optional<tools::BridgeJob> bridge;
 };
 /// Reads --show and what belongs to it. @throws UsageError
@@ -67,6 +71,10 @@ std::optional<std::size_t> screenBeside(const std::vector<qt::FoundDisplay>& dis
 /// The calibrations of volumes, wherever they are mounted, and of USB memories.
 std::vector<MountedCalibration> calibrations();
 
+/// The same, and a calibration without a volume, of another maker's screen.
+std::vector<MountedCalibration> calibrationsAnd(const Calibration& given,
+                                                const std::filesystem::path& file);
+
 /// Prints the displays, screens and volumes found, for people or (JSON) for programs.
 /// @param bridge address of Looking Glass Bridge; empty: one on this computer, if it runs
 int listDisplays(int& argc, char** argv, bool json, const std::string& bridge,
@@ -85,9 +93,9 @@ bool readPixmap(std::FILE& file, cv::Mat& picture);
 /// A Native by which the eye tells faults of a display apart.
 ///
 /// The views are red on the left, green in the middle and blue on the right; the fifth of them in
-/// the middle is green. A strip of panel px, the same for all views, has a square of lines of 1 px
-/// beside a square of the grey that is as bright as their mean (188), and steps of grey. A line of
-/// 1 px runs along all four edges.
+/// the middle is green. Up to 16 views show their numbers. A strip of panel px, the same for all
+/// views, has a square of lines of 1 px beside a square of the grey that is as bright as their mean
+/// (188), and steps of grey. A line of 1 px runs along all four edges.
 /// @param display its calibration, quilt and order of views
 /// @return [panel, CV_8UC3, BGR]
 /// @throws Error as of NativeLut and TooLarge

@@ -56,10 +56,12 @@ sceneConverter(Document first, const Display& display, const std::shared_ptr<Dep
 SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
                                std::shared_ptr<const Display> display,
                                const qt::ScreenFacts& screen,
-                               std::function<void(const std::string&)> report)
+                               std::function<void(const std::string&)> report,
+                               std::shared_ptr<EyesShow> eyes)
     : files_(std::move(files)), report_(std::move(report)),
       show_(settings, {[this](const Source& source) { make(source); }, report_}),
-      maker_(std::make_shared<SlideMaker>(std::move(display), screen)),
+      eyes_(std::move(eyes)),
+      maker_(std::make_shared<SlideMaker>(std::move(display), screen, eyes_)),
       worker_(std::make_unique<Worker>()) {
     playSettings_.atEnd = AtEnd::Finish;
     show_.setFiles(files_.files());
@@ -95,6 +97,23 @@ void SlidePresenter::start(QScreen& screen) {
     widget_.showOn(screen);
     clock_.start();
     ticks_.start(kFadeTick);
+}
+
+void SlidePresenter::moveEyes(double position) {
+    if (!eyes_) return;
+    eyes_->position = position;
+    const Slide* const slide = show_.shown();
+    if (slide == nullptr || !slide->pictureFrom) return;
+    worker_->post(1, [this, make = slide->pictureFrom, eyes = eyes_, change = change_] {
+        try {
+            later(this, [this, picture = make(eyes->position), change] {
+                if (change != show_.changes()) return;
+                native_ = picture;
+                draw();
+            });
+        } catch (const std::exception&) { // the picture stays
+        }
+    });
 }
 
 VideoPlayer::Counts SlidePresenter::counts() const {
@@ -226,8 +245,9 @@ void SlidePresenter::refresh() {
     rescan_.start(isDone ? kRescan : kSoon);
 }
 
-SlideMaker::SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen)
-    : display_(std::move(display)), screen_(std::move(screen)),
+SlideMaker::SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen,
+                       std::shared_ptr<const EyesShow> eyes)
+    : display_(std::move(display)), screen_(std::move(screen)), eyes_(std::move(eyes)),
       depthMaker_(std::make_shared<DepthMaker>()), studio_(depthMaker_) {}
 
 Slide SlideMaker::make(const Source& source) {
@@ -248,6 +268,10 @@ Slide SlideMaker::make(const Source& source) {
             return slide;
         }
         const auto document = std::make_shared<const Document>(readDocument(source, *display_));
+        if (eyes_) {
+            addEyes(document, slide);
+            return slide;
+        }
         slide.native = nativeOf(document);
         if (isVideo && document->kind == Kind::Native) slide.nativeOfFrame = asItIs;
         if (isVideo && document->kind == Kind::Quilt)
@@ -257,9 +281,30 @@ Slide SlideMaker::make(const Source& source) {
         if (isVideo && document->kind == Kind::Scene)
             slide.nativeOfFrame = sceneConverter(*document, *display_, depthMaker_);
     } catch (const std::exception& error) {
-        return {source, {}, nullptr, tools::sentenceOf(error)};
+        return {source, {}, nullptr, nullptr, tools::sentenceOf(error)};
     }
     return slide;
+}
+
+void SlideMaker::addEyes(const std::shared_ptr<const Document>& document, Slide& slide) {
+    if (document->kind == Kind::Native || document->video)
+        throw Error(ErrorCode::Unsupported, slide.source.file.string(),
+                    "is a Native or a video, expected a photo or a quilt for two eyes");
+    Request request;
+    request.document = document;
+    request.mode = Mode::Stereo;
+    request.display = display_;
+    request.area = eyes_->layout ? screen_.size : display_->panelSize();
+    request.fills = request.follows = true;
+    request.throughLens = !eyes_->layout;
+    if (eyes_->layout) request.eyes = *eyes_->layout;
+    // a studio of its own keeps the fitted scene
+    slide.pictureFrom = [request,
+                         studio = std::make_shared<Studio>(depthMaker_)](double position) mutable {
+        request.position = position;
+        return studio->render(request).picture;
+    };
+    slide.native = slide.pictureFrom(eyes_->position);
 }
 
 cv::Mat SlideMaker::nativeOf(const std::shared_ptr<const Document>& document) {

@@ -14,6 +14,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 class QKeyEvent;
@@ -21,22 +22,32 @@ class QScreen;
 
 namespace altiro3D::viewer {
 
+/// A show for two eyes.
+struct EyesShow {
+    std::optional<tools::EyesOptions> layout; ///< Nothing: through the lenses of the display.
+    std::atomic<double> position{0};          ///< Of the viewer, see EyeSource.
+};
+
 /// Makes the slides of a show: the Native of each file as the window makes it without changed
 /// settings. One thread at a time.
 class SlideMaker {
   public:
     /// @param display the display; nothing if its calibration is not known: then only Natives can
     ///        be shown
-    SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen);
+    /// @param eyes null: Natives of all views
+    SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen,
+               std::shared_ptr<const EyesShow> eyes = nullptr);
 
     /// @return a slide with a picture of the screen's size, or with a problem
     Slide make(const Source& source);
 
   private:
     cv::Mat nativeOf(const std::shared_ptr<const Document>& document);
+    void addEyes(const std::shared_ptr<const Document>& document, Slide& slide);
 
     std::shared_ptr<const Display> display_;
     qt::ScreenFacts screen_;
+    std::shared_ptr<const EyesShow> eyes_;
     std::shared_ptr<DepthMaker> depthMaker_;
     Studio studio_;
 };
@@ -51,7 +62,8 @@ class SlidePresenter : public QObject {
     /// @param report receives why a file is not shown, or not to its end
     SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
                    std::shared_ptr<const Display> display, const qt::ScreenFacts& screen,
-                   std::function<void(const std::string&)> report);
+                   std::function<void(const std::string&)> report,
+                   std::shared_ptr<EyesShow> eyes = nullptr);
     ~SlidePresenter() override;
 
     /// How videos are played; each is shown once.
@@ -59,6 +71,8 @@ class SlidePresenter : public QObject {
     const PlaySettings& playSettings() const { return playSettings_; }
 
     void start(QScreen& screen);
+    /// The viewer of a show for two eyes has moved; the picture follows at once.
+    void moveEyes(double position);
 
     const SlideShow& show() const { return show_; }
     const qt::NativeWidget& widget() const { return widget_; }
@@ -96,6 +110,7 @@ class SlidePresenter : public QObject {
     std::atomic<qint64> deliveredAt_{0}; // ms of clock_, of the frame that arrives next
     Arrivals arrivals_;
     std::unique_ptr<VideoPlayer> player_;
+    std::shared_ptr<EyesShow> eyes_;
     std::shared_ptr<SlideMaker> maker_;
     std::unique_ptr<Worker> worker_; // last: it uses the others
 };

@@ -64,6 +64,8 @@ struct Slide {
     cv::Mat native; ///< [panel, CV_8UC3, BGR]; of a video the first picture.
     /// Makes the Native of a picture of a video, from its time in s; empty for other files.
     std::function<cv::Mat(const cv::Mat&, double)> nativeOfFrame;
+    /// Makes the picture for eyes at another place, see EyeSource; empty: it stays.
+    std::function<cv::Mat(double)> pictureFrom;
     std::string problem; ///< Why it cannot be shown; empty: it can.
 
     bool isVideo() const { return static_cast<bool>(nativeOfFrame); }

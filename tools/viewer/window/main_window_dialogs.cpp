@@ -304,8 +304,9 @@ std::optional<std::size_t> MainWindow::chosenScreen(const std::vector<qt::Screen
 
 QScreen* MainWindow::displayScreen() {
     const std::vector<qt::ScreenFacts> screens = screenFacts();
-    const std::vector<qt::FoundDisplay> displays = qt::findDisplays(screens, calibrations());
     const Display& own = *files_.display();
+    const std::vector<qt::FoundDisplay> displays =
+        qt::findDisplays(screens, calibrationsAnd(own.calibration, own.source));
     std::optional<std::size_t> screen = chosenScreen(screens);
     const qt::FoundDisplay* display = nullptr; // on that screen
     if (screen) {

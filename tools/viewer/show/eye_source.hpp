@@ -1,0 +1,39 @@
+#pragma once
+
+#include <QObject>
+#include <QUdpSocket>
+#include <optional>
+#include <string>
+
+namespace altiro3D::viewer {
+
+/// `--view-from udp:PORT|stdin`. @return the port; 0: standard input @throws UsageError
+quint16 eyePort(const std::string& text);
+
+/// Positions of a viewer, as another program writes them: one line of text a time, x and perhaps y.
+/// x is -1 at the left edge of the view cone, as the viewer sees it, and +1 at the right edge.
+class EyeSource : public QObject {
+    Q_OBJECT
+  public:
+    /// @throws Error ReadFailed (the port is taken)
+    explicit EyeSource(quint16 port);
+    /// Lines that were no position so far.
+    int ignoredLines() const { return ignored_; }
+    /// The x of a line, limited to -1..+1; nothing if the line is no position.
+    static std::optional<double> positionOf(const QByteArray& line);
+
+  signals:
+    /// The newest of the positions that have come since the last one.
+    void moved(double x);
+
+  private:
+    void readPort();
+    void readInput();
+    void take(const QByteArray& lines);
+
+    QUdpSocket socket_;
+    QByteArray begun_; // of a line of standard input
+    int ignored_ = 0;
+};
+
+} // namespace altiro3D::viewer

@@ -61,6 +61,7 @@
 #include "altiro3D/lens_view.hpp"
 #include "altiro3D/native_lut.hpp"
 #include "altiro3D/native_maker.hpp"
+#include "altiro3D/page.hpp"
 #include "altiro3D/photo_fit.hpp"
 #include "altiro3D/placement.hpp"
 #include "altiro3D/print_sheet.hpp"

@@ -97,6 +97,12 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// @throws Error as PhotoFile::look()
 [[nodiscard]] ALTIRO3D_EXPORT double focalLengthOf(const PhotoFile& file);
 
+/// Author and licence that EXIF or XMP of a JPEG state: "Ada Lovelace; CC BY 4.0".
+/// @param file the photo; not read from a pipe
+/// @return the text; empty if they state none
+/// @throws Error as PhotoFile::look()
+[[nodiscard]] ALTIRO3D_EXPORT std::string creditOf(const PhotoFile& file);
+
 /// The formats that readImage() reads, for people.
 /// @return "PNG, JPEG, HEIC, AVIF, TIFF, WebP, BMP, PNM, PFM, EXR, HDR or JPEG 2000"; without HEIC
 ///         and AVIF if the library was built without libheif

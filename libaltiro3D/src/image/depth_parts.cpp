@@ -18,7 +18,6 @@ namespace {
 using std::string_view;
 
 constexpr string_view kExifMark("Exif\0\0", 6);
-constexpr string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
 constexpr string_view kExtendedXmpMark("http://ns.adobe.com/xmp/extension/\0", 35);
 constexpr string_view kMpfMark("MPF\0", 4);
 constexpr unsigned kMaxPictures = 100;        // limit for a multi-picture file

@@ -61,12 +61,18 @@ int validOrientation(unsigned value) {
 
 namespace {
 
+// The blob from its TIFF header on.
+string_view withoutPrefix(string_view blob) {
+    constexpr string_view kPrefix("Exif\0\0", 6);
+    if (startsWith(blob, kPrefix)) blob.remove_prefix(kPrefix.size());
+    return blob;
+}
+
 // The whole number of an EXIF blob with a tag, in the main directory or that of the photo.
 std::optional<std::uint64_t> exifNumber(string_view blob, unsigned tag, bool isOfPhoto) {
-    constexpr string_view kPrefix("Exif\0\0", 6);
     constexpr unsigned kSizes[] = {0, 1, 0, 2, 4, 0, 1, 0, 2, 4}; // bytes of whole numbers, by type
     constexpr unsigned kPhotoDirectory = 0x8769;
-    if (startsWith(blob, kPrefix)) blob.remove_prefix(kPrefix.size());
+    blob = withoutPrefix(blob);
     const bool isLittle = startsWith(blob, "II");
     if (!isLittle && !startsWith(blob, "MM")) return std::nullopt;
     const ByteReader reader(blob, isLittle);
@@ -89,6 +95,21 @@ std::optional<std::uint64_t> exifNumber(string_view blob, unsigned tag, bool isO
 }
 
 } // namespace
+
+std::string exifText(string_view blob, unsigned tag) {
+    blob = withoutPrefix(blob);
+    const ByteReader reader(blob, startsWith(blob, "II"));
+    const std::uint64_t directory = reader.u32(4);
+    for (unsigned i = 0; i < reader.u16(directory); ++i) {
+        const std::uint64_t entry = directory + 2 + std::uint64_t{12} * i;
+        constexpr unsigned kText = 2;
+        if (reader.u16(entry) != tag || reader.u16(entry + 2) != kText) continue;
+        const std::uint64_t size = reader.u32(entry + 4);
+        const string_view text = reader.text(size > 4 ? reader.u32(entry + 8) : entry + 8, size);
+        return std::string(text.substr(0, text.find('\0')));
+    }
+    return {};
+}
 
 int exifOrientation(string_view blob) {
     return validOrientation(static_cast<unsigned>(exifNumber(blob, 0x112, false).value_or(1)));

@@ -2,6 +2,7 @@
 
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace altiro3D {
@@ -15,6 +16,11 @@ int exifOrientation(std::string_view blob);
 
 /// The focal length of an EXIF blob, as for film of 36 x 24 mm. @return mm; 0 if it states none
 int exifFocalLength(std::string_view blob);
+
+constexpr unsigned kExifArtist = 0x13B;
+constexpr unsigned kExifCopyright = 0x8298;
+/// A text of an EXIF blob, by its tag in the main directory. @return empty if it states none
+std::string exifText(std::string_view blob, unsigned tag);
 
 /// The orientation of the EXIF data that ImageMagick stores in a text chunk of a PNG file.
 /// @param compressed a zTXt chunk instead of a tEXt one

@@ -250,7 +250,7 @@ cv::Mat decodeImage(std::string_view bytes, ImageFormat format, ImageChannels ch
                                               : cv::IMREAD_UNCHANGED);
 }
 
-std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed) {
+std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed, int quality) {
     const TurboJpeg jpeg(tjInitCompress());
     if (jpeg == nullptr) return {};
     const bool isGrey = image.channels() == 1;
@@ -261,7 +261,10 @@ std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed) {
                                    isGrey    ? TJSAMP_GRAY
                                    : unmixed ? TJSAMP_444
                                              : TJSAMP_420,
-                                   unmixed ? 100 : kJpegQuality, TJFLAG_ACCURATEDCT);
+                                   quality > 0 ? quality
+                                   : unmixed   ? 100
+                                               : kJpegQuality,
+                                   TJFLAG_ACCURATEDCT);
     const std::unique_ptr<unsigned char, Free<tjFree>> owner(encoded);
     if (status != 0) return {};
     return {encoded, encoded + size};

@@ -33,8 +33,9 @@ cv::Mat decodeJpeg(std::string_view bytes, ImageChannels channels, std::string* 
 /// Encodes a JPEG with quality 95 and chroma at half resolution (4:2:0), as OpenCV does.
 /// @param image CV_8UC1 or CV_8UC3
 /// @param unmixed quality 100 with full chroma (4:4:4)
+/// @param quality another quality, 1..100; 0: these
 /// @return the file; empty if it cannot be encoded
-std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed = false);
+std::vector<unsigned char> encodeJpeg(const cv::Mat& image, bool unmixed = false, int quality = 0);
 
 /// Encodes a picture as PNG (png_encode.cpp) on all threads, to the same bytes for any number.
 ///

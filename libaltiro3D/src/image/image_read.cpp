@@ -15,6 +15,7 @@
 #include "image/panorama.hpp"
 #include "image/pixel_values.hpp"
 #include "image/tiff_file.hpp"
+#include "image/xmp.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -488,6 +489,30 @@ cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) {
 
 double focalLengthOf(const PhotoFile& file) {
     return readImageHeader(file.look(), lowerCase(file.path().extension().string())).focalLength;
+}
+
+std::string creditOf(const PhotoFile& file) {
+    constexpr std::string_view kDublinCore = "purl.org/dc/elements";
+    std::string author;
+    std::string licence;
+    const std::string_view bytes = file.look();
+    const auto take = [](std::string_view found, std::string& to) {
+        for (const char c : to.empty() ? found : std::string_view())
+            if (static_cast<unsigned char>(c) >= ' ') to += c;
+    };
+    if (imageFormat(bytes) != ImageFormat::Jpeg) return {};
+    walkJpeg(bytes, [&](unsigned marker, std::size_t, std::string_view body) {
+        if (marker == 0xe1 && startsWith(body, "Exif")) {
+            take(exifText(body, kExifArtist), author);
+            take(exifText(body, kExifCopyright), licence);
+        } else if (marker == 0xe1 && startsWith(body, kXmpMark)) {
+            const Xmp xmp(body.substr(kXmpMark.size()));
+            take(xmp.value(kDublinCore, "creator"), author);
+            take(xmp.value(kDublinCore, "rights"), licence);
+        }
+        return marker != 0xda;
+    });
+    return author + (author.empty() || licence.empty() ? "" : "; ") + licence;
 }
 
 } // namespace altiro3D

@@ -146,11 +146,12 @@ class Collector {
         const string_view local = spaceAndName(name).second;
         if (local == "Directory") directoryDepth_ = depth_;
         if (directoryDepth_ > 0 && local == "li") items_.emplace_back();
+        if (local != "li" && local != "Seq" && local != "Alt" && local != "Bag") list_ = name;
         for (; attributes[0] != nullptr; attributes += 2)
             add(attributes[0], attributes[1]);
     }
     void close(const XML_Char* name) {
-        if (isLeaf_) add(name, text_);
+        if (isLeaf_) add(spaceAndName(name).second == "li" ? string_view(list_) : name, text_);
         isLeaf_ = false;
         text_.clear();
         if (depth_ == directoryDepth_) directoryDepth_ = 0;
@@ -173,6 +174,7 @@ class Collector {
     std::vector<XmpProperty>& properties_;
     std::vector<XmpItem>& items_;
     std::string text_;
+    std::string list_; // the property that lists are of
     std::exception_ptr thrown_;
     bool isLeaf_ = false;
     int depth_ = 0;

@@ -7,6 +7,9 @@
 
 namespace altiro3D {
 
+/// What precedes XMP in an APP1 segment of a JPEG.
+constexpr std::string_view kXmpMark("http://ns.adobe.com/xap/1.0/\0", 29);
+
 /// One entry of a `Container:Directory`: a file that follows the picture (Dynamic Depth).
 struct XmpItem {
     std::string semantic;      ///< "Primary", "Depth", "Original", ...; may be empty.
@@ -15,7 +18,8 @@ struct XmpItem {
     std::uint64_t padding = 0; ///< Bytes after it.
 };
 
-/// A property: the name of an attribute, or of an element that holds only text.
+/// A property: the name of an attribute, or of an element that holds only text; of the entries of a
+/// list, the name of the list.
 struct XmpProperty {
     std::string space; ///< URI of the namespace.
     std::string name;  ///< Local name.

@@ -67,6 +67,7 @@ class PixelLister {
             scene_.rows[0][static_cast<std::size_t>(y)].surfaces;
         const LayeredSurface& surface = surfaces[i];
         LayeredPixel pixel = pixelAt(y, x);
+        pixel.isLast = x == surface.last;
         const float none = std::nanf("");
         pixel.across = slope(x > surface.first ? depthAt(y, x - 1) : none, pixel.depth,
                              x < surface.last ? depthAt(y, x + 1) : none);
@@ -110,6 +111,7 @@ class PixelLister {
         if (extra < kLeastShare || x < 0 || x >= photo_.cols) return;
         LayeredPixel pixel = pixelAt(y, end);
         pixel.x = x;
+        pixel.beside = outwards;
         pixel.share = extra;
         pixels.push_back(pixel);
     }
@@ -119,18 +121,21 @@ class PixelLister {
         const LayeredRow& row = scene_.rows[direction][static_cast<std::size_t>(y)];
         LayeredPixel pixel;
         pixel.y = y;
-        const auto add = [&](int x, int cell) {
+        pixel.isHidden = true;
+        pixel.width = surface.last - surface.first + 1;
+        const auto add = [&](int x, int beside, int cell) {
             pixel.x = direction == 0 ? x : photo_.cols - 1 - x;
+            pixel.beside = direction == 0 ? beside : -beside;
             std::memcpy(pixel.bgr, row.strips.data() + 4 * static_cast<std::ptrdiff_t>(cell), 3);
             pixels.push_back(pixel);
         };
         pixel.depth = depthAt(y, surface.first, direction);
         for (int k = 1; k <= surface.hidden; ++k)
-            add(surface.first - k, surface.hiddenAt(k));
+            add(surface.first - k, -k, surface.hiddenAt(k));
         if (surface.last + 1 < photo_.cols) return; // the other direction has what is hidden there
         pixel.depth = depthAt(y, surface.last, direction);
         for (int k = 1; k <= surface.beyond; ++k)
-            add(surface.last + k, surface.beyondAt(k));
+            add(surface.last + k, k, surface.beyondAt(k));
     }
 
     const cv::Mat& photo_;

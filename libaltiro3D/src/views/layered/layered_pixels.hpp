@@ -17,6 +17,14 @@ struct LayeredPixel {
     float down = 0;      ///< and of the next row.
     float share = 1;     ///< The part of the px that it covers, 0..1.
     std::uint8_t bgr[3]; ///< Its colour.
+
+    /// 0: the photo's own px. Else it is this many columns right (< 0: left) of a surface's end.
+    int beside = 0;
+    int width = 0; ///< With `beside`: visible columns of the surface.
+    /// It is painted behind a nearer surface or beside the frame; else `beside` a border reaches
+    /// it.
+    bool isHidden = false;
+    bool isLast = false; ///< The last px of a surface of its row.
 };
 
 /// All px of a scene, as method Layered sees it: surfaces that are cut at steps of the depth, and

@@ -105,6 +105,8 @@ compare views2native "${display[@]}" --save-quilt out/quilt.png ../inputs/views 
 compare views2native -m ../inputs/portrait.map --reverse ../inputs/views out/native.png
 compare views2native "${small[@]}" --fit contain ../inputs/views out/native.png
 compare slide2native "${display[@]}" --save-quilt out/quilt.png --save-depth out/depth.png ../inputs/views out/native.png
+compare photo2native --save-page out/page.html "${photo[@]}"
+compare quilt2native "${display[@]}" --save-page out/page.html ../inputs/wide_qs8x6a1.5.png
 compare photo2native --save-splats out/scan.ply --splat-side 100 --splat-camera "${photo[@]}"
 keep scan.ply scan.ply
 compare splat2native "${display[@]}" --save-quilt out/quilt.png --save-depth out/depth.png ../inputs/scan.ply out/native.png

@@ -146,6 +146,7 @@ void addPhotoOptions(CommandLine& commandLine) {
     commandLine.addUsage("--lg OUT.mp4 [options] PHOTO");
     commandLine.addUsage("--save-stereo OUT.png [options] PHOTO");
     commandLine.addUsage("--save-splats OUT.ply [options] PHOTO");
+    commandLine.addUsage("--save-page OUT.html [options] PHOTO");
     commandLine.addUsage("--go DIR [options] PHOTO... | DIR");
     commandLine.addUsage("--plan PLAN [options] DIR OUTDIR");
     commandLine.addUsage("--chunk K PLAN");
@@ -190,6 +191,7 @@ void addPhotoOptions(CommandLine& commandLine) {
     commandLine.addAdvanced({"splat-camera"},
                             "Put the photo's camera into a .ply, as SHARP does; some viewers do "
                             "not read such files.");
+    PageOptions::add(commandLine, "the whole photo, or the part of --center and --zoom, in depth");
     EyesFiles::add(
         commandLine,
         "It has the photo's own size and needs no display, and without OUT no Native is "

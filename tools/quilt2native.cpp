@@ -7,6 +7,7 @@
 #include "cli/go_folder.hpp"
 #include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
+#include "cli/page_options.hpp"
 #include "cli/print_options.hpp"
 #include "photo/sway_options.hpp"
 #include "video/video_run.hpp"
@@ -24,7 +25,7 @@ namespace {
 struct QuiltJob {
     std::vector<fs::path> names; // with --go and --bridge: of quilts and their folders
     fs::path quilt;              // or a folder of quilts
-    fs::path native;
+    fs::path native;             // empty: not made
     bool replace = false;
     bool skipExisting = false;
     bool recursive = false;
@@ -36,6 +37,8 @@ struct QuiltJob {
     SwayOptions sway;
     std::optional<cv::Size> swaySize;
     EyesFiles eyes;
+    fs::path pageFile; // of a folder of quilts: the folder of their pages; empty: none
+    PageOptions page;
     std::optional<PrintOptions> print;
     VideoJob video;
     std::optional<GoFolder> go;
@@ -104,17 +107,22 @@ cv::Mat shapedQuilt(const ReadQuilt& read, bool isCut, Messages& messages) {
     return read.shape.apply(tiles);
 }
 
+// @param native, page files to write; empty: not made
 void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::path& native,
-                    bool isFromFolder, const ChosenDisplay& display, Messages& messages,
-                    const std::optional<PrintSheet>& print = std::nullopt) {
+                    const fs::path& page, bool isFromFolder, const ChosenDisplay& display,
+                    Messages& messages, const std::optional<PrintSheet>& print = std::nullopt) {
     StageTimes times;
     const ReadQuilt read = readQuilt(job, quiltFile, isFromFolder, display, messages);
     const auto& [picture, layout, shape] = read;
     times.end("read");
-    const cv::Mat quilt = shapedQuilt(read, display.map.has_value(), messages);
-    const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
-    times.end("look-up table");
     cv::Size swaySize;
+    if (!page.empty()) {
+        writePage(page,
+                  quiltPage(fitQuilt(picture, layout), layout, shape.shownAspect(),
+                            job.page.text(quiltFile), job.page.side),
+                  messages);
+        times.end("page");
+    }
     if (!job.swayFile.empty()) {
         swaySize = writeQuiltSwayFile(
             job.swayFile, fitQuilt(picture, layout), layout, shape.shownAspect(), job.swaySize,
@@ -126,8 +134,13 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
                        messages);
         times.end("eyes");
     }
-    // last, so that an existing Native means that all outputs exist
-    makeNativeFile(renderer, quilt, native, print, messages, times);
+    if (!native.empty()) {
+        const cv::Mat quilt = shapedQuilt(read, display.map.has_value(), messages);
+        const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
+        times.end("look-up table");
+        // last, so that an existing Native means that all outputs exist
+        makeNativeFile(renderer, quilt, native, print, messages, times);
+    }
     if (!job.eyes.name().empty()) messages.say(job.eyes.names() + ": " + job.eyes.words());
     if (!job.swayFile.empty())
         messages.say(job.swayFile.string() + ": video, " + swayText(job.sway, swaySize));
@@ -149,21 +162,33 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
     search.wanted = {FileKind::Photo, FileKind::Quilt, FileKind::QuiltVideo};
     search.recursive = job.recursive;
     search.pairDepth = false;
-    search.outputs = {outputFolder};
+    if (outputFolder.empty()) search.wanted = {FileKind::Photo, FileKind::Quilt};
+    for (const fs::path& output : {outputFolder, job.pageFile})
+        if (!output.empty()) search.outputs.push_back(output);
     std::vector<LeftOutFile> leftOut;
     const std::vector<FolderFile> quilts =
         listNamed({job.quilt}, search, leftOut, "no pictures, expected quilts", messages);
-    requireDirectoryName(outputFolder, "quilts");
+    if (!outputFolder.empty()) requireDirectoryName(outputFolder, "quilts");
     VideoRun videos(job.video, messages);
     const ChosenDisplay& display = videos.display;
     Outputs outputs(job.replace || job.skipExisting);
     outputs.addInputs(display.files);
     std::vector<FolderItem> files;
+    std::vector<fs::path> pages;
     const std::vector<std::string> stems = outputStems(quilts);
     for (std::size_t i = 0; i < quilts.size(); ++i) {
-        const fs::path native = outputFolder / (stems[i] + "_native" + endingOf(quilts[i].file));
-        files.push_back({quilts[i].file, native, job.skipExisting && isFileWithContents(native)});
-        outputs.addPair(quilts[i].file, native);
+        const fs::path& quilt = quilts[i].file;
+        const bool hasPage = !job.pageFile.empty() && !isVideoFileName(quilt);
+        pages.push_back(hasPage ? job.pageFile / (stems[i] + ".html") : fs::path());
+        FolderItem item{quilt, pages[i], job.skipExisting};
+        if (hasPage) outputs.addPair(quilt, pages[i]);
+        if (hasPage && !isFileWithContents(pages[i])) item.isMade = false;
+        if (!outputFolder.empty()) {
+            item.output = outputFolder / (stems[i] + "_native" + endingOf(quilt));
+            outputs.addPair(quilt, item.output);
+            item.isMade = item.isMade && isFileWithContents(item.output);
+        }
+        files.push_back(item);
     }
     outputs.check();
     outputs.makeDirectories();
@@ -171,7 +196,8 @@ int convertFolder(const QuiltJob& job, Messages& messages) {
     const auto convert = [&](std::size_t i) {
         const auto& [quilt, native, isMade] = files[i];
         if (!isVideoFileName(quilt)) {
-            convertPicture(job, quilt, native, true, display, messages);
+            convertPicture(job, quilt, outputFolder.empty() ? fs::path() : native, pages[i], true,
+                           display, messages);
             return kExitDone;
         }
         return makeVideo(videos, files[i], run.place() + " ", nullptr, messages);
@@ -289,7 +315,8 @@ void takeCommon(const CommandLine& commandLine, QuiltJob& job) {
 // The job of --go or --bridge.
 void takeShow(const CommandLine& commandLine, QuiltJob& job) {
     const char* const show = job.go ? "go" : "bridge";
-    commandLine.exclude(show, {"y", "skip-existing", "lg", "save-stereo", "m", "invert"});
+    commandLine.exclude(show,
+                        {"y", "skip-existing", "lg", "save-stereo", "save-page", "m", "invert"});
     commandLine.exclude(
         show, {"view-filter", "sampling", "codec", "resume", "report", "progress", "print"});
     job.names = commandLine.files();
@@ -307,6 +334,7 @@ void takeKind(const CommandLine& commandLine, QuiltJob& job) {
         throw UsageError("- stands for one picture, expected a directory for several");
     if (job.isFolder && !job.swayFile.empty())
         throw UsageError("--lg makes one video, expected a single quilt instead of a folder");
+    if (!job.isFolder) requirePageName(job.pageFile);
     if (job.isFolder || canWriteVideo(job.native))
         commandLine.refuse({"save-stereo", "print"},
                            " is made of one quilt, expected a single picture");
@@ -317,6 +345,10 @@ void takeKind(const CommandLine& commandLine, QuiltJob& job) {
     if (job.makesVideo && !job.swayFile.empty())
         throw UsageError(job.native.string() +
                          ": is a video's name, expected a picture's with --lg, such as .png");
+    if (!job.pageFile.empty() && !job.isFolder && (job.makesVideo || isVideo(job.quilt)))
+        throw UsageError("--save-page shows one picture, expected a quilt instead of a video");
+    if (job.native.empty())
+        commandLine.refuse({"print"}, " makes a print, expected OUT, the name of its file");
     if (!job.isFolder && !job.makesVideo && isVideo(job.quilt))
         throw UsageError(job.native.string() + ": is not the name of a video, but " +
                          job.quilt.string() + " is a video; expected .mp4, .mov or .mkv");
@@ -332,7 +364,8 @@ void takeKind(const CommandLine& commandLine, QuiltJob& job) {
     commandLine.take({{"report", plan.report}});
     job.video = videoJob(commandLine, plan);
     if (job.isFolder || job.makesVideo) return;
-    if (job.print || !isStream) requireNativeName(job.native, job.print.has_value());
+    if (!job.native.empty() && (job.print || !isStream))
+        requireNativeName(job.native, job.print.has_value());
     if (!job.swayFile.empty()) requireVideoName(job.swayFile);
     if (!job.eyes.files().empty()) requirePictureName(job.eyes.name());
     if (!isStandardStream(job.quilt)) requireFile(job.quilt);
@@ -346,7 +379,12 @@ QuiltJob quiltJob(const CommandLine& commandLine) {
         takeShow(commandLine, job);
         return job;
     }
-    commandLine.takeNames("QUILT and OUT", {&job.quilt, &job.native});
+    job.page = PageOptions(commandLine);
+    job.pageFile = commandLine.value("save-page").value_or("");
+    if (!job.pageFile.empty() && commandLine.files().size() == 1)
+        job.quilt = commandLine.files().front();
+    else
+        commandLine.takeNames("QUILT and OUT", {&job.quilt, &job.native});
     commandLine.exclude("y", "skip-existing");
     requireSwayFile(commandLine);
     commandLine.take({{"y", job.replace},
@@ -380,11 +418,11 @@ int run(const QuiltJob& job, Messages& messages) {
     Outputs outputs(job.replace);
     outputs.addInputs({job.quilt});
     outputs.addInputs(display.files);
-    outputs.addNative(job.native);
-    outputs.addOutputs({job.swayFile});
+    if (!job.native.empty()) outputs.addNative(job.native);
+    outputs.addOutputs({job.pageFile, job.swayFile});
     outputs.addOutputs(job.eyes.files());
     outputs.check();
-    convertPicture(job, job.quilt, job.native, false, display, messages, print);
+    convertPicture(job, job.quilt, job.native, job.pageFile, false, display, messages, print);
     return kExitDone;
 }
 
@@ -397,11 +435,14 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] QUILT OUT.png");
     commandLine.addUsage("[options] QUILTVIDEO OUT.mp4");
     commandLine.addUsage("[options] DIR OUTDIR");
+    commandLine.addUsage("--save-page OUT.html [options] QUILT");
     commandLine.addUsage("--go DIR [options] QUILT... | DIR");
     commandLine.addUsage("--bridge auto [options] QUILT... | DIR");
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
+    PageOptions::add(commandLine, "the views, blended; of a folder, a folder of pages; without OUT "
+                                  "no Native is made");
     GoFolder::addOptions(commandLine, "quilts");
     addBridgeOptions(commandLine, "Instead of Natives: show the quilts, also videos, by");
     commandLine.add({"y"}, "Replace outputs that exist.");

@@ -4,6 +4,7 @@
 #include "cli/eyes_options.hpp"
 #include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
+#include "cli/page_options.hpp"
 #include "cli/picture_options.hpp"
 #include "cli/print_options.hpp"
 #include "cli/views_folder.hpp"
@@ -21,12 +22,14 @@ namespace {
 // The command line.
 struct SlideJob {
     std::vector<fs::path> inputs; // a video, a folder of photos, or photos
-    fs::path native;
-    fs::path quilt; // empty: this and the following ones are not saved
+    fs::path native;              // empty: this and the following ones are not saved
+    fs::path quilt;
     fs::path views; // a folder
     fs::path photo;
     fs::path depth;
     fs::path splats;
+    fs::path pageFile;
+    PageOptions page;
     fs::path video;
     EyesFiles eyes;
     bool replace = false;
@@ -42,12 +45,18 @@ struct SlideJob {
 
 SlideJob slideJob(const CommandLine& commandLine) {
     const std::vector<fs::path>& names = commandLine.files();
-    if (names.size() < 2) commandLine.failNames("a video, a folder or photos, and OUT", 2);
+    const bool isAlone = names.size() == 1 && commandLine.has("save-page");
+    if (names.size() < 2 && !isAlone)
+        commandLine.failNames("a video, a folder or photos, and OUT", 2);
     SlideJob job;
-    job.inputs.assign(names.begin(), names.end() - 1);
-    job.native = names.back();
+    job.inputs.assign(names.begin(), names.end() - (isAlone ? 0 : 1));
+    if (!isAlone) job.native = names.back();
     job.print = printOptions(commandLine);
-    requireNativeName(job.native, job.print.has_value());
+    if (isAlone)
+        commandLine.refuse({"print"}, " makes a print, expected OUT, the name of its file");
+    else
+        requireNativeName(job.native, job.print.has_value());
+    job.page = PageOptions(commandLine);
     constexpr std::pair<const char*, SlideViews> kMethods[] = {{"between", SlideViews::Between},
                                                                {"nearest", SlideViews::Nearest}};
     commandLine.take({{"save-quilt", job.quilt},
@@ -55,6 +64,7 @@ SlideJob slideJob(const CommandLine& commandLine) {
                       {"save-photo", job.photo},
                       {"save-depth", job.depth},
                       {"save-splats", job.splats},
+                      {"save-page", job.pageFile},
                       {"lg", job.video},
                       {"y", job.replace},
                       {"method", job.slide.views, kMethods},
@@ -64,6 +74,7 @@ SlideJob slideJob(const CommandLine& commandLine) {
     if (!job.photo.empty()) requirePictureName(job.photo);
     if (!job.depth.empty()) requirePictureName(job.depth, false);
     requireSplatName(job.splats);
+    requirePageName(job.pageFile);
     requireSwayFile(commandLine);
     if (!job.video.empty()) requireVideoName(job.video);
     job.eyes = EyesFiles(commandLine);
@@ -82,7 +93,7 @@ int makeNative(const SlideJob& job, Messages& messages) {
     const SlidePictureSource source = slideOf(job.inputs, files, &remarks);
     Outputs outputs(job.replace);
     outputs.addInputs(files);
-    outputs.addNative(job.native);
+    if (!job.native.empty()) outputs.addNative(job.native);
     StageTimes times;
     ChosenDisplay display = findDisplay(job.display, messages);
     const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
@@ -94,7 +105,7 @@ int makeNative(const SlideJob& job, Messages& messages) {
         quiltOutput = quiltFileName(job.quilt, layout, display.aspect());
         requirePictureName(quiltOutput);
     }
-    outputs.addOutputs({quiltOutput, job.photo, job.depth, job.splats, job.video});
+    outputs.addOutputs({quiltOutput, job.photo, job.depth, job.splats, job.pageFile, job.video});
     outputs.addOutputs(job.eyes.files());
     if (!job.views.empty()) {
         outputs.addDirectory(job.views);
@@ -151,12 +162,19 @@ int makeNative(const SlideJob& job, Messages& messages) {
     if (!quiltOutput.empty()) writeImage(quiltOutput, quilt);
     if (!job.eyes.files().empty())
         job.eyes.write(eyesOfQuilt(quilt, layout, display.aspect()), messages);
+    if (!job.pageFile.empty())
+        writePage(job.pageFile,
+                  quiltPage(quilt, layout, display.aspect(), job.page.text(job.inputs.front()),
+                            job.page.side),
+                  messages);
     if (!job.video.empty())
         writeQuiltSwayFile(job.video, quilt, layout, display.aspect(), job.swaySize, job.fit,
                            ViewFilter::Nearest, job.sway);
     times.end("other outputs");
-    const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
-    makeNativeFile(renderer, quilt, job.native, print, messages, times);
+    if (!job.native.empty()) {
+        const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
+        makeNativeFile(renderer, quilt, job.native, print, messages, times);
+    }
     if (!quiltOutput.empty()) messages.say(quiltOutput.string() + ": quilt");
     messages.detail(times.text());
     return kExitDone;
@@ -171,6 +189,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] VIDEO OUT.png");
     commandLine.addUsage("[options] DIR OUT.png");
     commandLine.addUsage("[options] PHOTO... OUT.png");
+    commandLine.addUsage("--save-page OUT.html [options] VIDEO | DIR");
     commandLine.addSection("Views");
     commandLine.add({"method"},
                     "Each view: between (default), of two pictures at its sides, each px moved to "
@@ -198,6 +217,8 @@ int main(int argc, char** argv) {
     commandLine.add({"save-splats"},
                     "Also write the middle view with its depth as Gaussian splats.",
                     "FILE.ply|FILE.spz");
+    PageOptions::add(commandLine,
+                     "the views, blended; of a video or a folder, no Native is made without OUT");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     addSwayFileOption(commandLine, "It shows the views, and");
     commandLine.add({"y"}, "Replace outputs that exist.");

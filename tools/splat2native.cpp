@@ -8,6 +8,7 @@
 #include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
 #include "cli/outputs.hpp"
+#include "cli/page_options.hpp"
 #include "cli/print_options.hpp"
 #include "cli/quilt_options.hpp"
 #include "photo/sway_options.hpp"
@@ -33,6 +34,7 @@ struct SplatOutputs {
     fs::path depth;
     fs::path video;
     fs::path stereo;
+    fs::path page;
 };
 struct OutputKind {
     const char* option;
@@ -43,6 +45,7 @@ constexpr OutputKind kOutputs[] = {{"save-quilt", &SplatOutputs::quilt, ".png"},
                                    {"save-views", &SplatOutputs::views, "_views"},
                                    {"save-depth", &SplatOutputs::depth, "_depth.png"},
                                    {"lg", &SplatOutputs::video, ".mp4"},
+                                   {"save-page", &SplatOutputs::page, ".html"},
                                    {"save-stereo", &SplatOutputs::stereo, ""}}; // by its layout
 
 // The command line.
@@ -61,6 +64,7 @@ struct SplatJob {
     std::optional<double> strength;
     double orbit = 0; // degrees
     EyesFiles eyes;
+    PageOptions page;
     SwayOptions sway;
     std::optional<cv::Size> swaySize;
     DisplayOptions display;
@@ -147,6 +151,7 @@ SplatJob splatJob(const CommandLine& commandLine) {
         job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
     job.jsonProgress = wantsJsonProgress(commandLine);
     job.eyes = EyesFiles(commandLine);
+    job.page = PageOptions(commandLine);
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine);
     job.display = displayOptions(commandLine);
@@ -256,6 +261,9 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
     if (!item.quilt.empty()) writeImage(item.quilt, quilt);
     if (!item.eyes.files().empty())
         item.eyes.write(eyesOfQuilt(quilt, layout, run.display.aspect()), messages);
+    if (!item.page.empty())
+        writeFile(item.page, quiltPage(quilt, layout, run.display.aspect(),
+                                       job.page.text(item.scene), job.page.side));
     if (!item.video.empty()) writeVideo(item, run, scene, placed);
     times.end("other outputs");
     if (!item.native.empty()) {
@@ -283,7 +291,7 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
 }
 
 std::vector<fs::path> outputsOf(const SplatItem& item, int views) {
-    std::vector<fs::path> files = {item.native, item.quilt, item.depth, item.video};
+    std::vector<fs::path> files = {item.native, item.quilt, item.depth, item.page, item.video};
     for (int i = 0; i < views && !item.views.empty(); ++i)
         files.push_back(item.views / viewFileName(i, views));
     for (const fs::path& file : item.eyes.files())
@@ -331,6 +339,7 @@ void checkOutputs(const SplatRun& run, const std::vector<SplatItem>& items, bool
         for (const fs::path& file : {item.quilt, item.depth})
             if (!file.empty()) requirePictureName(file, file != item.depth);
         if (!item.video.empty()) requireVideoName(item.video);
+        requirePageName(item.page);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         for (const fs::path& file : outputsOf(item, run.layout.viewCount)) {
             if (isBatch || job.go || (job.quiltIsForBridge && file == item.quilt))
@@ -430,6 +439,7 @@ int main(int argc, char** argv) {
     commandLine.addUsage("[options] SCENE SCENE... | DIR  OUTDIR");
     commandLine.addUsage("--yaw sheet [options] SCENE SHEET.png");
     commandLine.addUsage("--lg OUT.mp4 [options] SCENE");
+    commandLine.addUsage("--save-page OUT.html [options] SCENE");
     commandLine.addUsage("--go DIR [options] SCENE... | DIR");
     commandLine.addSection("Camera");
     commandLine.add({"yaw"},
@@ -466,6 +476,7 @@ int main(int argc, char** argv) {
                             "DIR");
     commandLine.add({"save-depth"},
                     "Also write the depth of the middle view, 16-bit, near = white.", "FILE.png");
+    PageOptions::add(commandLine, "the views, blended; without OUT no Native is made");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     addSwayFileOption(commandLine, "It shows the scene from the sides, and");
     GoFolder::addOptions(commandLine, "scenes");

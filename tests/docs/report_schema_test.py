@@ -111,7 +111,7 @@ with tempfile.TemporaryDirectory() as work:
     os.mkdir("scans")
     subprocess.run([TOOLS / "photo2native", "--save-splats", "scans/a.ply", "--splat-side", "60", "-d", photo, depth],
                    check=True, capture_output=True)
-    report, _ = run(0, "splat2native", "--save-depth", "d.png", "scans/a.ply", "n.png")
+    report, _ = run(0, "splat2native", "--save-depth", "d.png", "--save-page", "s.html", "scans/a.ply", "n.png")
     check(report["scenes"][0]["native"] == "n.png", "a scene of splats")
     Path("scans/b.ply").write_text("noise")
     report, lines = run(1, "splat2native", "scans", "scan-natives")

@@ -51,6 +51,7 @@ constexpr OutputKind kOutputs[] = {
     {"lg", &PhotoOutputs::video, ".mp4"},
     {"save-views", &PhotoOutputs::views, "_views"},
     {"save-splats", &PhotoOutputs::splats, ".ply"},
+    {"save-page", &PhotoOutputs::page, ".html"},
     {"save-stereo", &PhotoOutputs::stereo, ""}}; // by its layout
 
 std::string pairName(const DepthOptions& depth) {
@@ -240,6 +241,7 @@ PhotoJob photoJob(const CommandLine& commandLine) {
         {{"splat-side", job.splatSide, 16, 8192}, {"splat-camera", job.keepsSplatCamera}});
     commandLine.refuseWithout("save-splats", {"splat-side", "splat-camera"},
                               " describes saved splats, expected --save-splats with it");
+    job.page = PageOptions(commandLine);
     job.report = commandLine.value("report").value_or("");
     job.plan = commandLine.value("plan").value_or("");
     const auto given = commandLine.given();
@@ -299,7 +301,7 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
     for (const OutputKind& kind : kOutputs) {
         const fs::path& name = job.outputs.*kind.file;
         const bool namesFile = &name != &job.outputs.views && !name.empty() &&
-                               (canWriteImage(name) || canWriteVideo(name));
+                               (canWriteImage(name) || canWriteVideo(name) || isPageFileName(name));
         if (plan.batch && namesFile)
             throw UsageError("--" + std::string(kind.option) + " " + name.string() +
                              ": names one file, expected a directory for the outputs of several "
@@ -362,6 +364,7 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
                              ": is not the name of a JPEG, expected FILE.jpg");
         if (!item.video.empty()) requireVideoName(item.video);
         requireSplatName(item.splats);
+        requirePageName(item.page);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         const std::vector<fs::path> files = outputsOf(item, views);
         if (job.quiltIsForBridge && item.native.empty())

@@ -9,6 +9,7 @@
 #include "cli/folders.hpp"
 #include "cli/go_folder.hpp"
 #include "cli/outputs.hpp"
+#include "cli/page_options.hpp"
 #include "cli/picture_options.hpp"
 #include "cli/print_options.hpp"
 #include "photo/sway_options.hpp"
@@ -32,6 +33,7 @@ struct PhotoOutputs {
     std::filesystem::path video;          ///< the swaying video
     std::filesystem::path views;          ///< a directory
     std::filesystem::path splats;         ///< See PhotoJob::splatSide.
+    std::filesystem::path page;           ///< See PhotoJob::page.
     std::filesystem::path stereo;         ///< See EyesFiles.
 };
 
@@ -42,6 +44,7 @@ struct PhotoJob {
     int savedDepthSide = 0;        ///< Longer side of depth that is saved, at most; px.
     int splatSide = 1024;          ///< Longer side of the grid of splats that are saved, at most.
     bool keepsSplatCamera = false; ///< Splats are saved with the photo's camera.
+    PageOptions page;              ///< What PhotoOutputs::page shows.
     std::filesystem::path report;
     std::filesystem::path plan; ///< Folder of `--plan`.
     std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.

@@ -45,6 +45,7 @@ std::vector<OtherOutput> othersOf(const PhotoItem& item) {
         {"photoWithDepth", "photo with its depth", item.photoWithDepth.string()},
         {"views", "views", item.views.string()},
         {"splats", "splats", item.splats.string()},
+        {"page", "page for browsers", item.page.string()},
         {"stereo", item.eyes.words(), item.eyes.names()}};
     std::vector<OtherOutput> made;
     for (const OtherOutput& other : all)

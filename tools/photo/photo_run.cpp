@@ -125,6 +125,16 @@ void saveSplats(const PhotoItem& item, const PhotoRun& run, const NativeOptions&
                  " mm on 36 x 24");
 }
 
+// Writes the photo as a page: the whole photo, or the part that was asked for.
+// @param shown the part of the photo on the panel
+void savePage(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+              const PhotoScene& scene, const cv::Rect& shown) {
+    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
+    const PageOptions& page = run.job.page;
+    writeFile(item.page, photoPage(scene, options, page.text(item.photo),
+                                   isFramed ? std::optional(shown) : std::nullopt, page.side));
+}
+
 // Whether saveOthers() needs the depth of a scene.
 bool needsDepth(const PhotoItem& item) {
     return !item.savedDepth.empty() || !item.photoWithDepth.empty() || !item.rgbd.empty();
@@ -430,7 +440,8 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         makeQuilt(maker, scene, placed, run.quilt);
         times.end("views");
     }
-    if (!needsDepth(item) && item.video.empty() && item.stereo.empty() && item.splats.empty())
+    if (!needsDepth(item) && item.video.empty() && item.stereo.empty() && item.splats.empty() &&
+        item.page.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative && !run.print) {
         warnAboutNativeFormat(item.native, messages);
@@ -452,6 +463,11 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     if (!item.splats.empty()) {
         saveSplats(item, run, placed.options, scene, facts.crop, messages);
         times.end("splats");
+        endIfStopWanted();
+    }
+    if (!item.page.empty()) {
+        savePage(item, run, placed.options, scene, facts.crop);
+        times.end("page");
         endIfStopWanted();
     }
     if (saveOthers(item, run, scene, messages)) times.end("save");

@@ -264,6 +264,15 @@ TEST_F(ViewerModel, TwoEyesSeeTheWholePhotoFromBothSides) {
     EXPECT_EQ(cv::norm(onScreen(cv::Rect(675, 0, 125, 400))), 0);
 }
 
+TEST_F(ViewerModel, ThePageIsThatOfTheTool) {
+    openPhoto();
+    focus(0.25);
+    ASSERT_TRUE(waitForFrame());
+    EXPECT_EQ(exportTo(Product::Page, folder_ / "viewer.html"), "");
+    photo2native({"--focus", "0.25", "--save-page", at("tool.html")}, "n.png");
+    EXPECT_TRUE(slurp(folder_ / "viewer.html") == slurp(folder_ / "tool.html"));
+}
+
 TEST_F(ViewerModel, ThePictureForTwoEyesIsThatOfTheTool) {
     openPhoto();
     focus(0.25);

@@ -2,6 +2,7 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "cli/outputs.hpp"
+#include "cli/page_options.hpp"
 #include "cli/picture_options.hpp"
 #include "viewer/model/knobs.hpp"
 
@@ -86,16 +87,29 @@ bool writeViews(const Setup& setup, const fs::path& directory, const Progress& p
     return false;
 }
 
-// Fits a photo to its sway video: all of it, or the part that was framed, as in photo2native.
-PhotoFit swayFitOf(const Setup& setup) {
-    const cv::Size photo = setup.document->picture.size();
+// The part of a photo that the user framed; not set: all of it is shown, as in photo2native.
+std::optional<cv::Rect> framedPart(const Setup& setup) {
     const PlacementOptions options = placementOptions(setup);
-    const bool isFramed =
-        !setup.knobs.isFramingChosen && options.framing != Framing(); // by the user
-    if (!isFramed) return altiro3D::swayFitOf(photo, options);
-    const PhotoFit panel = fitPhoto(photo, setup.display->aspect(), quiltLayout(setup).tileSize,
-                                    options.fit, options.framing);
-    return altiro3D::swayFitOf(photo, options, panel.source);
+    if (setup.knobs.isFramingChosen || options.framing == Framing()) return std::nullopt;
+    return fitPhoto(setup.document->picture.size(), setup.display->aspect(),
+                    quiltLayout(setup).tileSize, options.fit, options.framing)
+        .source;
+}
+
+// Fits a photo to its sway video.
+PhotoFit swayFitOf(const Setup& setup) {
+    return altiro3D::swayFitOf(setup.document->picture.size(), placementOptions(setup),
+                               framedPart(setup));
+}
+
+// The page of a photo or of a quilt, as photo2native and quilt2native make it.
+std::string makePage(const Setup& setup) {
+    const Document& document = *setup.document;
+    const PageText text = tools::PageOptions().text(document.source.file);
+    if (document.kind == Kind::Quilt)
+        return quiltPage(fitQuilt(document.picture, quiltLayout(setup)), quiltLayout(setup),
+                         viewAspect(setup), text);
+    return photoPage(sceneOf(setup), placementOptions(setup), text, framedPart(setup));
 }
 
 // As photo2native and quilt2video make it: a photo in its own shape.
@@ -279,12 +293,13 @@ std::vector<Product> productsOf(Kind kind) {
     case Kind::Native:
         return {Product::Native};
     case Kind::Quilt:
-        return {Product::Native, Product::Quilt, Product::Views, Product::SwayVideo, Product::Eyes};
+        return {Product::Native,    Product::Quilt, Product::Views,
+                Product::SwayVideo, Product::Eyes,  Product::Page};
     case Kind::Scene:
         break;
     }
-    return {Product::Native, Product::Quilt,     Product::Views,
-            Product::Depth,  Product::SwayVideo, Product::Eyes};
+    return {Product::Native,    Product::Quilt, Product::Views, Product::Depth,
+            Product::SwayVideo, Product::Eyes,  Product::Page};
 }
 
 fs::path productFile(const Setup& setup, Product product, const fs::path& target) {
@@ -331,6 +346,12 @@ std::string writeProduct(Setup setup, Product product, const fs::path& target,
     case Product::SwayVideo:
         if (!writeSwayVideo(setup, file, progress)) return {};
         break;
+    case Product::Page: {
+        const std::string page = makePage(setup);
+        if (!progress(0.5)) return {};
+        writeFile(file, page);
+        break;
+    }
     case Product::Eyes: {
         const StereoPair eyes = makeEyes(setup);
         if (!progress(0.5)) return {};

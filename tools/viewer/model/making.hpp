@@ -120,7 +120,7 @@ double eyesAspect(const Setup& setup);
 StereoPair makeEyes(const Setup& setup);
 
 /// A result that can be exported.
-enum class Product { Native, Quilt, Views, Depth, SwayVideo, Eyes };
+enum class Product { Native, Quilt, Views, Depth, SwayVideo, Eyes, Page };
 
 std::vector<Product> productsOf(Kind kind);
 

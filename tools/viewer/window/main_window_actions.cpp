@@ -151,7 +151,8 @@ void MainWindow::buildFileMenu(QToolBar& bar) {
         {Product::Views, {}},
         {Product::Depth, {}},
         {Product::SwayVideo, {}},
-        {Product::Eyes, {}}};
+        {Product::Eyes, {}},
+        {Product::Page, {}}};
     for (const auto& [product, keys] : products)
         products_.emplace_back(product, action(file, tr("Export %1…").arg(nameOf(product)), keys,
                                                [this, p = product] { exportDialog(p); }));

@@ -5,6 +5,7 @@
 #include "altiro3D/enum_table.hpp"
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "altiro3D/page.hpp"
 #include "altiro3D/qt/display_search.hpp"
 #include "altiro3D/qt/native_widget.hpp"
 #include "cli/folders.hpp"
@@ -188,10 +189,14 @@ void MainWindow::exportDialog(Product product) {
     if (typed.empty()) return;
     if (const QString why = exports_.obstacle(); !why.isEmpty())
         return say(why, 10000); // a video may have changed meanwhile
-    if (product != Product::Views && product != Product::SwayVideo && !canWriteImage(typed))
+    if (product != Product::Views && product != Product::SwayVideo && product != Product::Page &&
+        !canWriteImage(typed))
         return warn(this, title,
                     tr("%1: no picture format is known by this extension, expected .png")
                         .arg(toName(typed)));
+    if (product == Product::Page && !isPageFileName(typed))
+        return warn(this, title,
+                    tr("%1: is not the name of a page, expected .html").arg(toName(typed)));
     fs::path file;
     try {
         file = productFile(exports_.setup(), product, typed);

@@ -125,7 +125,8 @@ constexpr ProductWords kProducts[] = {
     {"Views", "_views", ""},
     {"Depth", "_depth.png", "PNG picture (*.png);;TIFF picture (*.tif *.tiff);;All files (*)"},
     {"Sway video", "_sway.mp4", kVideoFormats},
-    {"Stereo picture", "", kPictureFormats}}; // as Product
+    {"Stereo picture", "", kPictureFormats},
+    {"Page for browsers", ".html", "Page (*.html)"}}; // as Product
 inline QString nameOf(Product product) {
     return QObject::tr(entryOf(kProducts, product).name);
 }

@@ -592,8 +592,9 @@ Stage eyesMoved(bool isThroughLens) {
         cv::Mat native;
         const auto move = [&](double x) {
             for (int i = 0; i < 2; ++i) {
-                views(x + (i == 0 ? -.25 : .25), view);
-                cv::resize(view, eyes[i], display.panel(), 0, 0, cv::INTER_NEAREST);
+                views(x + (i == 0 ? -.25 : .25), isThroughLens ? eyes[i] : view);
+                if (!isThroughLens)
+                    cv::resize(view, eyes[i], display.panel(), 0, 0, cv::INTER_NEAREST);
             }
             if (isThroughLens) {
                 eyesToNative(eyes[0], eyes[1], shown, x, native);

@@ -47,5 +47,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     if (kind == 3) inText(keyword + hexadecimal(blob), false);
     if (kind == 4) inText(keyword + '\0' + deflated(hexadecimal(blob)), true);
     fuzz::require(orientation >= 1 && orientation <= 8, "orientations are 1..8");
+    fuzz::require(exifText(blob, kExifArtist).size() <= size, "texts are in the file");
     return 0;
 }

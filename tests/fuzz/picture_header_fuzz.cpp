@@ -1,5 +1,6 @@
 // Headers of pictures; the first byte chooses the extension.
 
+#include "altiro3D/image_io.hpp"
 #include "fuzz.hpp"
 #include "image/image_header.hpp"
 
@@ -16,5 +17,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::require(header.orientation >= 1 && header.orientation <= 8, "orientations are 1..8");
     fuzz::require(header.pictures >= 1, "there is a picture at least");
     fuzz::require(header.usableBytes <= size, "usable bytes are in the file");
+    fuzz::reads(
+        [&] { static_cast<void>(creditOf(PhotoFile(std::string(bytes.rest()), "a.jpg"))); });
     return 0;
 }

@@ -231,7 +231,7 @@ struct FoundQuilt {
 
 /// Makes a Native for one viewer: what lies to the left of the viewer in the view cone shows the
 /// left eye's picture, the rest the right eye's: docs/mathematics.md, (2.12).
-/// @param left, right [panel, CV_8UC3, BGR]
+/// @param left, right what each eye sees [of one size, stretched to the panel, CV_8UC3, BGR]
 /// @param display its calibration and order of views; if Calibration::viewOrder is set, the border
 ///        between the eyes stays in the middle
 /// @param position of the viewer, -1 left edge of the cone .. +1 right edge

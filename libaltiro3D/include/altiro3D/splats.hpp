@@ -43,9 +43,8 @@ struct SplatCamera {
 struct SplatScene {
     std::vector<Splat> splats; ///< In the order of the file.
     int degree = 0;            ///< Degree of the spherical harmonics, 0 (none) .. 3.
-    /// Coefficients that change the colour with the direction of view: for each splat (degree +
-    /// 1)^2
-    /// - 1 times red, green, blue.
+    /// Coefficients that change the colour with the direction of view: red, green and blue of each,
+    /// (degree + 1)^2 - 1 of them for each splat.
     std::vector<float> harmonics;
     /// The scene was trained with the filter of Mip-Splatting: small splats are fainter.
     bool isAntialiased = false;

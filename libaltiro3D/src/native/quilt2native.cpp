@@ -258,8 +258,7 @@ void eyesToNative(const cv::Mat& left, const cv::Mat& right, const Display& disp
                   double position, cv::Mat& native) try {
     checkType(left, {CV_8UC3}, "left", "CV_8UC3 (8-bit BGR)");
     checkType(right, {CV_8UC3}, "right", "CV_8UC3 (8-bit BGR)");
-    for (const cv::Mat* eye : {&left, &right})
-        checkSize(eye->size(), display.panelSize(), "eyes", "the panel's ");
+    checkSize(right.size(), left.size(), "right", "the left eye's ");
     checkRange("position", position, -1, 1);
     Calibration c = display.calibration; // its lenses are moved: (2.12)
     const double aside = (lensGeometry(c, display.invert).inverted ? -0.5 : 0.5) * position;

@@ -407,10 +407,12 @@ Frame Studio::render(const Request& request) {
             eye = limited(eye, kMaxPreviewPixels);
         StereoPair eyes = request.follows ? state_->eyesAround(setup, halved(eye, request))
                                           : state_->eyesOf(setup, eye);
+        const bool isStretched = request.follows && !request.throughLens;
         for (cv::Mat* half : {&eyes.left, &eyes.right})
-            if (request.follows) cv::resize(*half, *half, eye, 0, 0, cv::INTER_NEAREST);
+            if (isStretched) cv::resize(*half, *half, eye, 0, 0, cv::INTER_NEAREST);
         if (request.fills) {
-            eyes = {inMiddle(eyes.left, part), inMiddle(eyes.right, part), {}};
+            const cv::Size whole = request.throughLens ? halved(part, request) : part;
+            eyes = {inMiddle(eyes.left, whole), inMiddle(eyes.right, whole), {}};
             frame.target = eyesSize(part, request.eyes.picture);
         }
         if (request.throughLens) {

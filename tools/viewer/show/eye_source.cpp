@@ -19,6 +19,8 @@ constexpr int kMostDatagrams = 1000; // at a time
 } // namespace
 
 quint16 eyePort(const std::string& text) {
+    if (text == "stdin" && QSysInfo::kernelType() == "winnt")
+        throw tools::UsageError("--view-from stdin is not read on Windows, expected udp:PORT");
     if (text == "stdin") return 0;
     const auto words = QString::fromStdString(text).split(':');
     const quint16 port = words.size() == 2 && words[0] == "udp" ? words[1].toUShort() : 0;

@@ -25,7 +25,7 @@ class ArrayMemory : public cv::MatAllocator {
         return mat;
     }
     void deallocate(cv::UMatData* data) const override {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         py::handle(static_cast<PyObject*>(data->userdata)).dec_ref();
         delete data;
     }

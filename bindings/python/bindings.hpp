@@ -68,21 +68,35 @@ void bindVideoConversion(py::module_& m);
 // them as soon as it is released. Immutable objects are used as they are. All other objects have a
 // Turn, which every call takes.
 
-/// Lets other threads of Python run. Python ends a thread that takes the GIL when the interpreter
-/// has ended, which would abort the program: the thread rests until the process has ended as well.
+/// Takes the GIL. Python ends a thread that takes it when the interpreter has ended: it unwinds the
+/// thread's stack, which would abort the program. The thread rests instead until the process ends.
+template <class Take>
+void orRest(const Take& take) {
+    try {
+        take();
+    } catch (...) {
+        while (true)
+            std::this_thread::sleep_for(std::chrono::seconds(1));
+    }
+}
+
+/// Lets other threads of Python run.
 struct Released {
-    Released() = default;
+    Released() : state(PyEval_SaveThread()) {}
     Released(const Released&) = delete;
     Released& operator=(const Released&) = delete;
     ~Released() {
-#if PY_VERSION_HEX >= 0x030d0000
-        while (Py_IsFinalizing() != 0)
-#else
-        while (_Py_IsFinalizing() != 0)
-#endif
-            std::this_thread::sleep_for(std::chrono::seconds(1));
+        orRest([this] { PyEval_RestoreThread(state); });
     }
-    py::gil_scoped_release gil; ///< Ends last.
+    PyThreadState* state; ///< Of this thread.
+};
+
+/// Has the GIL, in any thread.
+struct Locked {
+    Locked() {
+        orRest([this] { gil.emplace(); });
+    }
+    std::optional<py::gil_scoped_acquire> gil; ///< It.
 };
 
 /// Runs the library's part of a function, while other threads of Python run.
@@ -138,7 +152,7 @@ auto inTurn(Method method) {
 /// An object that threads without the GIL may keep and release.
 inline std::shared_ptr<py::object> keptOf(py::object object) {
     return {new py::object(std::move(object)), [](const py::object* kept) {
-                const py::gil_scoped_acquire locked;
+                const Locked locked;
                 delete kept;
             }};
 }

@@ -10,29 +10,29 @@ namespace {
 class PythonSource : public DepthSource {
   public:
     [[nodiscard]] std::string description() const override {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         if (const auto method = overrideOf("description")) return method().cast<std::string>();
         return py::str(py::cast(this).get_type().attr("__name__"));
     }
     [[nodiscard]] DepthKind kind() const override {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         const auto method = overrideOf("kind");
         return method ? method().cast<DepthKind>() : DepthKind::NearWhite;
     }
     [[nodiscard]] DepthEdges edges() const override {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         const auto method = overrideOf("edges");
         return method ? method().cast<DepthEdges>() : DepthEdges::Unknown;
     }
     void load() override {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         if (const auto method = overrideOf("load")) method();
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         call("read", image, photo, raw);
     }
     void readFrame(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         call(overrideOf("read_frame") ? "read_frame" : "read", image, photo, raw);
     }
 
@@ -41,7 +41,7 @@ class PythonSource : public DepthSource {
         return py::get_override(static_cast<const DepthSource*>(this), name);
     }
     void call(const char* name, const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) const {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         const auto method = overrideOf(name);
         if (!method) {
             throw Error(ErrorCode::InvalidArgument, description(),
@@ -140,7 +140,7 @@ void bindDepthSource(py::module_& m) {
         .def("description", &DepthSource::description, "Names the source for people.")
         .def("kind", &DepthSource::kind, "Meaning of the numbers that read() gives.")
         .def("edges", &DepthSource::edges, "What is known of the edges of the depth.")
-        .def("load", &DepthSource::load, py::call_guard<py::gil_scoped_release>(),
+        .def("load", &DepthSource::load, py::call_guard<Released>(),
              "Loads the network now, not for the first photo.")
         .def(
             "read_photo",

@@ -24,7 +24,7 @@ template <class Progress>
 std::function<bool(Progress)> callbackOf(const std::optional<py::function>& goOn) {
     if (!goOn) return {};
     return [kept = keptOf(*goOn)](Progress progress) {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         const py::object answer = (*kept)(progress);
         return answer.is_none() || py::bool_(answer);
     };
@@ -33,7 +33,7 @@ std::function<bool(Progress)> callbackOf(const std::optional<py::function>& goOn
 } // namespace
 
 void Turn::lock() {
-    std::optional<py::gil_scoped_release> released;
+    std::optional<Released> released;
     std::unique_lock<std::mutex> locked(mutex_); // ends before the GIL is taken again
     const bool isTaken = user_ != std::thread::id();
     if (user_ == std::this_thread::get_id() || (isTaken && !waits_)) {
@@ -68,11 +68,11 @@ void runStoppable(const VideoProgressFunction& goOn,
     const Released released;
     std::future<void> run = std::async(std::launch::async, [&] { work(checked); });
     while (run.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) {
-        const py::gil_scoped_acquire locked;
+        const Locked locked;
         if (PyErr_CheckSignals() == 0) continue;
         const py::error_already_set interrupt;
         isInterrupted = true;
-        const py::gil_scoped_release again;
+        const Released again;
         run.wait();
         throw py::error_already_set(interrupt);
     }

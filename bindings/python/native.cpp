@@ -18,9 +18,9 @@ void bindLut(py::module_& m) {
                  }),
              py::arg("calibration"), py::arg("quilt"), py::kw_only(),
              py::arg("invert") = InvertViews::Auto)
-        .def_static("load", &NativeLut::load, py::arg("file"),
-                    py::call_guard<py::gil_scoped_release>(), "Reads and checks a .map file.")
-        .def("save", &NativeLut::save, py::arg("file"), py::call_guard<py::gil_scoped_release>(),
+        .def_static("load", &NativeLut::load, py::arg("file"), py::call_guard<Released>(),
+                    "Reads and checks a .map file.")
+        .def("save", &NativeLut::save, py::arg("file"), py::call_guard<Released>(),
              "Writes a .map file; it appears complete or not at all.")
         .def("panel_size", &NativeLut::panelSize, "Width and height of the panel, px.")
         .def_property_readonly("quilt", &NativeLut::quilt, py::return_value_policy::copy,

@@ -91,7 +91,7 @@ void bindPrintSheet(py::module_& m) {
                     self.write(file, [&](const RowSink& sink) {
                         maker.makeNative(placed.scene, quilt, [&](const cv::Mat& rows) {
                             sink(rows);
-                            const py::gil_scoped_acquire locked;
+                            const Locked locked;
                             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
                         });
                     });

@@ -25,7 +25,7 @@ void bindVideoDepth(py::module_& m) {
                          const VideoDepthOptions& options) {
                  const auto estimate = [kept = keptOf(estimator)](const cv::Mat& picture,
                                                                   cv::Mat& raw) {
-                     const py::gil_scoped_acquire locked;
+                     const Locked locked;
                      const py::object depth = (*kept)(arrayOf(picture, Order::Rgb));
                      raw = rawDepthOf({depth}, "depth of the estimator").clone();
                  };

@@ -54,7 +54,6 @@ keep() { # NAME NEW_NAME
 }
 
 cp "$source/docs/examples/sample.jpg" "$source/docs/examples/sample-depth.png" "$work/inputs/"
-cp "$source/docs/examples/sample.jpg" "$work/inputs/estimated.jpg" # no depth image lies beside it
 cp "$source/calibration/portrait-sample.json" "$work/inputs/visual.json"
 display=(-c ../inputs/visual.json)
 small=("${display[@]}" -q 3x4 -r 280x210)
@@ -79,7 +78,6 @@ for options in -k --continuous "-k --continuous" "--view-filter linear" "--sampl
     compare photo2native "${display[@]}" $options "${photo[@]}" out/native.png
 done
 compare photo2native "${display[@]}" ../inputs/sample.jpg out/native.png
-compare photo2native "${display[@]}" --save-depth out/depth.png ../inputs/estimated.jpg out/native.png
 compare photo2native "${display[@]}" "${sway[@]}" --save-depth out/depth.png \
     --save-rgbd out/rgbd.png --save-views out/views --save-quilt out/quilt.png --lg out/sway.mp4 \
     "${photo[@]}" out/native.png

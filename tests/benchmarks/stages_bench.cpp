@@ -544,8 +544,9 @@ const SplatScene& madeSplats(int count) {
     for (int i = 0; i < 2 * side * side; ++i) {
         const int x = i % side;
         const int y = i / side % side;
-        const float z = about(
-            3 + 2 * std::sin(x * 8.0 / side) * std::cos(y * 11.0 / side) + i / (side * side), 0.01);
+        const int layer = i / (side * side);
+        const float z =
+            about(3 + 2 * std::sin(x * 8.0 / side) * std::cos(y * 11.0 / side) + layer, 0.01);
         const auto scale = z * 0.9F / static_cast<float>(side);
         Splat splat{{(static_cast<float>(x) - static_cast<float>(side) / 2) * scale,
                      (static_cast<float>(y) - static_cast<float>(side) / 2) * scale, z},

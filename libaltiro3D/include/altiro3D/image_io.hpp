@@ -97,7 +97,7 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// @throws Error as PhotoFile::look()
 [[nodiscard]] ALTIRO3D_EXPORT double focalLengthOf(const PhotoFile& file);
 
-/// Author and licence that EXIF or XMP of a JPEG state: "Ada Lovelace; CC BY 4.0".
+/// Author and licence that EXIF, or XMP of a JPEG, state: "Ada Lovelace; CC BY 4.0".
 /// @param file the photo; not read from a pipe
 /// @return the text; empty if they state none
 /// @throws Error as PhotoFile::look()

@@ -53,7 +53,7 @@ struct ImageHeader {
     std::uint64_t columns = 0;  ///< 0, as are the rows, if the header could not be read.
     std::uint64_t rows = 0;
     int orientation = 1;   ///< EXIF and TIFF orientation, 1..8.
-    int focalLength = 0;   ///< exifFocalLength() of JPEG, PNG and WebP.
+    std::string exif;      ///< EXIF, as exifText() reads it; empty: none. TIFF files are EXIF.
     int bitsPerSample = 8; ///< PNG: bits of a channel.
     AlphaKind alpha = AlphaKind::Straight;
     std::optional<ColorKey> transparentColor; ///< PNG grey and RGB without alpha.

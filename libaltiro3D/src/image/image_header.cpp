@@ -46,7 +46,7 @@ void readPng(string_view bytes, ImageHeader& header) {
             header.pictures = std::max(1u, reader.u32(data));
         } else if (name == "eXIf") {
             exif = exifOrientation(chunk);
-            header.focalLength = exifFocalLength(chunk);
+            header.exif = chunk;
         } else if (name == "tEXt" && chunk == kNativeMark) {
             header.isNative = true;
         } else if ((name == "tEXt" || name == "zTXt") && textProfiles < kMaxTextProfiles) {
@@ -90,7 +90,7 @@ void readJpeg(string_view bytes, ImageHeader& header) {
             progressive = marker == 0xc2 || marker == 0xca;
         } else if (marker == 0xe1 && !hasExif && startsWith(body, string_view("Exif\0\0", 6))) {
             header.orientation = exifOrientation(body);
-            header.focalLength = exifFocalLength(body);
+            header.exif = body;
             hasExif = true;
         } else if (marker == 0xee && startsWith(body, "Adobe")) {
             hasAdobe = true;
@@ -127,7 +127,7 @@ void readWebP(string_view bytes, ImageHeader& header) {
             ++frames;
         } else if (name == "EXIF") {
             header.orientation = exifOrientation(reader.text(data, size));
-            header.focalLength = exifFocalLength(reader.text(data, size));
+            header.exif = reader.text(data, size);
         }
         if (!reader.holds(data, size)) header.isCutOff = true;
         return true;
@@ -275,7 +275,7 @@ void readHeif(string_view bytes, ImageHeader& header) {
     header.columns = static_cast<std::uint64_t>(file.size().width);
     header.rows = static_cast<std::uint64_t>(file.size().height);
     header.pictures = std::max(file.pictures(), heifFrames(bytes));
-    header.focalLength = exifFocalLength(file.exif());
+    header.exif = file.exif();
 }
 
 void readUnknown(string_view bytes, ImageHeader& header) {

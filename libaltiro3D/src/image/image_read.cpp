@@ -487,31 +487,45 @@ cv::Mat readDepthImage(const PhotoFile& file, Notes* notes) {
     });
 }
 
+namespace {
+
+// What a function reads from the EXIF of a photo; a TIFF file is EXIF itself.
+template <class Read>
+auto fromExif(const PhotoFile& file, const Read& read) {
+    const std::string_view bytes = file.look();
+    if (imageFormat(bytes) == ImageFormat::Tiff) return read(bytes);
+    const ImageHeader header = readImageHeader(bytes, lowerCase(file.path().extension().string()));
+    return read(std::string_view(header.exif));
+}
+
+} // namespace
+
 double focalLengthOf(const PhotoFile& file) {
-    return readImageHeader(file.look(), lowerCase(file.path().extension().string())).focalLength;
+    return fromExif(file, exifFocalLength);
 }
 
 std::string creditOf(const PhotoFile& file) {
     constexpr std::string_view kDublinCore = "purl.org/dc/elements";
     std::string author;
     std::string licence;
-    const std::string_view bytes = file.look();
     const auto take = [](std::string_view found, std::string& to) {
         for (const char c : to.empty() ? found : std::string_view())
             if (static_cast<unsigned char>(c) >= ' ') to += c;
     };
-    if (imageFormat(bytes) != ImageFormat::Jpeg) return {};
-    walkJpeg(bytes, [&](unsigned marker, std::size_t, std::string_view body) {
-        if (marker == 0xe1 && startsWith(body, "Exif")) {
-            take(exifText(body, kExifArtist), author);
-            take(exifText(body, kExifCopyright), licence);
-        } else if (marker == 0xe1 && startsWith(body, kXmpMark)) {
-            const Xmp xmp(body.substr(kXmpMark.size()));
-            take(xmp.value(kDublinCore, "creator"), author);
-            take(xmp.value(kDublinCore, "rights"), licence);
-        }
-        return marker != 0xda;
+    fromExif(file, [&](std::string_view exif) {
+        take(exifText(exif, kExifArtist), author);
+        take(exifText(exif, kExifCopyright), licence);
     });
+    if (imageFormat(file.look()) == ImageFormat::Jpeg) {
+        walkJpeg(file.look(), [&](unsigned marker, std::size_t, std::string_view body) {
+            if (marker == 0xe1 && startsWith(body, kXmpMark)) {
+                const Xmp xmp(body.substr(kXmpMark.size()));
+                take(xmp.value(kDublinCore, "creator"), author);
+                take(xmp.value(kDublinCore, "rights"), licence);
+            }
+            return marker != 0xda;
+        });
+    }
     return author + (author.empty() || licence.empty() ? "" : "; ") + licence;
 }
 

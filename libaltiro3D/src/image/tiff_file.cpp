@@ -443,7 +443,6 @@ cv::Mat Tiff::decode() const {
 } // namespace
 
 void describeTiff(std::string_view bytes, ImageHeader& header) {
-    header.focalLength = exifFocalLength(bytes); // EXIF is a TIFF file itself
     const Tiff tiff(bytes);
     const Page& page = *tiff.page;
     header.columns = page.columns;

@@ -321,6 +321,16 @@ TEST_F(ImageIo, TheFocalLengthIsThatOfTheExif) {
     EXPECT_EQ(focalLengthOf(PhotoFile(none, "a.jpg")), 0);
 }
 
+TEST_F(ImageIo, TheAuthorIsThatOfTheExif) {
+    const std::string exif = std::string("II*\0", 4) + littleEndian(8, 4) + littleEndian(1, 2) +
+                             littleEndian(0x13B, 2) + littleEndian(2, 2) + littleEndian(4, 4) +
+                             std::string("Ada\0", 4) + littleEndian(0, 4);
+    EXPECT_EQ(creditOf(PhotoFile(exif, "a.tif")), "Ada");
+    const std::string heic = heifFile(
+        "heic", {hevcColours(1), {2, "Exif", bigEndian(0, 4) + exif, {}, ""}}, {{"cdsc", 2, {1}}});
+    EXPECT_EQ(creditOf(PhotoFile(heic, "a.heic")), hasHeif() ? "Ada" : "");
+}
+
 TEST_F(ImageIo, OrientationIsAppliedExactlyOnce) {
     const cv::Mat picture = smoothPicture({150, 137});
     const cv::Mat fromJpeg = decoded(encoded(".jpg", picture));

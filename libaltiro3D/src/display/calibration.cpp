@@ -313,7 +313,8 @@ Calibration readFields(const Json& object, const std::string& source) {
 
 void validate(const Calibration& c, const std::string& source) {
     if (!isPermutation(c.viewOrder))
-        fail(source, std::string("the order of views is none, expected ") + kExpectedOrder);
+        fail(source, std::string("the order of views repeats a view or lacks one, expected ") +
+                         kExpectedOrder);
     if (c.lens) {
         const SubpixelLens& lens = *c.lens;
         const double steepest = lens.slopeInSubpixels ? 3 : 1;

@@ -171,11 +171,8 @@ class PhotoLayers {
     cv::Mat distances_;
 };
 
-// A picture of a page.
-struct PagePicture {
-    std::vector<unsigned char> file; // JPEG or PNG
-    bool isExact = false;            // Its bytes are numbers instead of colours.
-};
+// A picture of a page: JPEG for colours, PNG for numbers.
+using PagePicture = std::vector<unsigned char>;
 
 std::string base64(const unsigned char* bytes, std::size_t count) {
     constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -217,8 +214,8 @@ std::string escaped(std::string_view text) {
 
 // With full chroma, as edges of depth are edges of colours. @param quality 1..100
 PagePicture pageJpeg(const cv::Mat& picture, int quality) {
-    PagePicture made{encodeJpeg(picture, true, quality), false};
-    check(!made.file.empty(), "page", "no memory for a picture of " + sizeText(picture.size()));
+    PagePicture made = encodeJpeg(picture, true, quality);
+    check(!made.empty(), "page", "no memory for a picture of " + sizeText(picture.size()));
     return made;
 }
 
@@ -246,12 +243,11 @@ std::string writtenPage(const Json& scene, const std::vector<PagePicture>& pictu
         numberText(kRoom * std::min(1 / aspect, 1.0)) + "'/%3E\">\n";
     for (std::size_t i = 0; i < pictures.size(); ++i) {
         const PagePicture& picture = pictures[i];
-        const bool isPng = picture.file[0] != 0xff;
+        const bool isPng = picture[0] != 0xff;
         page += i == 0 ? "<img id=\"picture\" alt=\"" + title + "\""
                        : std::string("<img alt=\"\" hidden");
-        page += picture.isExact ? " data-exact" : "";
-        page += std::string(" src=\"data:image/") + (isPng ? "png" : "jpeg") + ";base64,";
-        page += base64(picture.file.data(), picture.file.size());
+        page += isPng ? " data-exact src=\"data:image/png" : " src=\"data:image/jpeg";
+        page += ";base64," + base64(picture.data(), picture.size());
         page += "\">\n";
     }
     page += "<canvas id=\"view\" hidden></canvas>\n</div>\n<figcaption>\n<h1>" + title + "</h1>\n";
@@ -312,8 +308,7 @@ std::string photoPage(const Scene& scene, const PlacementOptions& options, const
     return writtenPage(description,
                        {pageJpeg(layers.surfaces(), kPhotoQuality),
                         pageJpeg(layers.background(), kBackgroundQuality),
-                        {encodePng(layers.depth()), true},
-                        {encodePng(layers.range()), true}},
+                        encodePng(layers.depth()), encodePng(layers.range())},
                        text);
 }
 

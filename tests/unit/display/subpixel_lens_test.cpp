@@ -180,8 +180,8 @@ TEST(Barrier, WhatIsNoOrderIsRefused) {
     const auto error = [](const BarrierNumbers& n) { return errorOf([&] { calibrationOf(n); }); };
     for (const std::vector<int>& order :
          {std::vector<int>{0}, {0, 0}, {0, 2}, {-1, 0}, std::vector<int>(65, 0)})
-        EXPECT_TRUE(
-            contains(error(panelOf({96, 64}, 4, 1, 0, order)), "the order of views is none"));
+        EXPECT_TRUE(contains(error(panelOf({96, 64}, 4, 1, 0, order)),
+                             "the order of views repeats a view or lacks one"));
     EXPECT_TRUE(contains(error(panelOf({96, 64}, 1.9, 1, 0, {})), "period of the lens is 1.9"));
     EXPECT_TRUE(contains(error(panelOf({96, 64}, NAN, 1, 0, {})), "period of the lens is nan"));
     EXPECT_TRUE(contains(error(panelOf({96, 64}, 4, 3.5, 0, {})), "slope of the lens is"));

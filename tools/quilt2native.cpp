@@ -356,13 +356,12 @@ void takeKind(const CommandLine& commandLine, QuiltJob& job) {
         commandLine.refuse({"codec", "crf", "preset", "max-rate", "compat", "no-audio",
                             "no-subtitles", "resume", "progress", "report"},
                            " applies to videos, expected a video as output");
-    VideoPlan plan;
-    plan.input = job.quilt;
-    plan.output = job.native;
-    plan.fromQuilt = true;
-    plan.isFile = isFile(plan.input);
-    commandLine.take({{"report", plan.report}});
-    job.video = videoJob(commandLine, plan);
+    job.video.input = job.quilt;
+    job.video.output = job.native;
+    job.video.fromQuilt = true;
+    job.video.isFile = isFile(job.quilt);
+    commandLine.take({{"report", job.video.report}});
+    job.video = videoJob(commandLine, job.video);
     if (job.isFolder || job.makesVideo) return;
     if (!job.native.empty() && (job.print || !isStream))
         requireNativeName(job.native, job.print.has_value());

@@ -461,7 +461,7 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
              return j.scene.recipe.views.method == ViewMethod::Fast && j.encoding.crf == 20 &&
                     j.encoding.preset == EncoderPreset::UltraFast && j.profile.bitsPerPixel == 0;
          }},
-        {"--show clip.mp4", [](Job j) { return j.profile.name == "live" && j.plan.show; }},
+        {"--show clip.mp4", [](Job j) { return j.profile.name == "live" && j.show; }},
         {"--profile best clip.mp4 o.mp4",
          [](Job j) {
              return j.scene.recipe.detail == Detail::Panel && j.depthOptions.every == 1 &&
@@ -472,10 +472,10 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
         {"--depth-every auto clip.mp4 o.mp4", [](Job j) { return j.depthOptions.every == 0; }},
         {"--depth depth.mp4 --depth-range 0:4095 clip.mp4 o.mp4",
          [](Job j) {
-             return j.plan.depth == "depth.mp4" && j.depth.fromFiles && j.depthRange->high == 4095;
+             return j.depthInput == "depth.mp4" && j.depth.fromFiles && j.depthRange->high == 4095;
          }},
         {"--depthmode clip.mp4 depth.mp4 o.mp4",
-         [](Job j) { return j.plan.depth == "depth.mp4" && j.plan.input == "clip.mp4"; }},
+         [](Job j) { return j.depthInput == "depth.mp4" && j.input == "clip.mp4"; }},
         {"--large clip.mp4 o.mp4", [](Job j) { return j.depth.isLarge; }},
         {"--network x.onnx --network-size 32 clip.mp4 o.mp4",
          [](Job j) { return j.depth.network == "x.onnx" && j.depth.networkSize == 32; }},
@@ -491,13 +491,11 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
          [](Job j) { return j.scene.recipe.views.layered.fill == LayeredFill::Continue; }},
         {"--fit contain clip.mp4 o.mp4", [](Job j) { return j.fit == FitMode::Contain; }},
         {"--from 1:30 --preview 0.5 clip.mp4 o.mp4",
-         [](Job j) { return j.plan.part.from == 90 && j.plan.part.to == 90.5; }},
+         [](Job j) { return j.part.from == 90 && j.part.to == 90.5; }},
         {"--from 0:01:30.5 --to 2:00 clip.mp4 o.mp4",
-         [](Job j) { return j.plan.part.from == 90.5 && j.plan.part.to == 120; }},
+         [](Job j) { return j.part.from == 90.5 && j.part.to == 120; }},
         {"--input-format v4l2 --input-options a=1,b=2 clip.mp4 o.mp4",
-         [](Job j) {
-             return j.plan.part.format == "v4l2" && j.plan.part.formatOptions.size() == 2;
-         }},
+         [](Job j) { return j.part.format == "v4l2" && j.part.formatOptions.size() == 2; }},
         {"--max-rate 7 clip.mp4 o.mp4",
          [](Job j) { return j.isMaxRateGiven && j.encoding.maxRate == 7; }},
         {"--no-audio --no-subtitles --codec hevc --compat clip.mp4 o.mp4",
@@ -505,16 +503,16 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
              return !j.encoding.audio && !j.encoding.subtitles && j.encoding.compatible &&
                     j.encoding.codec == VideoCodec::Hevc;
          }},
-        {"--quilt-out clip.mp4 o.mp4", [](Job j) { return j.plan.product == VideoProduct::Quilt; }},
+        {"--quilt-out clip.mp4 o.mp4", [](Job j) { return j.product == VideoProduct::Quilt; }},
         {"--stereo-out e.mp4 clip.mp4 o.mp4",
          [](Job j) {
-             return j.plan.product == VideoProduct::Stereo && j.plan.output == "e.mp4" &&
-                    j.plan.native == "o.mp4" && j.keepsEyes;
+             return j.product == VideoProduct::Stereo && j.output == "e.mp4" &&
+                    j.native == "o.mp4" && j.keepsEyes;
          }},
         {"-y --resume --report r.json clip.mp4 o.mp4",
          [](Job j) { return j.replace && j.resume && j.settings.empty(); }},
         {"--focus 0.3 clip.mp4 o.mp4",
-         [](Job j) { return j.settings.at("--focus") == "0.3" && j.plan.isFile; }},
+         [](Job j) { return j.settings.at("--focus") == "0.3" && j.isFile; }},
         {"in out", [](Job j) { return j.isFolder; }}};
     for (const auto& [call, isSo] : cases)
         EXPECT_TRUE(isSo(video(call))) << call;

@@ -70,7 +70,7 @@ void tellGain(const VideoChunkPlan& made, const VideoChunkOptions& options, Mess
 
 int plan(const VideoJob& job, const VideoChunkOptions& options,
          const std::vector<std::string>& arguments, const fs::path& folder, Messages& messages) {
-    if (!job.plan.isFile) requireFile(job.plan.input);
+    if (!job.isFile) requireFile(job.input);
     VideoRun run(job, messages);
     VideoConversion conversion = openVideo(run, messages);
     const VideoChunkPlan made = withProgress(job.jsonProgress, [&](const auto& progress) {
@@ -144,7 +144,7 @@ int join(const ChunkCall& call, const VideoRun& run, VideoConversion conversion,
         return kExitDone;
     }
     Outputs outputs(run.job.replace);
-    outputs.addInputs({run.job.plan.input});
+    outputs.addInputs({run.job.input});
     outputs.addOutputs({output});
     outputs.check();
     const VideoConversionResult result = withProgress(json, [&](const auto& progress) {
@@ -198,7 +198,7 @@ std::optional<int> runVideoChunks(const CommandLine& commandLine,
         openCommandLine(call.folder, commandLine.name(), readVideoChunks(call.folder).threads,
                         addOptions, [&](const CommandLine& planned) {
                             VideoJob job = videoJob(planned);
-                            job.plan.isChecked = true; // the plan has checked the names
+                            job.isChecked = true; // the plan has checked the names
                             conversion = openVideo(run.emplace(job, messages), messages);
                         });
         messages.setQuiet(false);

@@ -24,7 +24,7 @@ namespace {
 std::string endingOf(const VideoJob& job, const fs::path& input) {
     if (lowerExtension(input) == ".mkv") return ".mkv";
     try {
-        VideoReader source(input, job.plan.part);
+        VideoReader source(input, job.part);
         return VideoWriter::extensionFor(source, job.encoding);
     } catch (const Error&) { // its conversion reports it
         return job.encoding.codec == VideoCodec::ProRes ? ".mov" : ".mp4";
@@ -37,13 +37,13 @@ constexpr const char* kSuffixes[] = {"_native", "", "_rgbd", "_stereo"};
 // The videos of the folder.
 std::vector<FolderFile> listVideos(const VideoJob& job, std::vector<LeftOutFile>& leftOut,
                                    Messages& messages) {
-    const fs::path& folder = job.plan.input;
+    const fs::path& folder = job.input;
     FolderSearch search;
     search.wanted = {FileKind::Video};
-    if (job.plan.fromQuilt) search.wanted.insert(FileKind::QuiltVideo);
+    if (job.fromQuilt) search.wanted.insert(FileKind::QuiltVideo);
     search.pairDepth = false;
     search.recursive = job.recursive;
-    search.outputs = {job.plan.output};
+    search.outputs = {job.output};
     std::vector<FolderFile> videos = listFiles(folder, search, leftOut, messages);
     if (videos.empty()) {
         const std::string others =
@@ -59,7 +59,7 @@ std::vector<FolderItem> planFiles(const VideoRun& run, const std::vector<FolderF
                                   Messages& messages) {
     const VideoJob& job = run.job;
     std::optional<QuiltLayout> layout;
-    if (job.plan.product == VideoProduct::Quilt) layout = layoutOfViews(run, messages);
+    if (job.product == VideoProduct::Quilt) layout = layoutOfViews(run, messages);
     const std::vector<std::string> stems = outputStems(videos);
     Outputs outputs(job.replace || job.resume);
     outputs.addInputs(run.display.files);
@@ -67,14 +67,14 @@ std::vector<FolderItem> planFiles(const VideoRun& run, const std::vector<FolderF
     std::vector<FolderItem> files;
     for (std::size_t i = 0; i < videos.size(); ++i) {
         const fs::path& input = videos[i].file;
-        fs::path output = job.plan.output /
-                          (stems[i] + entryOf(kSuffixes, job.plan.product) + endingOf(job, input));
+        fs::path output =
+            job.output / (stems[i] + entryOf(kSuffixes, job.product) + endingOf(job, input));
         if (layout) output = quiltFileName(output, *layout, run.display.aspect());
         outputs.addPair(input, output);
         const bool isMade = job.resume && isFileWithContents(output) && !isVideoUnfinished(output);
         files.push_back({input, output, isMade});
     }
-    outputs.addOutputs({job.plan.report});
+    outputs.addOutputs({job.report});
     outputs.check();
     outputs.makeDirectories();
     return files;
@@ -84,12 +84,12 @@ std::vector<FolderItem> planFiles(const VideoRun& run, const std::vector<FolderF
 
 int makeVideo(VideoRun& run, const FolderItem& file, const std::string& place, std::string* report,
               Messages& messages) {
-    VideoPlan& plan = run.job.plan;
-    plan.input = file.input;
-    plan.output = file.output;
-    plan.report.clear();
-    plan.isFile = plan.isFromFolder = plan.isChecked = true;
-    plan.place = place;
+    VideoJob& job = run.job;
+    job.input = file.input;
+    job.output = file.output;
+    job.report.clear();
+    job.isFile = job.isFromFolder = job.isChecked = true;
+    job.place = place;
     return makeVideo(run, report, messages);
 }
 
@@ -97,7 +97,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
     std::vector<LeftOutFile> leftOut;
     const std::vector<FolderFile> videos = listVideos(job, leftOut, messages);
-    requireDirectoryName(job.plan.output, "videos");
+    requireDirectoryName(job.output, "videos");
     VideoRun videoRun(job, messages);
     const std::vector<FolderItem> files = planFiles(videoRun, videos, messages);
     openDepth(videoRun, messages);
@@ -119,7 +119,7 @@ int runVideoFolder(const VideoJob& job, Messages& messages) {
         }
         end.addTo(reports, "input", files[i]);
     });
-    if (const fs::path& report = job.plan.report; !report.empty()) {
+    if (const fs::path& report = job.report; !report.empty()) {
         const Json all = {{"tool", job.tool},
                           {"version", version()},
                           {"state", stateName(status)},

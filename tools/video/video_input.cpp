@@ -43,27 +43,27 @@ std::string factsText(const VideoFacts& facts) {
 
 // A picture opens as a video of one frame; only --input-... makes this intentional.
 // @param facts null: of a file that is not opened yet
-void refusePicture(const VideoPlan& plan, const VideoFacts* facts) {
-    if (!isFile(plan.input) || !plan.part.format.empty() || !plan.part.formatOptions.empty() ||
-        !(facts != nullptr ? isPicture(plan.input, *facts) : isHeifPicture(plan.input))) {
+void refusePicture(const VideoJob& job, const VideoFacts* facts) {
+    if (!isFile(job.input) || !job.part.format.empty() || !job.part.formatOptions.empty() ||
+        !(facts != nullptr ? isPicture(job.input, *facts) : isHeifPicture(job.input))) {
         return;
     }
-    throw UsageError(plan.inputName() + ": is a picture, expected a video; " +
-                     (plan.fromQuilt
+    throw UsageError(job.inputName() + ": is a picture, expected a video; " +
+                     (job.fromQuilt
                           ? "quilt2native makes a Native picture of it if OUT is named as one"
                           : "photo2native makes a Native of a photo"));
 }
 
 // Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
-void refuseNativeVideo(const VideoPlan& plan, const VideoFacts& facts, const ChosenDisplay& display,
+void refuseNativeVideo(const VideoJob& job, const VideoFacts& facts, const ChosenDisplay& display,
                        Messages& messages) {
     const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
                             facts.pixelFormat.find("gbr") != std::string::npos;
     if (facts.size != display.panelSize() || !fullColour) return;
     const std::string like = "has the panel's size and 4:4:4 colour, like a Native video";
-    if (plan.isFromFolder) {
+    if (job.isFromFolder) {
         throw NotTaken{
-            {plan.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
+            {job.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
     }
     messages.warn("the video " + like + "; do not convert a Native again");
 }
@@ -74,10 +74,10 @@ constexpr DisplayUse kUses[] = {DisplayUse::Show, DisplayUse::Quilt, DisplayUse:
 // Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
 // title. None if the frames cannot be read twice.
 // @param look false: it has seen enough
-void forEarlyFrames(const VideoPlan& plan, int lastFrame,
+void forEarlyFrames(const VideoJob& job, int lastFrame,
                     const std::function<bool(const cv::Mat&)>& look) {
-    if (!isFile(plan.input)) return;
-    VideoReader reader(plan.input, plan.part);
+    if (!isFile(job.input)) return;
+    VideoReader reader(job.input, job.part);
     int wanted = 0;
     for (int number = 0; number <= lastFrame; ++number) {
         const auto frame = reader.next();
@@ -89,9 +89,9 @@ void forEarlyFrames(const VideoPlan& plan, int lastFrame,
 }
 
 // What is found in the first frames of a video of quilts.
-std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
+std::optional<FoundQuilt> searchFrames(const VideoJob& job, int lastFrame) {
     std::optional<FoundQuilt> best;
-    forEarlyFrames(plan, lastFrame, [&best](const cv::Mat& frame) {
+    forEarlyFrames(job, lastFrame, [&best](const cv::Mat& frame) {
         const FoundQuilt found = findQuiltLayout(frame);
         const bool saysMore =
             found.verdict == QuiltVerdict::Unsure && best &&
@@ -104,23 +104,23 @@ std::optional<FoundQuilt> searchFrames(const VideoPlan& plan, int lastFrame) {
 }
 
 // Videos whose names say that frames hold photo and depth, and which do.
-void refuseRgbd(const VideoPlan& plan, Messages& messages) {
+void refuseRgbd(const VideoJob& job, Messages& messages) {
     constexpr int kLastFrame = 64;
-    const std::optional<SceneName> name = parseSceneName(plan.input);
-    if (!name || name->contents != SceneName::Contents::Rgbd || !isFile(plan.input)) return;
+    const std::optional<SceneName> name = parseSceneName(job.input);
+    if (!name || name->contents != SceneName::Contents::Rgbd || !isFile(job.input)) return;
     bool areHalves = false;
-    forEarlyFrames(plan, kLastFrame, [&](const cv::Mat& frame) {
+    forEarlyFrames(job, kLastFrame, [&](const cv::Mat& frame) {
         areHalves = findDepthHalf(frame, name->isStacked).has_value();
         return !areHalves;
     });
     const std::string what = "holds photo and depth by its name (" + name->tag + ")";
     if (!areHalves)
-        return messages.warn(plan.inputName() + ": " + what +
+        return messages.warn(job.inputName() + ": " + what +
                              ", but its frames do not: they are taken as ordinary ones");
-    if (plan.isFromFolder)
-        throw NotTaken{{plan.input, FileKind::HalvesVideo,
+    if (job.isFromFolder)
+        throw NotTaken{{job.input, FileKind::HalvesVideo,
                         what + "; video2native --rgbd right makes a Native of it"}};
-    throw UsageError(plan.inputName() + ": " + what +
+    throw UsageError(job.inputName() + ": " + what +
                      ", expected --rgbd with the side of the depth, as --rgbd right");
 }
 
@@ -135,21 +135,21 @@ bool isDeepGrey(const VideoFacts& facts) {
 // Uses the depth that a file has in a video of its own, if it has the shape of the colours.
 void takeDepthTrack(VideoRun& run, Messages& messages) {
     DepthOptions& options = run.job.depth;
-    VideoPlan& plan = run.job.plan;
-    if (!options.isDefault || options.isFlat || options.stereo || plan.fromQuilt) return;
-    const auto track = findDepthTrack(plan.input, plan.part, run.inputFacts);
+    VideoJob& job = run.job;
+    if (!options.isDefault || options.isFlat || options.stereo || job.fromQuilt) return;
+    const auto track = findDepthTrack(job.input, job.part, run.inputFacts);
     if (!track) return;
-    const std::string asGiven = "--depth " + shellWord(plan.input.string());
-    if (plan.isFromFolder || !track->fits)
+    const std::string asGiven = "--depth " + shellWord(job.input.string());
+    if (job.isFromFolder || !track->fits)
         return messages.warn(
             std::string("the depth in the file is not used, ") +
-            (plan.isFromFolder ? "because the videos of a folder are made alike" : kMisfitText) +
+            (job.isFromFolder ? "because the videos of a folder are made alike" : kMisfitText) +
             "; " + asGiven + " uses it");
     options.fromFiles = true;
     options.given = "depth in the video";
     options.kind = track->kind();
     run.job.depthOptions.every = 1;
-    plan.depth = plan.input;
+    job.depthInput = job.input;
     messages.warn("the depth in the file is used, " + track->text() + "; " + asGiven +
                   " --depth-kind says otherwise, -n altiro3d estimates it");
 }
@@ -160,13 +160,13 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     if (options.isFlat || !options.given.empty()) return std::nullopt;
     FoundEyes found;
     if (options.stereo) {
-        found.eyes = StereoVideo{options.stereo->layout,
-                                 halvesOf(run.job.plan.input, options.stereo->halves)};
+        found.eyes =
+            StereoVideo{options.stereo->layout, halvesOf(run.job.input, options.stereo->halves)};
         found.eyes->halves = halvesAsShown(*found.eyes, run.inputFacts);
         found.evidence = "--stereo says it";
     } else {
-        refuseVrName(run.job.plan.input);
-        found = findEyes(run.job.plan.input, run.inputFacts, run.job.plan.part);
+        refuseVrName(run.job.input);
+        found = findEyes(run.job.input, run.inputFacts, run.job.part);
         messages.warn(found.notes);
     }
     if (!found.eyes) return std::nullopt;
@@ -178,15 +178,15 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
 }
 
 // Videos of a folder that are not named as videos of quilts are searched for one.
-void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
+void refuseQuiltVideo(const VideoJob& job, Messages& messages) {
     constexpr int kLastFrame = 4;
-    const std::optional<FoundQuilt> found = searchFrames(plan, kLastFrame);
+    const std::optional<FoundQuilt> found = searchFrames(job, kLastFrame);
     if (!found || found->confidence <= 0) return;
     const std::string text = "a video of quilts of " + std::to_string(found->layout.columns) +
                              " columns x " + std::to_string(found->layout.rows) + " rows";
     if (found->verdict == QuiltVerdict::Quilt) {
         throw NotTaken{
-            {plan.input, FileKind::QuiltVideo,
+            {job.input, FileKind::QuiltVideo,
              "is " + text + "; quilt2native makes a Native of it if it is named itself"}};
     }
     if (found->verdict == QuiltVerdict::Unsure)
@@ -198,10 +198,9 @@ void refuseQuiltVideo(const VideoPlan& plan, Messages& messages) {
 // @param seenAspect width : height of the scene as it is shown
 void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
     run.path = "quilt";
-    if (run.job.plan.product == VideoProduct::Rgbd || run.job.plan.product == VideoProduct::Stereo)
-        return;
+    if (run.job.product == VideoProduct::Rgbd || run.job.product == VideoProduct::Stereo) return;
     tellCut(seenAspect, run.display.aspect(), run.job.scene.recipe, messages);
-    if (run.job.plan.product == VideoProduct::Quilt) return;
+    if (run.job.product == VideoProduct::Quilt) return;
     const NativeMaker maker =
         makeNativeMaker(run.job.scene, run.display, run.layout, messages, run.job.profile.keep);
     run.path = pathName(maker);
@@ -210,24 +209,22 @@ void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
 
 // Checks the names before any work, see Outputs::check().
 void checkOutputs(VideoRun& run) {
-    const VideoJob& job = run.job;
-    VideoPlan& plan = run.job.plan;
-    if (plan.isChecked) return;
-    if (job.resume && !plan.isFile)
-        throw UsageError("--resume reads the input again, expected a file, not " +
-                         plan.inputName());
+    VideoJob& job = run.job;
+    if (job.isChecked) return;
+    if (job.resume && !job.isFile)
+        throw UsageError("--resume reads the input again, expected a file, not " + job.inputName());
     // The interrupted run may have left these files; without any, --resume starts a new run.
-    const bool goesOn = job.resume && !plan.show && isVideoUnfinished(plan.output);
+    const bool goesOn = job.resume && !job.show && isVideoUnfinished(job.output);
     Outputs outputs(job.replace || goesOn);
     if (job.resume && !goesOn)
-        outputs.explainExisting(plan.output,
+        outputs.explainExisting(job.output,
                                 "and no unfinished run of it is kept, so it may be complete");
     outputs.addInputs(run.display.files);
-    outputs.addInputs({job.depth.network, job.depth.profile, plan.input, plan.depth});
-    if (!plan.show) outputs.addResult(plan.output);
-    outputs.addOutputs({plan.native, plan.report});
+    outputs.addInputs({job.depth.network, job.depth.profile, job.input, job.depthInput});
+    if (!job.show) outputs.addResult(job.output);
+    outputs.addOutputs({job.native, job.report});
     outputs.check();
-    plan.isChecked = true;
+    job.isChecked = true;
 }
 
 void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {
@@ -238,7 +235,7 @@ void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConver
         return;
     }
     GivenVideoDepth& given = conversion.given.emplace();
-    if (options.fromFiles) given.source = run.job.plan.depth;
+    if (options.fromFiles) given.source = run.job.depthInput;
     given.rgbd = rgbd;
     given.kind = run.depth->kind();
     given.range = run.job.depthRange;
@@ -287,16 +284,15 @@ std::optional<DepthTrack> findDepthTrack(const fs::path& file, VideoReaderOption
 }
 
 VideoRun::VideoRun(const VideoJob& of, Messages& messages)
-    : VideoRun(of, findDisplay(of.display, messages, {}, entryOf(kUses, of.plan.product))) {}
+    : VideoRun(of, findDisplay(of.display, messages, {}, entryOf(kUses, of.product))) {}
 
 void openDepth(VideoRun& run, Messages& messages) {
-    if (!run.depth && !run.job.plan.fromQuilt) run.depth.emplace(run.job.depth, messages);
+    if (!run.depth && !run.job.fromQuilt) run.depth.emplace(run.job.depth, messages);
 }
 
 QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
     QuiltLayout layout = chooseQuilt(run.job.quilt, run.display, messages);
-    if (run.job.plan.product == VideoProduct::Quilt && !run.job.quilt.tileSize &&
-        !run.display.map) {
+    if (run.job.product == VideoProduct::Quilt && !run.job.quilt.tileSize && !run.display.map) {
         cv::Size& tile = layout.tileSize; // 4:2:0 has even sides only
         tile = {std::max(2, tile.width / 2 * 2), std::max(2, tile.height / 2 * 2)};
     }
@@ -305,57 +301,56 @@ QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages) {
 
 VideoConversion openVideo(VideoRun& run, Messages& messages) {
     VideoJob& job = run.job;
-    VideoPlan& plan = job.plan;
     Recipe& recipe = job.scene.recipe;
     VideoConversion conversion;
-    plan.part.threads = std::min(cv::getNumThreads(), 16);
-    plan.part.bothEyes = !plan.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
-    plan.part.joinsVideos = job.depth.areVideos;
-    refusePicture(plan, nullptr); // FFmpeg's error would not say so
-    conversion.reader = std::make_unique<VideoReader>(plan.input, plan.part);
+    job.part.threads = std::min(cv::getNumThreads(), 16);
+    job.part.bothEyes = !job.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
+    job.part.joinsVideos = job.depth.areVideos;
+    refusePicture(job, nullptr); // FFmpeg's error would not say so
+    conversion.reader = std::make_unique<VideoReader>(job.input, job.part);
     const VideoFacts& facts = conversion.reader->facts();
     run.inputFacts = facts;
-    refusePicture(plan, &facts);
-    messages.say((messages.hasSubject() ? "" : plan.inputName() + ": ") + factsText(facts));
+    refusePicture(job, &facts);
+    messages.say((messages.hasSubject() ? "" : job.inputName() + ": ") + factsText(facts));
     takeDepthTrack(run, messages);
-    if (!plan.fromQuilt) {
-        warnIfQuilt(plan.input, "--from-quilt", messages);
-        if (job.depth.given.empty()) refuseRgbd(plan, messages);
+    if (!job.fromQuilt) {
+        warnIfQuilt(job.input, "--from-quilt", messages);
+        if (job.depth.given.empty()) refuseRgbd(job, messages);
     }
-    if (plan.product == VideoProduct::Native) refuseNativeVideo(plan, facts, run.display, messages);
+    if (job.product == VideoProduct::Native) refuseNativeVideo(job, facts, run.display, messages);
     std::optional<RgbdLayout> rgbd;
     std::optional<FoundQuilt> found;
-    if (!plan.fromQuilt) conversion.stereo = eyesOf(run, messages);
-    if (plan.fromQuilt && !isLayoutStated(job.quilt, plan.input)) {
-        if (!isFile(plan.input) && !run.display.map)
-            throw UsageError(plan.inputName() +
+    if (!job.fromQuilt) conversion.stereo = eyesOf(run, messages);
+    if (job.fromQuilt && !isLayoutStated(job.quilt, job.input)) {
+        if (!isFile(job.input) && !run.display.map)
+            throw UsageError(job.inputName() +
                              ": its quilts cannot be searched for their layout, as it is read only "
                              "once; expected -q ROWSxCOLUMNS");
-        found = searchFrames(plan, 64);
+        found = searchFrames(job, 64);
     }
-    if (plan.isFromFolder && !plan.fromQuilt && !job.depth.rgbd && !conversion.stereo)
-        refuseQuiltVideo(plan, messages);
-    run.layout = plan.fromQuilt
-                     ? chooseQuilt(job.quilt, run.display, messages, plan.input, facts.size, found)
+    if (job.isFromFolder && !job.fromQuilt && !job.depth.rgbd && !conversion.stereo)
+        refuseQuiltVideo(job, messages);
+    run.layout = job.fromQuilt
+                     ? chooseQuilt(job.quilt, run.display, messages, job.input, facts.size, found)
                      : layoutOfViews(run, messages);
-    if (plan.product == VideoProduct::Quilt && !isStandardStream(plan.output))
-        plan.output = quiltFileName(plan.output, run.layout, run.display.aspect());
+    if (job.product == VideoProduct::Quilt && !isStandardStream(job.output))
+        job.output = quiltFileName(job.output, run.layout, run.display.aspect());
     checkOutputs(run);
-    if (plan.fromQuilt) {
-        const QuiltShape shape(plan.input, run.layout, run.display, job.fit);
+    if (job.fromQuilt) {
+        const QuiltShape shape(job.input, run.layout, run.display, job.fit);
         messages.say("quilt: " + quiltText(run.layout, shape.shownAspect()) +
                      (found ? foundText(*found) : ""));
         tellShape(shape, messages);
         recipe.fit = shape.fit();
         conversion.viewAspect = shape.aspect();
     } else {
-        if (plan.product == VideoProduct::Native)
+        if (job.product == VideoProduct::Native)
             messages.say("quilt: " + quiltText(run.layout, run.display.aspect()));
-        const bool isStereo = plan.product == VideoProduct::Stereo;
+        const bool isStereo = job.product == VideoProduct::Stereo;
         conversion.eyes = {job.eyes.picture, job.eyes.from, job.eyes.swapped,
                            isStereo && conversion.stereo && job.keepsEyes};
         if (isStereo) {
-            tellEyesTag(plan.output, job.eyes, messages);
+            tellEyesTag(job.output, job.eyes, messages);
             recipe.views.strengthPercent = job.eyes.strengthPercent;
             recipe.choices.strength = false;
             recipe.positions = ViewPositions::Discrete;
@@ -368,22 +363,22 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
             openDepth(run, messages);
         }
         if (job.depth.rgbd)
-            rgbd = rgbdOf(plan.input, *job.depth.rgbd,
+            rgbd = rgbdOf(job.input, *job.depth.rgbd,
                           facts.sampleAspect.value() * aspectOf(facts.size), messages);
         cv::Size photo = rgbd ? rgbd->photoSize(facts.size) : facts.size;
         if (conversion.stereo) photo = photoSize(*conversion.stereo, facts.size);
         choosePath(run, facts.sampleAspect.value() * aspectOf(photo), messages);
     }
-    if (plan.product == VideoProduct::Native && job.encoding.compatible)
+    if (job.product == VideoProduct::Native && job.encoding.compatible)
         messages.warn("--compat halves the colour resolution (4:2:0): in a Native neighbouring "
                       "sub-pixels belong to different views, so views are mixed and depth blurs; "
                       "use it only for players that refuse the usual file");
     const EyesPicture picture = job.eyes.picture;
     const bool isMixed = picture == EyesPicture::Rows || isAnaglyph(picture);
-    if (plan.product == VideoProduct::Stereo && isMixed && job.encoding.compatible)
+    if (job.product == VideoProduct::Stereo && isMixed && job.encoding.compatible)
         messages.warn("--compat halves the colour resolution (4:2:0), which mixes the eyes of " +
                       std::string(nameOf(picture).words) + ": each sees a trace of the other");
-    if (plan.product == VideoProduct::Native && job.encoding.codec == VideoCodec::H264 &&
+    if (job.product == VideoProduct::Native && job.encoding.codec == VideoCodec::H264 &&
         job.encoding.crf >= 1 && !job.isMaxRateGiven)
         job.encoding.maxRate = job.profile.bitsPerPixel == 0
                                    ? 0
@@ -391,16 +386,16 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
                                                               run.display.panelSize().area()));
     job.encoding.threads = cv::getNumThreads();
 
-    conversion.input = plan.input;
-    conversion.part = plan.part;
-    conversion.output = plan.output;
-    conversion.product = plan.product;
-    conversion.rgbdHalves = savedRgbdLayout(plan.output).halves;
+    conversion.input = job.input;
+    conversion.part = job.part;
+    conversion.output = job.output;
+    conversion.product = job.product;
+    conversion.rgbdHalves = savedRgbdLayout(job.output).halves;
     conversion.display = run.display;
     conversion.map = run.display.map;
     conversion.layout = run.layout;
     conversion.recipe = recipe;
-    conversion.fromQuilt = plan.fromQuilt;
+    conversion.fromQuilt = job.fromQuilt;
     takeDepth(run, rgbd, conversion);
     conversion.depthOptions = job.depthOptions;
     conversion.encoding = job.encoding;

@@ -124,41 +124,43 @@ VideoWriterOptions encoderOptions(const CommandLine& commandLine, const VideoPro
     return options;
 }
 
-VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
+// The names of inputs and outputs, and what kind of files these are.
+VideoJob jobOfNames(const CommandLine& commandLine, bool isFolder) {
     const std::vector<fs::path>& names = commandLine.files();
-    VideoPlan plan;
+    VideoJob job;
+    job.isFolder = isFolder;
     bool pair = false;
     fs::path stereo;
-    commandLine.take({{"d", pair}, {"show", plan.show}, {"stereo-out", stereo}});
-    const std::size_t expected = (pair ? 3 : 2) - (plan.show ? 1 : 0);
+    commandLine.take({{"d", pair}, {"show", job.show}, {"stereo-out", stereo}});
+    const std::size_t expected = (pair ? 3 : 2) - (job.show ? 1 : 0);
     const bool isStereoAlone = !stereo.empty() && names.size() + 1 == expected;
     if (names.size() != expected && !isStereoAlone) {
         const std::string in = pair ? "IN DEPTH" : "IN";
-        commandLine.failNames(plan.show ? in : in + (pair ? " OUT" : " and OUT"), expected);
+        commandLine.failNames(job.show ? in : in + (pair ? " OUT" : " and OUT"), expected);
     }
-    plan.input = names.front();
-    if (!plan.show && !isStereoAlone) plan.output = names.back();
-    if (pair) plan.depth = names[1];
+    job.input = names.front();
+    if (!job.show && !isStereoAlone) job.output = names.back();
+    if (pair) job.depthInput = names[1];
     commandLine.exclude("quilt-out", "rgbd-out");
-    commandLine.take({{"depth", plan.depth},
-                      {"report", plan.report},
-                      {"stereo-out", plan.product, VideoProduct::Stereo},
-                      {"quilt-out", plan.product, VideoProduct::Quilt},
-                      {"rgbd-out", plan.product, VideoProduct::Rgbd},
-                      {"from-quilt", plan.fromQuilt}});
+    commandLine.take({{"depth", job.depthInput},
+                      {"report", job.report},
+                      {"stereo-out", job.product, VideoProduct::Stereo},
+                      {"quilt-out", job.product, VideoProduct::Quilt},
+                      {"rgbd-out", job.product, VideoProduct::Rgbd},
+                      {"from-quilt", job.fromQuilt}});
     if (!stereo.empty()) {
         commandLine.exclude("stereo-out", {"quilt-out", "rgbd-out", "from-quilt", "show"});
         if (isFolder) commandLine.refuse({"stereo-out"}, " names one video, expected one as input");
-        plan.native = plan.output;
-        if (!plan.native.empty()) {
+        job.native = job.output;
+        if (!job.native.empty()) {
             commandLine.refuse({"plan", "resume", "report"},
                                " is for one video, expected --stereo-out without OUT");
-            if (!isFile(plan.input))
-                throw UsageError(plan.inputName() +
+            if (!isFile(job.input))
+                throw UsageError(job.inputName() +
                                  ": is read twice for --stereo-out and OUT, expected a file, or "
                                  "one of them");
         }
-        plan.output = stereo;
+        job.output = stereo;
     }
     commandLine.exclude("from-quilt", {"quilt-out", "rgbd-out", "d", "depth", "rgbd", "n", "l",
                                        "net-profile", "network-size", "depth-every"});
@@ -166,15 +168,15 @@ VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
                                        "stereo", "depth-curve"});
     commandLine.exclude("from-quilt", {"fill", "borders", "refine", "inpaint-from", "exact-depth",
                                        "stereo-layout", "stereo-keep", "stereo-swap"});
-    plan.part = readerOptions(commandLine);
-    if (plan.show) {
+    job.part = readerOptions(commandLine);
+    if (job.show) {
         commandLine.exclude("show", {"quilt-out", "rgbd-out", "resume", "codec", "crf", "preset",
                                      "max-rate", "compat", "progress"});
-        return plan;
+        return job;
     }
-    const bool isStream = isStandardStream(plan.output);
+    const bool isStream = isStandardStream(job.output);
     if (isStream) {
-        requireNoTerminal(plan.output);
+        requireNoTerminal(job.output);
         const std::string why =
             ", but standard output is written once, expected the name of a file";
         commandLine.refuse({"resume"}, " continues a file" + why);
@@ -184,12 +186,12 @@ VideoPlan planVideo(const CommandLine& commandLine, bool isFolder) {
     }
     if (isFolder) {
         if (isStream) throw UsageError("- stands for one video, expected a directory for several");
-        return plan;
+        return job;
     }
-    if (!isStream) requireVideoName(plan.output);
-    if (!plan.native.empty()) requireVideoName(plan.native);
-    plan.isFile = !isStream && isFile(plan.input);
-    return plan;
+    if (!isStream) requireVideoName(job.output);
+    if (!job.native.empty()) requireVideoName(job.native);
+    job.isFile = !isStream && isFile(job.input);
+    return job;
 }
 
 RunSettings settingsOf(const std::vector<std::pair<std::string, std::string>>& given) {
@@ -238,17 +240,13 @@ VideoJob videoJob(const CommandLine& commandLine) {
     if (isFolder)
         commandLine.refuse({"show", "d", "depth"},
                            " applies to one video, expected a single video instead of a folder");
-    VideoJob job = videoJob(commandLine, planVideo(commandLine, isFolder));
-    job.isFolder = isFolder;
-    return job;
+    return videoJob(commandLine, jobOfNames(commandLine, isFolder));
 }
 
-VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
-    VideoJob job;
-    job.plan = plan;
+VideoJob videoJob(const CommandLine& commandLine, VideoJob job) {
     job.tool = commandLine.name();
     job.jsonProgress = wantsJsonProgress(commandLine);
-    std::size_t profile = plan.show ? 0 : 1;
+    std::size_t profile = job.show ? 0 : 1;
     commandLine.take({{"y", job.replace},
                       {"resume", job.resume},
                       {"recursive", job.recursive},
@@ -265,34 +263,34 @@ VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan) {
     job.scene = sceneOptions(commandLine, AutoUse::Named, job.profile.method);
     NativeOptions& native = job.scene.recipe;
     commandLine.take({{"fit", job.fit, native.fit}});
-    const bool isRgbd = plan.product == VideoProduct::Rgbd;
+    const bool isRgbd = job.product == VideoProduct::Rgbd;
     if ((native.framing != Framing() || job.scene.recipe.choices.any()) &&
-        (plan.fromQuilt || isRgbd))
+        (job.fromQuilt || isRgbd))
         throw UsageError(
             std::string(
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +
-            (plan.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
-    if (!plan.fromQuilt) job.eyes = eyesOptions(commandLine, "stereo-out");
+            (job.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
+    if (!job.fromQuilt) job.eyes = eyesOptions(commandLine, "stereo-out");
     if (job.eyes.areFiles)
         commandLine.failValue("stereo-layout", "a layout of one video; files is for pictures");
     if (isRgbd)
         commandLine.refuse({"depth-curve"}, " is for views, but --rgbd-out writes depth as it is");
-    if (plan.product == VideoProduct::Stereo)
+    if (job.product == VideoProduct::Stereo)
         commandLine.refuse({"center", "zoom", "fit"},
                            " chooses a part for a panel, but eyes see whole frames; leave it out");
     if (job.profile.keep) native.detail = Detail::Panel;
-    if (plan.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
+    if (job.product != VideoProduct::Native) native.positions = ViewPositions::Discrete;
     job.display = displayOptions(commandLine);
     job.bridge = bridgeJob(commandLine);
     if (job.bridge &&
-        ((plan.product != VideoProduct::Quilt && !isRgbd) || isStandardStream(plan.output)))
+        ((job.product != VideoProduct::Quilt && !isRgbd) || isStandardStream(job.output)))
         throw UsageError("--bridge shows a quilt or RGB-D video, expected --quilt-out or "
                          "--rgbd-out with a file or a folder as OUT");
     job.quilt = quiltRequest(commandLine);
     job.encoding = encoderOptions(commandLine, job.profile);
     job.given = commandLine.given();
     job.settings = settingsOf(job.given);
-    if (plan.fromQuilt) return job;
+    if (job.fromQuilt) return job;
     job.depth = depthOptions(commandLine, Medium::Video);
     if (!job.depth.fromFiles)
         commandLine.refuse({"depth-range"}, " goes with --depth, expected a depth video or images");

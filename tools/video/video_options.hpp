@@ -34,32 +34,26 @@ const VideoProfile& standardVideoProfile();
 /// --codec --crf --preset --max-rate --compat --no-audio --no-subtitles
 void addEncoderOptions(CommandLine& commandLine);
 
-/// Names and kinds of the input and outputs of one run. An empty path: not given.
-struct VideoPlan {
+/// The command line of a run.
+struct VideoJob {
+    // The names of the present video's files; of a folder, at first its own. An empty path: not
+    // given.
     std::filesystem::path input;
-    std::filesystem::path depth;  ///< a video or a directory of pictures
-    std::filesystem::path output; ///< "-": standard output
+    std::filesystem::path depthInput; ///< A video or a directory of pictures.
+    std::filesystem::path output;     ///< "-": standard output
     std::filesystem::path report;
     VideoProduct product = VideoProduct::Native;
     std::filesystem::path native; ///< A Native video to make beside a video for two eyes.
     bool fromQuilt = false;
-    bool show = false;         ///< shown on the display, no output
-    bool isFile = false;       ///< the input can be read again, so that a run can be resumed
+    bool show = false;         ///< Shown on the display, no output.
+    bool isFile = false;       ///< The input can be read again, so that a run can be resumed.
+    bool isFolder = false;     ///< The input is a folder of videos.
     bool isFromFolder = false; ///< Left out if it turns out to be a Native video.
     bool isChecked = false;    ///< The names of inputs and outputs are checked.
-    std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line
+    std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line.
     VideoReaderOptions part;
 
-    // The names for people.
-    std::string inputName() const { return nameOf(input, "standard input"); }
-    std::string outputName() const { return nameOf(output, "standard output"); }
-};
-
-/// The command line of a run.
-struct VideoJob {
-    VideoPlan plan;        ///< The present video's; for a folder, at first its own names.
-    bool isFolder = false; ///< The input is a folder of videos.
-    bool replace = false;  ///< `-y`
+    bool replace = false; ///< `-y`
     bool resume = false;
     bool recursive = false;
     bool jsonProgress = false;
@@ -83,10 +77,14 @@ struct VideoJob {
     std::vector<std::pair<std::string, std::string>> given; ///< As given, for the report.
     RunSettings
         settings; ///< Those of `given` that determine the frames and the file, to resume a run.
+
+    // The names for people.
+    std::string inputName() const { return nameOf(input, "standard input"); }
+    std::string outputName() const { return nameOf(output, "standard output"); }
 };
 /// Turns a command line of video2native into a job. @throws UsageError
 VideoJob videoJob(const CommandLine& commandLine);
-/// The same for a command line that names no videos, or those of a plan.
-VideoJob videoJob(const CommandLine& commandLine, const VideoPlan& plan);
+/// The same with names that were read already. @param job them, and nothing else
+VideoJob videoJob(const CommandLine& commandLine, VideoJob job);
 
 } // namespace altiro3D::tools

@@ -166,8 +166,8 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"version", version()},
                        {"openCv", CV_VERSION},
                        {"threads", cv::getNumThreads()},
-                       {"input", run.job.plan.input.string()},
-                       {"output", run.job.plan.output.string()},
+                       {"input", run.job.input.string()},
+                       {"output", run.job.output.string()},
                        {"state", outcome.state()},
                        {"width", outcome.size.width},
                        {"height", outcome.size.height},
@@ -199,8 +199,8 @@ std::string failedReport(const VideoRun& run, const std::exception& error,
                          const Messages& messages) {
     const Json json = {{"tool", run.job.tool},
                        {"version", version()},
-                       {"input", run.job.plan.input.string()},
-                       {"output", run.job.plan.output.string()},
+                       {"input", run.job.input.string()},
+                       {"output", run.job.output.string()},
                        {"state", stateName(kExitFailed)},
                        {"error", sentenceOf(error)},
                        {"code", codeOf(error)},
@@ -235,7 +235,7 @@ void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages
                  fixed(millisecondsPerFrame(stage), 1) + " ms";
     }
     messages.detail("a frame takes: " + times);
-    if (!run.job.plan.show)
+    if (!run.job.show)
         messages.detail("finishing the file took " + fixed(result.finishSeconds, 1) + " s");
     if (run.depth) {
         messages.detail("depth was inferred for " + std::to_string(result.inferences) + " of " +
@@ -243,20 +243,20 @@ void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages
                         std::to_string(result.cuts.size()) + " scene cuts, " +
                         std::to_string(result.repeated) + " repeated frames");
     }
-    if (!run.job.plan.show && result.pipeline.dropped > 0) {
+    if (!run.job.show && result.pipeline.dropped > 0) {
         messages.say(counted(result.pipeline.dropped, "frame") +
                      " came too fast and were left out");
     }
 }
 
 // Opens the output; errors about an earlier run name this tool's options.
-VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) {
+VideoConverter openConverter(const VideoJob& job, VideoConversion conversion) {
     const UnfinishedRun unfinished = conversion.unfinished;
-    const bool mayBeUnfinished = plan.isFile && unfinished == UnfinishedRun::Refuse;
-    if (mayBeUnfinished && isVideoUnfinished(plan.output)) {
-        throw Error(ErrorCode::WriteFailed, plan.output.string(),
+    const bool mayBeUnfinished = job.isFile && unfinished == UnfinishedRun::Refuse;
+    if (mayBeUnfinished && isVideoUnfinished(job.output)) {
+        throw Error(ErrorCode::WriteFailed, job.output.string(),
                     "an unfinished run of it is kept in " +
-                        unfinishedVideoDirectory(plan.output).string() +
+                        unfinishedVideoDirectory(job.output).string() +
                         ", expected --resume to continue it, or -y to start again");
     }
     try {
@@ -266,7 +266,7 @@ VideoConverter openConverter(const VideoPlan& plan, VideoConversion conversion) 
         const bool isOfAnother =
             error.code() == ErrorCode::Mismatch || error.code() == ErrorCode::BadFormat;
         if (unfinished != UnfinishedRun::Resume || !isOfAnother ||
-            text.rfind(plan.output.string(), 0) != 0)
+            text.rfind(job.output.string(), 0) != 0)
             throw;
         const std::size_t end = text.find(": ");
         throw Error(error.code(), text.substr(0, end), text.substr(end + 2) + "; -y begins again");
@@ -292,7 +292,7 @@ void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages)
             "auto: " + autoText(run.job.scene.recipe.choices, choices.front().framing, views) +
             first);
     }
-    if (!run.depth || run.job.plan.product != VideoProduct::Native) return;
+    if (!run.depth || run.job.product != VideoProduct::Native) return;
     const auto parallaxOf = [&] {
         return adjacentParallax(views, run.layout, run.display.panelSize(), {0, 1});
     };
@@ -307,8 +307,8 @@ void tellRemarks(const VideoRun& run, VideoOutcome& outcome, Messages& messages)
 
 // Makes the file.
 VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& messages) {
-    const VideoPlan& plan = run.job.plan;
-    VideoConverter converter = openConverter(plan, std::move(conversion));
+    const VideoJob& job = run.job;
+    VideoConverter converter = openConverter(job, std::move(conversion));
     messages.warn(converter.notes());
     repeatEncoder(run.job.encoding);
     const VideoProgress begun = converter.progress();
@@ -319,7 +319,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
         messages.say("no earlier run was found; starts from the beginning");
     }
     VideoProgressLine progress(run.job.jsonProgress, begun,
-                               plan.isFromFolder ? plan.input.string() : std::string(), plan.place);
+                               job.isFromFolder ? job.input.string() : std::string(), job.place);
     VideoOutcome outcome;
     outcome.size = converter.size();
     try {
@@ -328,24 +328,24 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
             return !isStopWanted();
         });
         if (outcome.result.frames == 0) {
-            throw Error(ErrorCode::BadFormat, plan.inputName(),
+            throw Error(ErrorCode::BadFormat, job.inputName(),
                         "was stopped before the first frame");
         }
     } catch (...) {
         progress.end(stateName(kExitFailed));
         if (converter.keepsWork()) {
             messages.say("the frames so far are kept in " +
-                         unfinishedVideoDirectory(plan.output).string() + "; --resume continues");
+                         unfinishedVideoDirectory(job.output).string() + "; --resume continues");
         }
         throw;
     }
     outcome.stopped = outcome.result.cancelled;
-    const bool isStream = isStandardStream(plan.output);
-    if (!isStream) outcome.bytes = static_cast<double>(std::filesystem::file_size(plan.output));
+    const bool isStream = isStandardStream(job.output);
+    if (!isStream) outcome.bytes = static_cast<double>(std::filesystem::file_size(job.output));
     tellRemarks(run, outcome, messages);
     progress.end(outcome.state());
     constexpr const char* kProducts[] = {"Native", "quilt", "RGB-D", "stereo"};
-    messages.say(plan.outputName() + ": " + entryOf(kProducts, plan.product) + " video, " +
+    messages.say(job.outputName() + ": " + entryOf(kProducts, job.product) + " video, " +
                  sizeText(outcome.size) + ", " + counted(outcome.result.frames, "frame") + ", " +
                  clockText(outcome.result.end) +
                  (isStream ? "" : ", " + bytesAndRateText(outcome.bytes, outcome.result.end)) +
@@ -358,7 +358,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
 VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& messages) {
     DisplayPlayer screen(run.job, run.display);
     conversion.show = [&screen](const cv::Mat& native) { return screen.show(native); };
-    VideoConverter converter = openConverter(run.job.plan, std::move(conversion));
+    VideoConverter converter = openConverter(run.job, std::move(conversion));
     VideoOutcome outcome;
     outcome.size = converter.size();
     outcome.result = converter.run([](const VideoProgress&) { return !isStopWanted(); });
@@ -371,8 +371,8 @@ VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& mes
     outcome.failed = status != kExitDone && !outcome.stopped; // altiro3Dview has reported why
     if (outcome.failed) return outcome;
     tellRemarks(run, outcome, messages);
-    messages.say(run.job.plan.inputName() + ": " + counted(outcome.result.frames, "frame") +
-                 " shown, " + std::to_string(outcome.result.pipeline.dropped) + " dropped; " +
+    messages.say(run.job.inputName() + ": " + counted(outcome.result.frames, "frame") + " shown, " +
+                 std::to_string(outcome.result.pipeline.dropped) + " dropped; " +
                  fixed(outcome.rate(), 1) + " fps");
     return outcome;
 }
@@ -389,7 +389,7 @@ std::string bytesAndRateText(double bytes, double seconds) {
 
 void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
     const VideoWriterOptions& encoding = run.job.encoding;
-    if (run.job.plan.product != VideoProduct::Native || encoding.codec != VideoCodec::H264 ||
+    if (run.job.product != VideoProduct::Native || encoding.codec != VideoCodec::H264 ||
         encoding.compatible)
         return;
     // Measured: docs/performance.md.
@@ -412,7 +412,7 @@ void tellDecoding(const VideoRun& run, double rate, Messages& messages) {
 void showByBridge(const VideoRun& run, const std::vector<std::filesystem::path>& files,
                   Messages& messages) {
     if (run.job.bridge)
-        showOnBridge(*run.job.bridge, files, run.job.plan.product == VideoProduct::Rgbd,
+        showOnBridge(*run.job.bridge, files, run.job.product == VideoProduct::Rgbd,
                      run.display.aspect(), messages);
 }
 
@@ -422,49 +422,48 @@ void repeatEncoder(const VideoWriterOptions& encoding) {
 
 int runVideo(const VideoJob& job, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
-    if (isStandardStream(job.plan.output)) messages.useStandardError();
+    if (isStandardStream(job.output)) messages.useStandardError();
     VideoRun run(job, messages);
     std::string report;
     int status = kExitFailed;
     try {
-        status = makeVideo(run, job.plan.report.empty() ? nullptr : &report, messages);
+        status = makeVideo(run, job.report.empty() ? nullptr : &report, messages);
     } catch (const std::exception& error) {
         // before its name is checked, the report may replace a file
-        if (run.job.plan.isChecked && !job.plan.report.empty())
-            writeFile(job.plan.report, failedReport(run, error, messages));
+        if (run.job.isChecked && !job.report.empty())
+            writeFile(job.report, failedReport(run, error, messages));
         throw;
     }
-    if (!report.empty()) writeFile(job.plan.report, report);
-    if (status == kExitDone) showByBridge(run, {run.job.plan.output}, messages);
-    if (status != kExitDone || job.plan.native.empty()) return status;
+    if (!report.empty()) writeFile(job.report, report);
+    if (status == kExitDone) showByBridge(run, {run.job.output}, messages);
+    if (status != kExitDone || job.native.empty()) return status;
     VideoJob other = job;
-    other.plan.product = VideoProduct::Native;
-    other.plan.output = std::exchange(other.plan.native, {});
-    other.plan.report.clear();
+    other.product = VideoProduct::Native;
+    other.output = std::exchange(other.native, {});
+    other.report.clear();
     return runVideo(other, messages);
 }
 
 int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
     VideoConversion conversion = openVideo(run, messages);
-    const VideoPlan& plan = run.job.plan;
+    const VideoJob& job = run.job;
     catchStop();
-    const VideoOutcome outcome = plan.show ? show(run, std::move(conversion), messages)
-                                           : convert(run, std::move(conversion), messages);
+    const VideoOutcome outcome = job.show ? show(run, std::move(conversion), messages)
+                                          : convert(run, std::move(conversion), messages);
     if (outcome.failed) return kExitFailed;
     tellVideoDetails(run, outcome, messages);
     if (report != nullptr) *report = videoReport(run, outcome, messages);
     if (outcome.stopped) {
         std::string line = "stopped at " + clockText(outcome.result.end);
-        const bool isLost =
-            !plan.show && !isStandardStream(plan.output) && !outcome.result.keepsWork;
-        if (isLost && plan.isFromFolder) { // else --resume would take it for complete
-            std::filesystem::remove(plan.output);
-            line += "; " + plan.outputName() +
+        const bool isLost = !job.show && !isStandardStream(job.output) && !outcome.result.keepsWork;
+        if (isLost && job.isFromFolder) { // else --resume would take it for complete
+            std::filesystem::remove(job.output);
+            line += "; " + job.outputName() +
                     " is removed, as nothing is kept before the first 6 s: --resume makes it again";
-        } else if (!plan.show) {
-            line += "; " + plan.outputName() + " is whole up to there";
+        } else if (!job.show) {
+            line += "; " + job.outputName() + " is whole up to there";
             line += outcome.result.keepsWork ? ", --resume continues"
-                    : isLost && plan.isFile
+                    : isLost && job.isFile
                         ? "; nothing more is kept before the first 6 s: -y makes "
                           "it again"
                         : "";
@@ -472,7 +471,7 @@ int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
         messages.warn(line);
         return kExitStopped;
     }
-    if (!outcome.cutOff.empty() && !plan.show) {
+    if (!outcome.cutOff.empty() && !job.show) {
         messages.flushWarnings();
         messages.fail(outcome.cutOff);
         return kExitFailed;

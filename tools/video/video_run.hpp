@@ -58,7 +58,7 @@ QuiltLayout layoutOfViews(const VideoRun& run, Messages& messages);
 
 /// Opens the input and determines everything about a run except the output. Reports all errors of
 /// the input.
-/// @param run `job.plan` is that of this video; the conversion uses `depth`, so keep the run alive
+/// @param run `job` is that of this video; the conversion uses `depth`, so keep the run alive
 /// @return the conversion
 /// @throws UsageError, Error, NotTaken
 VideoConversion openVideo(VideoRun& run, Messages& messages);
@@ -70,7 +70,7 @@ VideoConversion openVideo(VideoRun& run, Messages& messages);
 int runVideo(const VideoJob& job, Messages& messages);
 
 /// The part of runVideo() that depends on the input.
-/// @param run with the plan of this video
+/// @param run with the job of this video
 /// @param report receives the report, if it is not null
 /// @return the exit status
 /// @throws UsageError, Error, NotTaken

@@ -75,17 +75,17 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
                            const fs::path& file, bool goesOn) {
     tools::VideoJob job;
     job.tool = "altiro3Dview";
-    job.plan.input = document.source.file;
-    job.plan.output = file;
-    job.plan.fromQuilt = document.kind == Kind::Quilt;
-    job.plan.isFile = true;
-    job.plan.isChecked = true; // the converter refuses its own input
+    job.input = document.source.file;
+    job.output = file;
+    job.fromQuilt = document.kind == Kind::Quilt;
+    job.isFile = true;
+    job.isChecked = true; // the converter refuses its own input
     job.resume = goesOn;
     job.replace = !goesOn;
     job.profile = tools::standardVideoProfile();
     job.encoding.crf = job.profile.crf;
     job.encoding.preset = job.profile.preset;
-    if (job.plan.fromQuilt) {
+    if (job.fromQuilt) {
         job.quilt.grid = QuiltGrid{document.layout.columns, document.layout.rows};
         return job;
     }
@@ -118,15 +118,15 @@ VideoExportResult exportVideo(const tools::VideoJob& job, const Display& display
     tools::VideoRun run(job, std::move(chosen));
     VideoConverter converter(tools::openVideo(run, messages));
     tools::repeatEncoder(run.job.encoding);
-    Teller teller(converter.progress(), job.plan.output, goOn);
+    Teller teller(converter.progress(), job.output, goOn);
     VideoExportResult result;
     try {
         const VideoConversionResult made = converter.run([&teller](const VideoProgress& now) {
             teller.tell(now);
             return true;
         });
-        result.file = job.plan.output.string();
-        result.bytes = static_cast<double>(fs::file_size(job.plan.output));
+        result.file = job.output.string();
+        result.bytes = static_cast<double>(fs::file_size(job.output));
         result.end = made.end;
         for (const Notes& notes : {made.notes, converter.notes()}) {
             for (const Note& note : notes)

@@ -27,10 +27,9 @@ void makeOnePhoto(const PhotoItem& item, PhotoRun& run, PhotosMade& made, Json& 
                   Messages& messages) {
     const FolderItem file{item.photo, mainOutput(item), item.isMade};
     run.isForOnePhoto = true;
-    made.status = convertOne(
-        "photo", file, [&] { entries.push_back(makePhoto(item, run, messages)); },
-        [&](const FolderEnd& end) { end.addTo(entries, "photo", file); }, messages,
-        run.job.jsonProgress);
+    const auto make = [&] { entries.push_back(makePhoto(item, run, messages)); };
+    const auto notMade = [&](const FolderEnd& end) { end.addTo(entries, "photo", file); };
+    made.status = convertOne("photo", file, make, notMade, messages, run.job.jsonProgress);
 }
 
 // A run of many photos. @param entries receives their entries in the report

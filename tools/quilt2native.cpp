@@ -359,7 +359,7 @@ void takeKind(const CommandLine& commandLine, QuiltJob& job) {
     job.video.input = job.quilt;
     job.video.output = job.native;
     job.video.fromQuilt = true;
-    job.video.isFile = isFile(job.quilt);
+    job.video.canReadAgain = isFile(job.quilt);
     commandLine.take({{"report", job.video.report}});
     job.video = videoJob(commandLine, job.video);
     if (job.isFolder || job.makesVideo) return;

@@ -512,7 +512,7 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
         {"-y --resume --report r.json clip.mp4 o.mp4",
          [](Job j) { return j.replace && j.resume && j.settings.empty(); }},
         {"--focus 0.3 clip.mp4 o.mp4",
-         [](Job j) { return j.settings.at("--focus") == "0.3" && j.isFile; }},
+         [](Job j) { return j.settings.at("--focus") == "0.3" && j.canReadAgain; }},
         {"in out", [](Job j) { return j.isFolder; }}};
     for (const auto& [call, isSo] : cases)
         EXPECT_TRUE(isSo(video(call))) << call;

@@ -43,13 +43,13 @@ struct DepthOptions {
     std::filesystem::path profile;  ///< `--net-profile`; empty: that of the catalogue.
     std::optional<int> networkSize; ///< Longer side of the network's input, px.
     InferenceEngine engine = InferenceEngine::Best;
-    bool isDefault = false;                 ///< No option chooses the source.
+    bool isDefault = false;                 ///< No option chooses the source; true without options.
     std::optional<StereoInput> stereo;      ///< `--stereo`
     bool isPair = false;                    ///< The eyes are in two files.
     bool areVideos = false;                 ///< `--stereo videos`
     bool isFlat = false;                    ///< `--stereo off`: no eyes are looked for.
-    PhotoDepthOptions stored{false, false}; ///< What is taken from photos.
-    bool refusesVr = false;                 ///< No option says what the photo holds.
+    PhotoDepthOptions stored{false, false}; ///< What is taken from photos; without options, depth.
+    bool refusesVr = false; ///< No option says what the photo holds; true without options.
 
     /// Whether each photo is named with its depth image, or with the right eye's picture.
     bool takesPairs() const { return fromFiles || isPair; }

@@ -19,7 +19,7 @@ constexpr const char* kSampleName = "portrait-sample.json";
 // The one volume of a display that is mounted, or the one that --serial names.
 std::optional<MountedCalibration> mountedVolume(const std::string& serial,
                                                 const VolumeSearch& search, Messages& messages) {
-    const std::vector<MountedCalibration> volumes = search.find();
+    const std::vector<MountedCalibration> volumes = search.find(); // on drives, else over USB
     if (!serial.empty()) {
         const auto named = [&](const MountedCalibration& volume) {
             if (lowerCase(volume.volume) == lowerCase(serial)) return true;

@@ -366,7 +366,7 @@ std::vector<FolderFile> listNamed(const std::vector<fs::path>& names, const Fold
     std::vector<FolderFile> files;
     for (const fs::path& name : names) {
         if (!isDirectory(name)) {
-            files.push_back({name, {}, {}});
+            files.push_back({name});
             continue;
         }
         for (const FolderFile& file : listFiles(name, search, leftOut, messages))
@@ -405,21 +405,22 @@ FolderEnd failedEnd(const std::exception& error) {
     return end;
 }
 
-int convertOne(const std::string& thing, const FolderItem& item, const std::function<void()>& work,
-               const std::function<void(const FolderEnd&)>& ended, Messages& messages, bool json) {
+int convertOne(const std::string& thing, const FolderItem& item, const std::function<void()>& make,
+               const std::function<void(const FolderEnd&)>& notMade, Messages& messages,
+               bool json) {
     const std::string output = nameOf(item.output, "standard output");
     if (item.isMade) {
         messages.say(item.input.string() + ": skipped, as " + output + " exists");
         FolderEnd end;
         end.isSkipped = true;
-        ended(end);
+        notMade(end);
         return kExitDone;
     }
-    Progress progress(1, json ? thing : std::string());
+    Progress progress(1, json ? thing : std::string()); // only as JSON
     progress.step(item.input.string(), item.input);
     catchStop();
     try {
-        work();
+        make();
         progress.end(kExitDone, 1);
         return kExitDone;
     } catch (const Stopped&) {
@@ -428,7 +429,7 @@ int convertOne(const std::string& thing, const FolderItem& item, const std::func
         progress.end(kExitStopped, 0);
         return kExitStopped;
     } catch (const std::exception& error) {
-        ended(failedEnd(error));
+        notMade(failedEnd(error));
         progress.end(kExitFailed, 0);
         throw;
     }

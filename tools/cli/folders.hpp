@@ -36,9 +36,9 @@ enum class FileKind {
 /// A file of a folder that a tool converts.
 struct FolderFile {
     std::filesystem::path file;
-    std::filesystem::path depth; ///< The depth image beside it; empty: none.
-    std::filesystem::path
-        folder; ///< Where the file lies, relative to the folder that was searched.
+    std::filesystem::path depth{}; ///< The depth image beside it; empty: none.
+    /// Where the file lies, relative to the folder that was searched.
+    std::filesystem::path folder{};
 };
 
 /// A file of a folder that is not converted.
@@ -148,12 +148,12 @@ struct FolderEnd {
 FolderEnd failedEnd(const std::exception& error);
 
 /// Converts one file that was named; a failure is thrown.
-/// @param thing "photo", for the progress @param work converts it
-/// @param ended is called if it is skipped or fails
+/// @param thing "photo", for the progress @param make converts it
+/// @param notMade is called if it is skipped or fails
 /// @param json write the progress as JSON
 /// @return exit status: success, or the user's stop
-int convertOne(const std::string& thing, const FolderItem& item, const std::function<void()>& work,
-               const std::function<void(const FolderEnd&)>& ended, Messages& messages, bool json);
+int convertOne(const std::string& thing, const FolderItem& item, const std::function<void()>& make,
+               const std::function<void(const FolderEnd&)>& notMade, Messages& messages, bool json);
 
 /// Converts files one after the other until the user stops (Ctrl-C, SIGTERM): one that fails does
 /// not stop the rest, and the end counts what was made, skipped, left out and failed. Messages

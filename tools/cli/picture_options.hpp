@@ -30,7 +30,8 @@ void addNativeOptions(CommandLine& commandLine);
 /// --quick
 void addQuickOption(CommandLine& commandLine);
 
-/// How scenes are shown.
+/// How scenes are shown. Without options, a photo is shown by showAs(Detail::Lens), its framing and
+/// focus are chosen, and its strength is limited; a frame of a video has the recipe's defaults.
 struct SceneOptions {
     Recipe recipe;
     AutoChoices unasked;           ///< The choices of the recipe that no option asks for.

@@ -42,6 +42,7 @@ struct OutputKind {
     const char* option;
     fs::path PhotoOutputs::*file;
     const char* ending;
+    bool isOneFile = true;
 };
 constexpr OutputKind kOutputs[] = {
     {"save-quilt", &PhotoOutputs::quilt, ".png"},
@@ -49,10 +50,10 @@ constexpr OutputKind kOutputs[] = {
     {"save-rgbd", &PhotoOutputs::rgbd, "_rgbd.png"},
     {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
     {"lg", &PhotoOutputs::video, ".mp4"},
-    {"save-views", &PhotoOutputs::views, "_views"},
+    {"save-views", &PhotoOutputs::views, "_views", false},
     {"save-splats", &PhotoOutputs::splats, ".ply"},
     {"save-page", &PhotoOutputs::page, ".html"},
-    {"save-stereo", &PhotoOutputs::stereo, ""}}; // by its layout
+    {"save-stereo", &PhotoOutputs::stereo, "", false}}; // by its layout
 
 std::string pairName(const DepthOptions& depth) {
     return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
@@ -133,7 +134,7 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
     } else {
         for (const fs::path& name : names) {
             if (isStandardStream(name) || !isDirectory(name)) {
-                inputs.push_back({name, {}, {}});
+                inputs.push_back({name});
                 continue;
             }
             for (FolderFile& photo : listFiles(name, search, leftOut, messages)) {
@@ -267,7 +268,7 @@ std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     if (!item.native.empty()) files.push_back(item.native);
     for (const OutputKind& kind : kOutputs) {
         const fs::path& file = item.*kind.file;
-        if (!file.empty() && &file != &item.views && &file != &item.stereo) files.push_back(file);
+        if (!file.empty() && kind.isOneFile) files.push_back(file);
     }
     for (const fs::path& file : item.eyes.files())
         files.push_back(file);

@@ -35,6 +35,11 @@ struct PhotoOutputs {
     std::filesystem::path splats;         ///< See PhotoJob::splatSide.
     std::filesystem::path page;           ///< See PhotoJob::page.
     std::filesystem::path stereo;         ///< See EyesFiles.
+
+    /// Whether depth is written, alone or with the photo.
+    bool savesDepth() const {
+        return !savedDepth.empty() || !photoWithDepth.empty() || !rgbd.empty();
+    }
 };
 
 /// The command line of a run.

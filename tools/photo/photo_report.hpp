@@ -12,18 +12,18 @@ namespace altiro3D::tools {
 /// What was made of a photo.
 struct PhotoFacts {
     const PhotoItem& item;
-    cv::Size photoSize;
-    cv::Size videoSize;
-    double aspect; ///< The Native's.
-    double quiltAspect;
-    cv::Rect crop;
-    Framing framing;
-    ViewOptions views;
-    AdjacentParallax parallax;
-    std::string chosen; ///< Automatically.
-    std::string depthSource;
-    bool isUnblurred;
-    bool isImageUsed; ///< The depth image of the item.
+    cv::Size photoSize{};
+    cv::Size videoSize{};
+    double aspect = 1; ///< The Native's.
+    double quiltAspect = 1;
+    cv::Rect crop{}; ///< The part of the photo on the panel.
+    Framing framing{};
+    ViewOptions views{};
+    AdjacentParallax parallax{};
+    std::string chosen{}; ///< Automatically.
+    std::string depthSource{};
+    bool isUnblurred = false;
+    bool isImageUsed = false; ///< The depth image of the item.
 
     double photoAspect() const { return static_cast<double>(photoSize.width) / photoSize.height; }
 };

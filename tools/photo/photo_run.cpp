@@ -18,155 +18,39 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-// Reports a parallax close to the limit; above the limit there is a warning.
-// @param hasCamera the strength follows from --camera
-AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv::Mat& depth,
-                              Messages& messages) {
-    constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
-    double nearest = 0;
-    double farthest = 0;
-    cv::minMaxLoc(depth, &farthest, &nearest);
-    const ViewOptions& views = maker.options().views;
-    const AdjacentParallax parallax =
-        adjacentParallax(views, maker.layout(), maker.panelSize(), {farthest, nearest});
-    const std::string line =
-        "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
-        fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
-        fixed(parallax.panelPixels, 2) + " panel px) between adjacent views; above " +
-        fixed(kParallaxBudgetPixels, 0) + " view px hard edges show double";
-    const bool isNear =
-        parallax.viewPixels > kNearTheLimit && parallax.viewPixels <= kParallaxBudgetPixels;
-    if (isNear || messages.verbose()) messages.say(line);
-    if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
-        messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
-    warnAboutParallax(parallax, messages, hasCamera ? "the baseline in --camera" : "--strength");
-    return parallax;
-}
-
-// Writes the video that swings through the views; returns its size. It shows the whole photo, or
-// the part that was asked for.
-// @param shown the part of the photo on the panel
-cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& placed,
-                   const PhotoScene& scene, const cv::Rect& shown, Messages& messages) {
-    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
-    PlacementOptions options = static_cast<const PlacementOptions&>(placed);
-    const PhotoFit fit =
-        swayFitOf(scene.photo.size(), options, isFramed ? std::optional(shown) : std::nullopt,
-                  run.job.swaySize);
-    options.views = run.job.camera.apply(options.views, fit, messages);
-    writeSwayFile(item.video, fit.size, run.job.sway, swayViewsOf(scene, options, fit));
-    return fit.size;
-}
-
-// Both eyes' pictures as they were photographed; nothing if options ask for other ones, or if the
-// photo is not of both eyes.
-std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun& run,
-                                           DepthOrigin origin) {
-    const PhotoJob& job = run.job;
-    const bool areEyes = job.depth.stereo || origin == DepthOrigin::Matched;
-    if (!areEyes || !job.keepsEyes) return std::nullopt;
-    if (!isFile(item.photo))
-        throw UsageError("--save-stereo reads a photo of both eyes again, expected a file instead "
-                         "of a pipe, or --strength");
-    const PhotoFile photo = pictureToRead(item.photo);
-    if (job.depth.isPair) return StereoPair{readPhoto(photo), readPhoto(item.depth), {}};
-    if (!job.depth.stereo)
-        if (auto pair = readStereoPair(photo)) return pair;
-    const auto name = parseSceneName(photo.path());
-    if (!job.depth.stereo && !name) return std::nullopt;
-    const StereoLayout layout = job.depth.stereo ? job.depth.stereo->layout : name->layout;
-    const StereoHalves halves =
-        halvesOf(photo.path(), job.depth.stereo ? job.depth.stereo->halves : name->halves);
-    const cv::Mat whole = readPhoto(photo);
-    const EyesOptions& wanted = job.eyes.options();
-    if (!wanted.areFiles && !wanted.swapped &&
-        eyesPictureOf(layout, halves, whole.size()) == wanted.picture) {
-        throw Error(ErrorCode::InvalidArgument, photo.path().string(),
-                    std::string("is ") + nameOf(wanted.picture).words +
-                        " already, expected another --stereo-layout");
+// Pictures that were not named are converted only if they are photos.
+void requirePhoto(const PhotoItem& item, const PhotoScene& photo, Messages& messages) {
+    if (!item.isFromFolder || !item.depth.empty()) return;
+    const FoundQuilt found = findQuiltLayout(photo.photo);
+    if (found.verdict == QuiltVerdict::Quilt) {
+        throw NotTaken{{item.photo, FileKind::Quilt,
+                        "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
+                            std::to_string(found.layout.rows) +
+                            " rows; quilt2native makes Natives of quilts"}};
     }
-    return splitStereoFile(whole, layout, halves, photo);
-}
-
-// Writes the pictures for two eyes, of the whole photo at its own size.
-void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
-                const PhotoScene& scene, Messages& messages) {
-    if (const auto pair = photographedEyes(item, run, scene.origin)) {
-        messages.say("both eyes: as they were photographed");
-        StereoPair eyes = *pair;
-        if (eyes.right.size() != eyes.left.size())
-            cv::resize(eyes.right, eyes.right, eyes.left.size(), 0, 0, cv::INTER_AREA);
-        item.eyes.write(eyes, messages);
-        return;
+    if (found.verdict == QuiltVerdict::Unsure && found.confidence > 0) {
+        messages.warn(item.photo.string() + ": may be a quilt of " +
+                      std::to_string(found.layout.columns) + " columns x " +
+                      std::to_string(found.layout.rows) +
+                      " rows; if it is one, quilt2native -q makes its Native");
     }
-    const cv::Size size = scene.photo.size();
-    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
-        throw Error(ErrorCode::Unsupported, item.photo.string(),
-                    "has " + sizeText(size) +
-                        ", expected for --save-stereo at most 100 px of one "
-                        "side to 1 px of the other");
-    const EyesOptions& wanted = run.job.eyes.options();
-    item.eyes.write(photoEyes(scene, options, wanted.strengthPercent, wanted.from), messages);
-}
-
-// Writes the photo as splats: the whole photo, or the part that was asked for.
-// @param shown the part of the photo on the panel
-void saveSplats(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
-                const PhotoScene& scene, const cv::Rect& shown, Messages& messages) {
-    const double focalLength = isFile(item.photo) ? focalLengthOf(item.photo) : 0;
-    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
-    SplatScene splats = photoSplats(scene, options, isFramed ? std::optional(shown) : std::nullopt,
-                                    run.job.splatSide, focalLength);
-    if (!run.job.keepsSplatCamera) splats.camera.reset();
-    writeSplats(item.splats, splats);
-    messages.say("splats: " + std::to_string(splats.splats.size()) + "; focal length " +
-                 (focalLength > 0 ? "by EXIF, " + numberText(focalLength)
-                                  : "not known, taken as " + numberText(kUsualFocalLength)) +
-                 " mm on 36 x 24");
-}
-
-// Writes the photo as a page: the whole photo, or the part that was asked for.
-// @param shown the part of the photo on the panel
-void savePage(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
-              const PhotoScene& scene, const cv::Rect& shown) {
-    const bool isFramed = run.maker.options().framing != Framing(); // by --center or --zoom
-    const PageOptions& page = run.job.page;
-    writeFile(item.page, photoPage(scene, options, page.text(item.photo),
-                                   isFramed ? std::optional(shown) : std::nullopt, page.side));
-}
-
-// Whether saveOthers() needs the depth of a scene.
-bool needsDepth(const PhotoItem& item) {
-    return !item.savedDepth.empty() || !item.photoWithDepth.empty() || !item.rgbd.empty();
-}
-
-// Writes the outputs other than the Native; false if there are none. Releases the scene's memory.
-bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
-    if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
-    if (!item.rgbd.empty()) {
-        cv::Mat rgbd;
-        joinRgbd(scene.photo, savedDepth(scene, scene.photo.cols + scene.photo.rows),
-                 savedRgbdLayout(item.rgbd), rgbd);
-        writeImage(item.rgbd, rgbd);
+    if (photo.origin != DepthOrigin::Estimated || hasColours(photo.photo)) return;
+    const QuietStandardError quiet;
+    if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
+        throw NotTaken{{item.photo, FileKind::DepthImage,
+                        "looks like a depth image, as it is grey and smooth; a photo is converted "
+                        "if it is named itself"}};
     }
-    if (!item.savedDepth.empty() || !item.photoWithDepth.empty()) {
-        const cv::Mat photo = item.photoWithDepth.empty() ? cv::Mat() : scene.photo;
-        const cv::Mat depth = savedDepth(std::move(scene), run.job.savedDepthSide);
-        if (!item.savedDepth.empty()) {
-            warnAboutDepthFormat(item.savedDepth, messages);
-            writeImage(item.savedDepth, depthTo16Bit(depth));
-        }
-        if (!item.photoWithDepth.empty()) writePhotoWithDepth(item.photoWithDepth, photo, depth);
-    }
-    if (!item.views.empty()) {
-        const QuiltLayout& layout = run.maker.layout();
-        const auto fileOf = [&](int view) {
-            return item.views / viewFileName(view, layout.viewCount);
-        };
-        writeViews(fileOf, run.quilt, layout);
-    }
-    return !item.quilt.empty() || needsDepth(item) || !item.views.empty();
 }
+
+// A photo on the display.
+struct PlacedPhoto {
+    Placement placement;
+    NativeOptions options;  // with framing, focus and strength of this photo
+    std::string chosen;     // tells them
+    double aspect = 1;      // of the Native
+    double quiltAspect = 1; // of the quilt to save
+};
 
 // "4 px left, 3 px top": where a scan's border was cut.
 std::string borderText(cv::Size photo, const cv::Rect& inside) {
@@ -181,15 +65,6 @@ std::string borderText(cv::Size photo, const cv::Rect& inside) {
     }
     return text;
 }
-
-// A photo on the display.
-struct PlacedPhoto {
-    Placement placement;
-    NativeOptions options;  // with framing, focus and strength of this photo
-    std::string chosen;     // tells them
-    double aspect = 1;      // of the Native
-    double quiltAspect = 1; // of the quilt to save
-};
 
 // Places a photo. run.maker has the options that were asked for, PlacedPhoto::options those that
 // were chosen for this photo. placeScene() uses all of these; makerOf() passes on strength and
@@ -223,52 +98,9 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     placed.chosen = autoText(choices, options.framing, options.views);
     const std::string border = borderText(size, choice.inside);
     if (!border.empty()) placed.chosen += "; border of the scan cut: " + border;
-    options.views = run.job.camera.apply(options.views, fitNow(), messages);
+    options.views = run.job.camera.apply(options.views, fitNow(), messages); // without it, the same
     placed.placement = placeScene(scene, aspect, workSize, options);
     return placed;
-}
-
-// The maker for one photo; with --camera or auto each photo has its own strength and focus.
-NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
-    const ViewOptions& usual = run.maker.options().views;
-    const bool isUsual =
-        views.strengthPercent == usual.strengthPercent && views.focus == usual.focus;
-    return isUsual ? run.maker : run.maker.withViews(views);
-}
-
-void makeQuilt(const NativeMaker& maker, const Scene& scene, const PlacedPhoto& placed,
-               cv::Mat& quilt) {
-    const bool isSame =
-        maker.quiltSize() == maker.workSize() && placed.quiltAspect == placed.aspect;
-    if (isSame || maker.path() == NativePath::OverQuilt)
-        return maker.makeQuilt(placed.placement.scene, quilt);
-    maker.makeQuilt(placeScene(scene, placed.quiltAspect, maker.quiltSize(), placed.options).scene,
-                    quilt);
-}
-
-// Pictures that were not named are converted only if they are photos.
-void requirePhoto(const PhotoItem& item, const PhotoScene& photo, Messages& messages) {
-    if (!item.isFromFolder || !item.depth.empty()) return;
-    const FoundQuilt found = findQuiltLayout(photo.photo);
-    if (found.verdict == QuiltVerdict::Quilt) {
-        throw NotTaken{{item.photo, FileKind::Quilt,
-                        "is a quilt of " + std::to_string(found.layout.columns) + " columns x " +
-                            std::to_string(found.layout.rows) +
-                            " rows; quilt2native makes Natives of quilts"}};
-    }
-    if (found.verdict == QuiltVerdict::Unsure && found.confidence > 0) {
-        messages.warn(item.photo.string() + ": may be a quilt of " +
-                      std::to_string(found.layout.columns) + " columns x " +
-                      std::to_string(found.layout.rows) +
-                      " rows; if it is one, quilt2native -q makes its Native");
-    }
-    if (photo.origin != DepthOrigin::Estimated || hasColours(photo.photo)) return;
-    const QuietStandardError quiet;
-    if (looksLikeDepthImage(readImage(item.photo))) { // with all its bits
-        throw NotTaken{{item.photo, FileKind::DepthImage,
-                        "looks like a depth image, as it is grey and smooth; a photo is converted "
-                        "if it is named itself"}};
-    }
 }
 
 std::string sizeKey(cv::Size size) {
@@ -331,24 +163,52 @@ bool chooseByBudget(PhotoRun& run, const PhotoScene& scene, const Scene& fitted,
     return true;
 }
 
+// The maker for one photo; with --camera or auto each photo has its own strength and focus.
+NativeMaker makerOf(const PhotoRun& run, const ViewOptions& views) {
+    const ViewOptions& usual = run.maker.options().views;
+    const bool isUsual =
+        views.strengthPercent == usual.strengthPercent && views.focus == usual.focus;
+    return isUsual ? run.maker : run.maker.withViews(views);
+}
+
+// Reports a parallax close to the limit; above the limit there is a warning.
+// @param hasCamera the strength follows from --camera
+AdjacentParallax tellParallax(bool hasCamera, const NativeMaker& maker, const cv::Mat& depth,
+                              Messages& messages) {
+    constexpr double kNearTheLimit = 0.8 * kParallaxBudgetPixels;
+    double nearest = 0;
+    double farthest = 0;
+    cv::minMaxLoc(depth, &farthest, &nearest);
+    const ViewOptions& views = maker.options().views;
+    const AdjacentParallax parallax =
+        adjacentParallax(views, maker.layout(), maker.panelSize(), {farthest, nearest});
+    const std::string line =
+        "parallax: strength " + fixed(views.strengthPercent, 1) + " %, focus " +
+        fixed(views.focus, 2) + ": at most " + fixed(parallax.viewPixels, 2) + " view px (" +
+        fixed(parallax.panelPixels, 2) + " panel px) between adjacent views; above " +
+        fixed(kParallaxBudgetPixels, 0) + " view px hard edges show double";
+    const bool isNear =
+        parallax.viewPixels > kNearTheLimit && parallax.viewPixels <= kParallaxBudgetPixels;
+    if (isNear || messages.verbose()) messages.say(line);
+    if (views.strengthPercent > 0 && views.strengthPercent < 1 && parallax.viewPixels < 0.1)
+        messages.warn("the picture will be nearly flat: --strength is in %, 10 is usual");
+    warnAboutParallax(parallax, messages, hasCamera ? "the baseline in --camera" : "--strength");
+    return parallax;
+}
+
 // Tells how a photo was placed. @return what is reported of it, but for the size of its video
 PhotoFacts tellPlacement(const PhotoItem& item, const PhotoRun& run, const PhotoScene& scene,
                          const PlacedPhoto& placed, const NativeMaker& maker, Messages& messages) {
-    const cv::Size photoSize = scene.photo.size();
-    const NativeOptions& options = placed.options;
-    PhotoFacts facts{item,
-                     photoSize,
-                     {},
-                     placed.aspect,
-                     placed.quiltAspect,
-                     placed.placement.fit.source,
-                     options.framing,
-                     maker.options().views,
-                     {},
-                     placed.chosen,
-                     scene.source,
-                     scene.isUnblurred,
-                     false};
+    PhotoFacts facts{item};
+    facts.photoSize = scene.photo.size();
+    facts.aspect = placed.aspect;
+    facts.quiltAspect = placed.quiltAspect;
+    facts.crop = placed.placement.fit.source;
+    facts.framing = placed.options.framing;
+    facts.views = maker.options().views;
+    facts.chosen = placed.chosen;
+    facts.depthSource = scene.source;
+    facts.isUnblurred = scene.isUnblurred;
     // a depth image beside the photo may not fit it
     facts.isImageUsed = !item.depth.empty() && scene.file.filename() == item.depth.filename();
     if (displayUse(run.job) != DisplayUse::None) {
@@ -363,6 +223,126 @@ PhotoFacts tellPlacement(const PhotoItem& item, const PhotoRun& run, const Photo
         facts.views.strengthPercent = run.job.eyes.options().strengthPercent;
     }
     return facts;
+}
+
+void makeQuilt(const NativeMaker& maker, const Scene& scene, const PlacedPhoto& placed,
+               cv::Mat& quilt) {
+    const bool isSame =
+        maker.quiltSize() == maker.workSize() && placed.quiltAspect == placed.aspect;
+    if (isSame || maker.path() == NativePath::OverQuilt)
+        return maker.makeQuilt(placed.placement.scene, quilt);
+    maker.makeQuilt(placeScene(scene, placed.quiltAspect, maker.quiltSize(), placed.options).scene,
+                    quilt);
+}
+
+// Writes the video that swings through the views; returns its size.
+// @param part of the photo that it shows; nothing: all of it
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, PlacementOptions options,
+                   const PhotoScene& scene, const std::optional<cv::Rect>& part,
+                   Messages& messages) {
+    const PhotoFit fit = swayFitOf(scene.photo.size(), options, part, run.job.swaySize);
+    options.views = run.job.camera.apply(options.views, fit, messages);
+    writeSwayFile(item.video, fit.size, run.job.sway, swayViewsOf(scene, options, fit));
+    return fit.size;
+}
+
+// Both eyes' pictures as they were photographed; nothing if options ask for other ones, or if the
+// photo is not of both eyes.
+std::optional<StereoPair> photographedEyes(const PhotoItem& item, const PhotoRun& run,
+                                           DepthOrigin origin) {
+    const PhotoJob& job = run.job;
+    const bool areEyes = job.depth.stereo || origin == DepthOrigin::Matched;
+    if (!areEyes || !job.keepsEyes) return std::nullopt;
+    if (!isFile(item.photo))
+        throw UsageError("--save-stereo reads a photo of both eyes again, expected a file instead "
+                         "of a pipe, or --strength");
+    const PhotoFile photo = pictureToRead(item.photo);
+    if (job.depth.isPair) return StereoPair{readPhoto(photo), readPhoto(item.depth), {}};
+    if (!job.depth.stereo)
+        if (auto pair = readStereoPair(photo)) return pair;
+    const auto name = parseSceneName(photo.path());
+    if (!job.depth.stereo && !name) return std::nullopt;
+    const StereoLayout layout = job.depth.stereo ? job.depth.stereo->layout : name->layout;
+    const StereoHalves halves =
+        halvesOf(photo.path(), job.depth.stereo ? job.depth.stereo->halves : name->halves);
+    const cv::Mat whole = readPhoto(photo);
+    const EyesOptions& wanted = job.eyes.options();
+    if (!wanted.areFiles && !wanted.swapped &&
+        eyesPictureOf(layout, halves, whole.size()) == wanted.picture) {
+        throw Error(ErrorCode::InvalidArgument, photo.path().string(),
+                    std::string("is ") + nameOf(wanted.picture).words +
+                        " already, expected another --stereo-layout");
+    }
+    return splitStereoFile(whole, layout, halves, photo);
+}
+
+// Writes the pictures for two eyes, of the whole photo at its own size.
+void saveStereo(const PhotoItem& item, const PhotoRun& run, const NativeOptions& options,
+                const PhotoScene& scene, Messages& messages) {
+    if (const auto pair = photographedEyes(item, run, scene.origin)) {
+        messages.say("both eyes: as they were photographed");
+        StereoPair eyes = *pair;
+        if (eyes.right.size() != eyes.left.size())
+            cv::resize(eyes.right, eyes.right, eyes.left.size(), 0, 0, cv::INTER_AREA);
+        item.eyes.write(eyes, messages);
+        return;
+    }
+    const cv::Size size = scene.photo.size();
+    if (std::max(size.width, size.height) > 100LL * std::min(size.width, size.height))
+        throw Error(ErrorCode::Unsupported, item.photo.string(),
+                    "has " + sizeText(size) +
+                        ", expected for --save-stereo at most 100 px of one "
+                        "side to 1 px of the other");
+    const EyesOptions& wanted = run.job.eyes.options();
+    item.eyes.write(photoEyes(scene, options, wanted.strengthPercent, wanted.from), messages);
+}
+
+// Writes the photo as splats. @param part as for saveVideo()
+void saveSplats(const PhotoItem& item, const PhotoRun& run, const PlacementOptions& options,
+                const PhotoScene& scene, const std::optional<cv::Rect>& part, Messages& messages) {
+    const double focalLength = isFile(item.photo) ? focalLengthOf(item.photo) : 0;
+    SplatScene splats = photoSplats(scene, options, part, run.job.splatSide, focalLength);
+    if (!run.job.keepsSplatCamera) splats.camera.reset();
+    writeSplats(item.splats, splats);
+    messages.say("splats: " + std::to_string(splats.splats.size()) + "; focal length " +
+                 (focalLength > 0 ? "by EXIF, " + numberText(focalLength)
+                                  : "not known, taken as " + numberText(kUsualFocalLength)) +
+                 " mm on 36 x 24");
+}
+
+// Writes the photo as a page. @param part as for saveVideo()
+void savePage(const PhotoItem& item, const PhotoRun& run, const PlacementOptions& options,
+              const PhotoScene& scene, const std::optional<cv::Rect>& part) {
+    const PageOptions& page = run.job.page;
+    writeFile(item.page, photoPage(scene, options, page.text(item.photo), part, page.side));
+}
+
+// Writes the outputs other than the Native; false if there are none. Releases the scene's memory.
+bool saveOthers(const PhotoItem& item, const PhotoRun& run, Scene& scene, Messages& messages) {
+    if (!item.quilt.empty()) writeImage(item.quilt, run.quilt);
+    if (!item.rgbd.empty()) {
+        cv::Mat rgbd;
+        joinRgbd(scene.photo, savedDepth(scene, scene.photo.cols + scene.photo.rows),
+                 savedRgbdLayout(item.rgbd), rgbd);
+        writeImage(item.rgbd, rgbd);
+    }
+    if (!item.savedDepth.empty() || !item.photoWithDepth.empty()) {
+        const cv::Mat photo = item.photoWithDepth.empty() ? cv::Mat() : scene.photo;
+        const cv::Mat depth = savedDepth(std::move(scene), run.job.savedDepthSide);
+        if (!item.savedDepth.empty()) {
+            warnAboutDepthFormat(item.savedDepth, messages);
+            writeImage(item.savedDepth, depthTo16Bit(depth));
+        }
+        if (!item.photoWithDepth.empty()) writePhotoWithDepth(item.photoWithDepth, photo, depth);
+    }
+    if (!item.views.empty()) {
+        const QuiltLayout& layout = run.maker.layout();
+        const auto fileOf = [&](int view) {
+            return item.views / viewFileName(view, layout.viewCount);
+        };
+        writeViews(fileOf, run.quilt, layout);
+    }
+    return !item.quilt.empty() || item.savesDepth() || !item.views.empty();
 }
 
 // Prints are written while they are made.
@@ -399,14 +379,8 @@ PhotoRun openPhotoRun(const PhotoJob& job, const ChosenDisplay& display, const Q
                       StageTimes& times, Messages& messages) {
     ChosenDepth depth(job.depth, messages);
     if (depth.network() != nullptr) times.end("network");
-    PhotoRun run{job,
-                 display,
-                 makeNativeMaker(job.scene, display, layout, messages),
-                 job.budget,
-                 std::move(depth),
-                 {},
-                 {},
-                 {}};
+    PhotoRun run{job, display, makeNativeMaker(job.scene, display, layout, messages), job.budget,
+                 std::move(depth)};
     times.end("display");
     return run;
 }
@@ -420,13 +394,13 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     PlacedPhoto placed = placePhoto(item, run, scene, messages);
     times.end("fit");
     endIfStopWanted();
-    if (run.budget.mustChoose()) {
+    if (run.budget.mustChoose()) { // --budget, at the first photo
         if (chooseByBudget(run, scene, placed.placement.scene, messages))
             scene.source = run.depthSource.estimateScene(scene.photo, flatDepth, scene);
         placed = placePhoto(item, run, scene, messages); // the views are others now
         times.end("budget");
     }
-    if (run.isForOnePhoto && run.networkEntry == nullptr) {
+    if (run.isForOnePhoto) { // the network has done its work; the report still names it
         run.networkEntry = std::make_shared<const Json>(networkJson(run));
         run.depthSource.release();
     }
@@ -440,7 +414,7 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         makeQuilt(maker, scene, placed, run.quilt);
         times.end("views");
     }
-    if (!needsDepth(item) && item.video.empty() && item.stereo.empty() && item.splats.empty() &&
+    if (!item.savesDepth() && item.video.empty() && item.stereo.empty() && item.splats.empty() &&
         item.page.empty())
         static_cast<Scene&>(scene) = {}; // large, and no longer needed
     if (makesNative && !run.print) {
@@ -450,8 +424,10 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
     }
     endIfStopWanted();
 
+    std::optional<cv::Rect> part; // of the photo, by --center or --zoom; nothing: all of it
+    if (run.maker.options().framing != Framing()) part = facts.crop;
     if (!item.video.empty()) {
-        facts.videoSize = saveVideo(item, run, placed.options, scene, facts.crop, messages);
+        facts.videoSize = saveVideo(item, run, placed.options, scene, part, messages);
         times.end("video");
         endIfStopWanted();
     }
@@ -461,12 +437,12 @@ Json makePhoto(const PhotoItem& item, PhotoRun& run, Messages& messages) {
         endIfStopWanted();
     }
     if (!item.splats.empty()) {
-        saveSplats(item, run, placed.options, scene, facts.crop, messages);
+        saveSplats(item, run, placed.options, scene, part, messages);
         times.end("splats");
         endIfStopWanted();
     }
     if (!item.page.empty()) {
-        savePage(item, run, placed.options, scene, facts.crop);
+        savePage(item, run, placed.options, scene, part);
         times.end("page");
         endIfStopWanted();
     }

@@ -22,11 +22,11 @@ struct PhotoRun {
     NativeMaker maker;
     Budget budget;
     ChosenDepth depthSource;
-    cv::Mat quilt;  ///< reused from photo to photo; empty if none is needed
-    cv::Mat native; ///< reused; none of a print
-    /// The sheet; nothing for panels.
-    std::optional<PrintSheet> print;
-    double mostStrength = std::numeric_limits<double>::infinity(); ///< %
+    cv::Mat quilt{};                   ///< reused from photo to photo; empty if none is needed
+    cv::Mat native{};                  ///< reused; none of a print
+    std::optional<PrintSheet> print{}; ///< The sheet; nothing for panels.
+    /// Limit of the strength, %: prints have one, see printOn().
+    double mostStrength = std::numeric_limits<double>::infinity();
     /// Set before makePhoto() if no other photo follows: its depth releases the network's memory.
     bool isForOnePhoto = false;
     /// The network in the report, kept past ChosenDepth::release().

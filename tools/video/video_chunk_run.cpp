@@ -70,7 +70,7 @@ void tellGain(const VideoChunkPlan& made, const VideoChunkOptions& options, Mess
 
 int plan(const VideoJob& job, const VideoChunkOptions& options,
          const std::vector<std::string>& arguments, const fs::path& folder, Messages& messages) {
-    if (!job.isFile) requireFile(job.input);
+    if (!job.canReadAgain) requireFile(job.input);
     VideoRun run(job, messages);
     VideoConversion conversion = openVideo(run, messages);
     const VideoChunkPlan made = withProgress(job.jsonProgress, [&](const auto& progress) {

@@ -88,7 +88,7 @@ int makeVideo(VideoRun& run, const FolderItem& file, const std::string& place, s
     job.input = file.input;
     job.output = file.output;
     job.report.clear();
-    job.isFile = job.isFromFolder = job.isChecked = true;
+    job.canReadAgain = job.isFromFolder = job.isChecked = true;
     job.place = place;
     return makeVideo(run, report, messages);
 }

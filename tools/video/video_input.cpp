@@ -1,6 +1,5 @@
 #include "video/video_run.hpp"
 
-#include "altiro3D/enum_table.hpp"
 #include "altiro3D/file_io.hpp"
 #include "cli/folders.hpp"
 #include "cli/inputs.hpp"
@@ -29,6 +28,18 @@ bool isHeifPicture(const fs::path& file) {
     return brands.count(start.substr(8)) > 0;
 }
 
+// A picture opens as a video of one frame; only --input-... makes this intentional.
+bool mayBePicture(const VideoJob& job) {
+    return isFile(job.input) && job.part.format.empty() && job.part.formatOptions.empty();
+}
+
+[[noreturn]] void refusePicture(const VideoJob& job) {
+    throw UsageError(job.inputName() + ": is a picture, expected a video; " +
+                     (job.fromQuilt
+                          ? "quilt2native makes a Native picture of it if OUT is named as one"
+                          : "photo2native makes a Native of a photo"));
+}
+
 std::string factsText(const VideoFacts& facts) {
     std::string text = sizeText(facts.size);
     if (facts.averageRate.isKnown()) text += ", " + fixed(facts.averageRate.value(), 2) + " fps";
@@ -39,89 +50,6 @@ std::string factsText(const VideoFacts& facts) {
         if (stream.kind == StreamKind::Subtitle) text += ", subtitles " + stream.codec;
     }
     return text;
-}
-
-// A picture opens as a video of one frame; only --input-... makes this intentional.
-// @param facts null: of a file that is not opened yet
-void refusePicture(const VideoJob& job, const VideoFacts* facts) {
-    if (!isFile(job.input) || !job.part.format.empty() || !job.part.formatOptions.empty() ||
-        !(facts != nullptr ? isPicture(job.input, *facts) : isHeifPicture(job.input))) {
-        return;
-    }
-    throw UsageError(job.inputName() + ": is a picture, expected a video; " +
-                     (job.fromQuilt
-                          ? "quilt2native makes a Native picture of it if OUT is named as one"
-                          : "photo2native makes a Native of a photo"));
-}
-
-// Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
-void refuseNativeVideo(const VideoJob& job, const VideoFacts& facts, const ChosenDisplay& display,
-                       Messages& messages) {
-    const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
-                            facts.pixelFormat.find("gbr") != std::string::npos;
-    if (facts.size != display.panelSize() || !fullColour) return;
-    const std::string like = "has the panel's size and 4:4:4 colour, like a Native video";
-    if (job.isFromFolder) {
-        throw NotTaken{
-            {job.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
-    }
-    messages.warn("the video " + like + "; do not convert a Native again");
-}
-
-constexpr DisplayUse kUses[] = {DisplayUse::Show, DisplayUse::Quilt, DisplayUse::None,
-                                DisplayUse::None}; // as VideoProduct
-
-// Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
-// title. None if the frames cannot be read twice.
-// @param look false: it has seen enough
-void forEarlyFrames(const VideoJob& job, int lastFrame,
-                    const std::function<bool(const cv::Mat&)>& look) {
-    if (!isFile(job.input)) return;
-    VideoReader reader(job.input, job.part);
-    int wanted = 0;
-    for (int number = 0; number <= lastFrame; ++number) {
-        const auto frame = reader.next();
-        if (!frame) break;
-        if (number != wanted) continue;
-        wanted = std::max(1, 2 * wanted);
-        if (!look(frame->picture)) break;
-    }
-}
-
-// What is found in the first frames of a video of quilts.
-std::optional<FoundQuilt> searchFrames(const VideoJob& job, int lastFrame) {
-    std::optional<FoundQuilt> best;
-    forEarlyFrames(job, lastFrame, [&best](const cv::Mat& frame) {
-        const FoundQuilt found = findQuiltLayout(frame);
-        const bool saysMore =
-            found.verdict == QuiltVerdict::Unsure && best &&
-            (best->verdict == QuiltVerdict::NoQuilt || best->confidence < found.confidence);
-        const bool isQuilt = found.verdict == QuiltVerdict::Quilt;
-        if (isQuilt || !best || saysMore) best = found;
-        return !isQuilt;
-    });
-    return best;
-}
-
-// Videos whose names say that frames hold photo and depth, and which do.
-void refuseRgbd(const VideoJob& job, Messages& messages) {
-    constexpr int kLastFrame = 64;
-    const std::optional<SceneName> name = parseSceneName(job.input);
-    if (!name || name->contents != SceneName::Contents::Rgbd || !isFile(job.input)) return;
-    bool areHalves = false;
-    forEarlyFrames(job, kLastFrame, [&](const cv::Mat& frame) {
-        areHalves = findDepthHalf(frame, name->isStacked).has_value();
-        return !areHalves;
-    });
-    const std::string what = "holds photo and depth by its name (" + name->tag + ")";
-    if (!areHalves)
-        return messages.warn(job.inputName() + ": " + what +
-                             ", but its frames do not: they are taken as ordinary ones");
-    if (job.isFromFolder)
-        throw NotTaken{{job.input, FileKind::HalvesVideo,
-                        what + "; video2native --rgbd right makes a Native of it"}};
-    throw UsageError(job.inputName() + ": " + what +
-                     ", expected --rgbd with the side of the depth, as --rgbd right");
 }
 
 double aspectOf(cv::Size size) {
@@ -154,6 +82,58 @@ void takeDepthTrack(VideoRun& run, Messages& messages) {
                   " --depth-kind says otherwise, -n altiro3d estimates it");
 }
 
+// Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
+// title. None if the frames cannot be read twice.
+// @param look false: it has seen enough
+void forEarlyFrames(const VideoJob& job, int lastFrame,
+                    const std::function<bool(const cv::Mat&)>& look) {
+    if (!isFile(job.input)) return;
+    VideoReader reader(job.input, job.part);
+    int wanted = 0;
+    for (int number = 0; number <= lastFrame; ++number) {
+        const auto frame = reader.next();
+        if (!frame) break;
+        if (number != wanted) continue;
+        wanted = std::max(1, 2 * wanted);
+        if (!look(frame->picture)) break;
+    }
+}
+
+// Videos whose names say that frames hold photo and depth, and which do.
+void refuseRgbd(const VideoJob& job, Messages& messages) {
+    constexpr int kLastFrame = 64;
+    const std::optional<SceneName> name = parseSceneName(job.input);
+    if (!name || name->contents != SceneName::Contents::Rgbd || !isFile(job.input)) return;
+    bool areHalves = false;
+    forEarlyFrames(job, kLastFrame, [&](const cv::Mat& frame) {
+        areHalves = findDepthHalf(frame, name->isStacked).has_value();
+        return !areHalves;
+    });
+    const std::string what = "holds photo and depth by its name (" + name->tag + ")";
+    if (!areHalves)
+        return messages.warn(job.inputName() + ": " + what +
+                             ", but its frames do not: they are taken as ordinary ones");
+    if (job.isFromFolder)
+        throw NotTaken{{job.input, FileKind::HalvesVideo,
+                        what + "; video2native --rgbd right makes a Native of it"}};
+    throw UsageError(job.inputName() + ": " + what +
+                     ", expected --rgbd with the side of the depth, as --rgbd right");
+}
+
+// Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
+void refuseNativeVideo(const VideoJob& job, const VideoFacts& facts, const ChosenDisplay& display,
+                       Messages& messages) {
+    const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
+                            facts.pixelFormat.find("gbr") != std::string::npos;
+    if (facts.size != display.panelSize() || !fullColour) return;
+    const std::string like = "has the panel's size and 4:4:4 colour, like a Native video";
+    if (job.isFromFolder) {
+        throw NotTaken{
+            {job.input, FileKind::NativeVideo, like + "; if it is none, it is converted alone"}};
+    }
+    messages.warn("the video " + like + "; do not convert a Native again");
+}
+
 // The eyes in frames, by the option or by what is found. Says what decided.
 std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     const DepthOptions& options = run.job.depth;
@@ -177,6 +157,21 @@ std::optional<StereoVideo> eyesOf(const VideoRun& run, Messages& messages) {
     return found.eyes;
 }
 
+// What is found in the first frames of a video of quilts.
+std::optional<FoundQuilt> searchFrames(const VideoJob& job, int lastFrame) {
+    std::optional<FoundQuilt> best;
+    forEarlyFrames(job, lastFrame, [&best](const cv::Mat& frame) {
+        const FoundQuilt found = findQuiltLayout(frame);
+        const bool saysMore =
+            found.verdict == QuiltVerdict::Unsure && best &&
+            (best->verdict == QuiltVerdict::NoQuilt || best->confidence < found.confidence);
+        const bool isQuilt = found.verdict == QuiltVerdict::Quilt;
+        if (isQuilt || !best || saysMore) best = found;
+        return !isQuilt;
+    });
+    return best;
+}
+
 // Videos of a folder that are not named as videos of quilts are searched for one.
 void refuseQuiltVideo(const VideoJob& job, Messages& messages) {
     constexpr int kLastFrame = 4;
@@ -194,24 +189,11 @@ void refuseQuiltVideo(const VideoJob& job, Messages& messages) {
                                "; if it is one, quilt2native -q makes its Native");
 }
 
-// The path from frames with depth to Natives.
-// @param seenAspect width : height of the scene as it is shown
-void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
-    run.path = "quilt";
-    if (run.job.product == VideoProduct::Rgbd || run.job.product == VideoProduct::Stereo) return;
-    tellCut(seenAspect, run.display.aspect(), run.job.scene.recipe, messages);
-    if (run.job.product == VideoProduct::Quilt) return;
-    const NativeMaker maker =
-        makeNativeMaker(run.job.scene, run.display, run.layout, messages, run.job.profile.keep);
-    run.path = pathName(maker);
-    run.job.scene.recipe.positions = maker.options().positions;
-}
-
 // Checks the names before any work, see Outputs::check().
 void checkOutputs(VideoRun& run) {
     VideoJob& job = run.job;
     if (job.isChecked) return;
-    if (job.resume && !job.isFile)
+    if (job.resume && !job.canReadAgain)
         throw UsageError("--resume reads the input again, expected a file, not " + job.inputName());
     // The interrupted run may have left these files; without any, --resume starts a new run.
     const bool goesOn = job.resume && !job.show && isVideoUnfinished(job.output);
@@ -227,11 +209,25 @@ void checkOutputs(VideoRun& run) {
     job.isChecked = true;
 }
 
+// The path from frames with depth to Natives.
+// @param seenAspect width : height of the scene as it is shown
+void choosePath(VideoRun& run, double seenAspect, Messages& messages) {
+    run.path = "quilt";
+    if (run.job.product == VideoProduct::Rgbd || run.job.product == VideoProduct::Stereo) return;
+    tellCut(seenAspect, run.display.aspect(), run.job.scene.recipe, messages);
+    if (run.job.product == VideoProduct::Quilt) return;
+    const NativeMaker maker =
+        makeNativeMaker(run.job.scene, run.display, run.layout, messages, run.job.profile.keep);
+    run.path = pathName(maker);
+    run.job.scene.recipe.positions = maker.options().positions;
+}
+
 void takeDepth(VideoRun& run, const std::optional<RgbdLayout>& rgbd, VideoConversion& conversion) {
     if (!run.depth) return;
     const DepthOptions& options = run.job.depth;
     if (options.given.empty()) {
-        conversion.depth = storedDepthOr(run.depth->source(), {false, false}); // has a share in it
+        // shares the network with the run; frames bring no depth
+        conversion.depth = storedDepthOr(run.depth->source(), {false, false});
         return;
     }
     GivenVideoDepth& given = conversion.given.emplace();
@@ -284,7 +280,7 @@ std::optional<DepthTrack> findDepthTrack(const fs::path& file, VideoReaderOption
 }
 
 VideoRun::VideoRun(const VideoJob& of, Messages& messages)
-    : VideoRun(of, findDisplay(of.display, messages, {}, entryOf(kUses, of.product))) {}
+    : VideoRun(of, findDisplay(of.display, messages, {}, displayUse(of))) {}
 
 void openDepth(VideoRun& run, Messages& messages) {
     if (!run.depth && !run.job.fromQuilt) run.depth.emplace(run.job.depth, messages);
@@ -306,11 +302,12 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
     job.part.threads = std::min(cv::getNumThreads(), 16);
     job.part.bothEyes = !job.fromQuilt && !job.depth.isFlat && job.depth.given.empty();
     job.part.joinsVideos = job.depth.areVideos;
-    refusePicture(job, nullptr); // FFmpeg's error would not say so
+    // FFmpeg's error would not say so
+    if (mayBePicture(job) && isHeifPicture(job.input)) refusePicture(job);
     conversion.reader = std::make_unique<VideoReader>(job.input, job.part);
     const VideoFacts& facts = conversion.reader->facts();
     run.inputFacts = facts;
-    refusePicture(job, &facts);
+    if (mayBePicture(job) && isPicture(job.input, facts)) refusePicture(job);
     messages.say((messages.hasSubject() ? "" : job.inputName() + ": ") + factsText(facts));
     takeDepthTrack(run, messages);
     if (!job.fromQuilt) {
@@ -347,15 +344,18 @@ VideoConversion openVideo(VideoRun& run, Messages& messages) {
         if (job.product == VideoProduct::Native)
             messages.say("quilt: " + quiltText(run.layout, run.display.aspect()));
         const bool isStereo = job.product == VideoProduct::Stereo;
-        conversion.eyes = {job.eyes.picture, job.eyes.from, job.eyes.swapped,
-                           isStereo && conversion.stereo && job.keepsEyes};
+        VideoEyes& eyes = conversion.eyes;
+        eyes.picture = job.eyes.picture;
+        eyes.from = job.eyes.from;
+        eyes.swapped = job.eyes.swapped;
+        eyes.filmed = isStereo && conversion.stereo && job.keepsEyes;
         if (isStereo) {
             tellEyesTag(job.output, job.eyes, messages);
             recipe.views.strengthPercent = job.eyes.strengthPercent;
             recipe.choices.strength = false;
             recipe.positions = ViewPositions::Discrete;
         }
-        if (conversion.eyes.filmed) {
+        if (eyes.filmed) {
             messages.say("both pictures stay as they were filmed");
         } else {
             if (conversion.stereo)

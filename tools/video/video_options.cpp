@@ -190,7 +190,7 @@ VideoJob jobOfNames(const CommandLine& commandLine, bool isFolder) {
     }
     if (!isStream) requireVideoName(job.output);
     if (!job.native.empty()) requireVideoName(job.native);
-    job.isFile = !isStream && isFile(job.input);
+    job.canReadAgain = !isStream && isFile(job.input);
     return job;
 }
 
@@ -232,6 +232,11 @@ void addEncoderOptions(CommandLine& commandLine) {
                             "colours of neighbouring pixels and so the views of a Native.");
     commandLine.addAdvanced({"no-audio"}, "Leave the sound out.");
     commandLine.addAdvanced({"no-subtitles"}, "Leave the subtitles out.");
+}
+
+DisplayUse displayUse(const VideoJob& job) {
+    if (job.product == VideoProduct::Native) return DisplayUse::Show;
+    return job.product == VideoProduct::Quilt ? DisplayUse::Quilt : DisplayUse::None;
 }
 
 VideoJob videoJob(const CommandLine& commandLine) {

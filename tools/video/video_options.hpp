@@ -46,12 +46,12 @@ struct VideoJob {
     std::filesystem::path native; ///< A Native video to make beside a video for two eyes.
     bool fromQuilt = false;
     bool show = false;         ///< Shown on the display, no output.
-    bool isFile = false;       ///< The input can be read again, so that a run can be resumed.
+    bool canReadAgain = false; ///< The input is a file, so that a run can be resumed.
     bool isFolder = false;     ///< The input is a folder of videos.
     bool isFromFolder = false; ///< Left out if it turns out to be a Native video.
     bool isChecked = false;    ///< The names of inputs and outputs are checked.
     std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line.
-    VideoReaderOptions part;
+    VideoReaderOptions part;   ///< By options; openVideo() adds threads and eyes.
 
     bool replace = false; ///< `-y`
     bool resume = false;
@@ -82,6 +82,8 @@ struct VideoJob {
     std::string inputName() const { return nameOf(input, "standard input"); }
     std::string outputName() const { return nameOf(output, "standard output"); }
 };
+/// What a job needs the display for.
+DisplayUse displayUse(const VideoJob& job);
 /// Turns a command line of video2native into a job. @throws UsageError
 VideoJob videoJob(const CommandLine& commandLine);
 /// The same with names that were read already. @param job them, and nothing else

@@ -82,11 +82,11 @@ struct VideoOutcome {
     VideoConversionResult result;
     cv::Size size;        // of the pictures
     bool stopped = false; // by the user
-    bool failed = false;  // the error was reported already
+    bool failed = false;  // of show(): altiro3Dview has said why
     std::string cutOff;   // warning that the input is cut off; empty if it is not
     double bytes = 0;     // of the file, with its sound; 0: standard output
 
-    double rate() const { // frames per second
+    double framesPerSecond() const {
         const double seconds = result.seconds();
         return seconds > 0 ? static_cast<double>(result.made()) / seconds : 0;
     }
@@ -176,7 +176,7 @@ std::string videoReport(const VideoRun& run, const VideoOutcome& outcome,
                        {"duration", result.end},
                        {"seconds", result.seconds()},
                        {"finishSeconds", result.finishSeconds},
-                       {"framesPerSecond", outcome.rate()},
+                       {"framesPerSecond", outcome.framesPerSecond()},
                        {"bytes", known(static_cast<std::int64_t>(outcome.bytes))},
                        {"megabitsPerSecond", known(outcome.megabitsPerSecond())},
                        {"stages", stagesJson(result.pipeline)},
@@ -252,7 +252,7 @@ void tellVideoDetails(const VideoRun& run, const VideoOutcome& outcome, Messages
 // Opens the output; errors about an earlier run name this tool's options.
 VideoConverter openConverter(const VideoJob& job, VideoConversion conversion) {
     const UnfinishedRun unfinished = conversion.unfinished;
-    const bool mayBeUnfinished = job.isFile && unfinished == UnfinishedRun::Refuse;
+    const bool mayBeUnfinished = job.canReadAgain && unfinished == UnfinishedRun::Refuse;
     if (mayBeUnfinished && isVideoUnfinished(job.output)) {
         throw Error(ErrorCode::WriteFailed, job.output.string(),
                     "an unfinished run of it is kept in " +
@@ -310,7 +310,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
     const VideoJob& job = run.job;
     VideoConverter converter = openConverter(job, std::move(conversion));
     messages.warn(converter.notes());
-    repeatEncoder(run.job.encoding);
+    repeatEncoder(run.job.encoding); // the same bytes in every run
     const VideoProgress begun = converter.progress();
     if (begun.keptFrames > 0) {
         messages.say("continues at " + clockText(begun.end) +
@@ -349,7 +349,7 @@ VideoOutcome convert(const VideoRun& run, VideoConversion conversion, Messages& 
                  sizeText(outcome.size) + ", " + counted(outcome.result.frames, "frame") + ", " +
                  clockText(outcome.result.end) +
                  (isStream ? "" : ", " + bytesAndRateText(outcome.bytes, outcome.result.end)) +
-                 "; " + fixed(outcome.rate(), 1) + " fps");
+                 "; " + fixed(outcome.framesPerSecond(), 1) + " fps");
     if (!isStream) tellRate(run, outcome, messages);
     return outcome;
 }
@@ -373,7 +373,7 @@ VideoOutcome show(const VideoRun& run, VideoConversion conversion, Messages& mes
     tellRemarks(run, outcome, messages);
     messages.say(run.job.inputName() + ": " + counted(outcome.result.frames, "frame") + " shown, " +
                  std::to_string(outcome.result.pipeline.dropped) + " dropped; " +
-                 fixed(outcome.rate(), 1) + " fps");
+                 fixed(outcome.framesPerSecond(), 1) + " fps");
     return outcome;
 }
 
@@ -463,7 +463,7 @@ int makeVideo(VideoRun& run, std::string* report, Messages& messages) {
         } else if (!job.show) {
             line += "; " + job.outputName() + " is whole up to there";
             line += outcome.result.keepsWork ? ", --resume continues"
-                    : isLost && job.isFile
+                    : isLost && job.canReadAgain
                         ? "; nothing more is kept before the first 6 s: -y makes "
                           "it again"
                         : "";

@@ -173,14 +173,14 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// Depth from a network, with DepthEdges::Aligned.
 ///
-/// For a photo, a network with InputShape::Photo runs twice: first at its profile's size; then with
-/// the mirrored photo at 1.625 times that size, or at DepthNetwork::inputSize() if that is larger
-/// than the profile's. The result takes its edges from the second run. A network with another
-/// InputShape, or with an input smaller than its profile's, runs once, and so does every network
-/// for a frame of a video. Then depth is made straight along straight lines of the photo (not in
-/// frames), and a step becomes hard where the photo has an edge (docs/mathematics.md, 4a). The raw
-/// numbers are a depth map whose longer side is at most 512 px, 320 px for frames; kind() is
-/// NearWhite.
+/// For a photo, a network with InputShape::Photo runs three times: with the photo at the size of
+/// its profile, and with the mirrored photo at 1.25 and at 1.625 times that size. The result is the
+/// mean of the first two runs, with half of the fine detail of the third. The third run has
+/// DepthNetwork::inputSize() if that is larger than the profile's size. A network with another
+/// InputShape, or with an input smaller than its profile's, runs once. For a frame of a video,
+/// every network runs once. In photos, depth is then made straight along straight lines. A step of
+/// depth becomes hard where the picture has an edge (docs/mathematics.md, 4a). The raw numbers are
+/// a depth map whose longer side is at most 512 px, 320 px for frames; kind() is NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);

@@ -495,7 +495,7 @@ std::vector<Source> pairUp(const std::vector<fs::path>& files) {
     for (const fs::path& file : files) {
         if (isVideoName(file)) continue;
         if (photoOfDepthName(file).empty()) {
-            photos.push_back({file, {}, {}});
+            photos.push_back({file});
         } else {
             depths.push_back({file, photoOfDepthName(file)});
         }

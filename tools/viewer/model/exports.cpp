@@ -87,7 +87,7 @@ std::vector<fs::path> nativesOf(const std::vector<Source>& sources, const fs::pa
     for (const Source& source : sources) {
         fs::path file = source.file;
         if (!file.has_filename()) file = file.parent_path(); // "views/"
-        files.push_back({file, {}, {}});
+        files.push_back({file});
     }
     std::vector<fs::path> natives;
     std::set<std::string> taken;

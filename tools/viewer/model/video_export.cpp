@@ -78,7 +78,7 @@ tools::VideoJob videoJobOf(const Document& document, const Knobs& knobs, const D
     job.input = document.source.file;
     job.output = file;
     job.fromQuilt = document.kind == Kind::Quilt;
-    job.isFile = true;
+    job.canReadAgain = true;
     job.isChecked = true; // the converter refuses its own input
     job.resume = goesOn;
     job.replace = !goesOn;

@@ -17,7 +17,7 @@
 /// - View: the scene as seen from one camera position.
 /// - Quilt: all views in one picture, in columns and rows. A tile is the place of one view in it.
 /// - Native: the picture for the panel of one display. The lens above a sub-pixel sends its light
-///   into one direction; the sub-pixel has the colour of the view that is seen from there. A Native
+///   in one direction; the sub-pixel has the colour of the view that is seen from there. A Native
 ///   must never be scaled.
 /// - Calibration: how the lenses of one unit lie over its panel; the display's `visual.json`.
 /// - Map: a look-up table (NativeLut, `.map` file) made from a calibration and a quilt layout.

@@ -16,7 +16,8 @@
 namespace altiro3D {
 
 /// Passes the pictures of a slide [rows x cols, CV_8UC3, BGR, of one size] to a function, in order,
-/// until that returns false. It is called several times and gives the same pictures each time.
+/// until the function returns false. The source is called several times and must pass the same
+/// pictures each time.
 using SlidePictureSource = std::function<void(const std::function<bool(const cv::Mat&)>& take)>;
 
 /// The frames of a video.
@@ -90,9 +91,9 @@ struct ALTIRO3D_EXPORT SlideReport {
     [[nodiscard]] std::vector<std::string> lines() const;
 };
 
-/// Real views from a camera that moved sideways through a scene at rest: a phone slid by hand, a
-/// rail. It finds how the camera moved and turned (docs/mathematics.md, 8), and makes views of
-/// evenly spaced cameras that look straight ahead:
+/// Real views from a camera that moved sideways past a scene at rest, such as a phone slid by hand
+/// or a camera on a rail. Finds how the camera moved and turned (docs/mathematics.md, 8), and makes
+/// views of evenly spaced cameras that look straight ahead:
 ///
 ///     CameraSlide slide(slideVideo("clip.mp4"));
 ///     slide.makeViews(48, [&](int view, const cv::Mat& picture) { ... });

@@ -164,8 +164,8 @@ struct DepthFlaws {
     /// The steps differ in softness, as those of depth networks do. Steps of blurred or enlarged
     /// depth are equally soft. Ignored for hard steps.
     bool isUneven = false;
-    /// The equally soft steps were blurred, not enlarged: they fade out slowly. Almost hard steps
-    /// may be misjudged. Ignored for hard and for uneven steps.
+    /// The equally soft steps fade out slowly: they come from a blur, not from enlargement. Almost
+    /// hard steps may be misjudged. Ignored for hard and for uneven steps.
     bool isBlurred = false;
     /// Width of the band around near objects in which a soft photo mixes them with the background,
     /// px, 0..7. One px, which even sharp photos have, is not counted. Measurements give at most 2.

@@ -39,7 +39,7 @@ struct ALTIRO3D_EXPORT SubpixelLens {
     double period = 0;             ///< I, sub-pixels across one lens, 2..1000.
     double slope = 0;              ///< s, change of t per row: -1..1 px, or -3..3 sub-pixels.
     double offset = 0;             ///< X0, -1e4..1e4 sub-pixels.
-    bool slopeInSubpixels = false; ///< Unit of the slope, and which formula holds.
+    bool slopeInSubpixels = false; ///< Slope in sub-pixels, (1.16); else in px, (1.14).
 
     /// The place before it is taken modulo the period. @param x, y, k from 0, the top left
     /// @return sub-pixels
@@ -185,7 +185,7 @@ struct ALTIRO3D_EXPORT LensGeometry {
     [[nodiscard]] int view(int x, int y, int colour, int views) const;
 
     /// As view(), without the order of views. @param x, y, colour as there
-    /// @param slots number of them @return 0..slots-1
+    /// @param slots number of slots @return 0..slots-1
     [[nodiscard]] int slot(int x, int y, int colour, int slots) const;
 
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
@@ -311,7 +311,7 @@ findUsbDisplays(const std::filesystem::path& fileSystemRoot = "/");
 /// Reads the calibration in the memory of a display of the first generation. Waits up to 2 s.
 /// @param display from findUsbDisplays()
 /// @param cached result of an earlier call: only the memory's first 64 bytes are read and, if they
-///        are those of `cached`, it is returned
+///        equal those of `cached`, `cached` is returned
 /// @return JSON for parseCalibrations(), at most 4096 bytes
 /// @throws Error ReadFailed (no permission, no answer), BadFormat (an empty memory, damaged JSON),
 ///         TooLarge, Unsupported (a Portrait, which has a volume)

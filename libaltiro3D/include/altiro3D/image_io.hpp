@@ -32,7 +32,7 @@ constexpr double kMaxImagePixels = 4.0e8;
 /// Copies share the bytes. Several threads may read one object. Its source is image_read.cpp.
 class ALTIRO3D_EXPORT PhotoFile {
   public:
-    /// Nothing is read before it is needed.
+    /// A picture file, which is not read before its bytes are needed.
     /// @param path the file; a std::filesystem::path, or what converts to it
     template <class Path,
               class = std::enable_if_t<std::is_convertible_v<Path&&, std::filesystem::path>>>
@@ -46,7 +46,7 @@ class ALTIRO3D_EXPORT PhotoFile {
     /// The name. @return as given
     [[nodiscard]] const std::filesystem::path& path() const;
     /// All bytes; the file is read now if it was not before.
-    /// @return them, as long as this object or a copy lives
+    /// @return the bytes, valid as long as this object or a copy lives
     /// @throws Error NotFound, ReadFailed, TooLarge (2 GiB), OutOfMemory
     [[nodiscard]] const std::string& bytes() const;
     /// The bytes, without reading from a pipe, which can be read only once. Use it to examine a
@@ -191,11 +191,11 @@ encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
 
 /// Whether writeImage() can write the extension of a file name.
 /// @param path file name; the file is not accessed
-/// @return true if it is
+/// @return true if it can
 [[nodiscard]] ALTIRO3D_EXPORT bool canWriteImage(const std::filesystem::path& path);
 
 /// Extensions of readable pictures. Other names can be read as well: the contents decide.
-/// @return them, in lower case and with their dots
+/// @return the extensions, in lower case and with their dots
 [[nodiscard]] ALTIRO3D_EXPORT const std::vector<std::string>& imageExtensions();
 
 /// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
@@ -385,7 +385,7 @@ struct StereoPair {
 ///
 /// Other multi-picture files (bursts, panoramas, portraits) are not pairs. If the second picture or
 /// the header is damaged, or if the header says that the picture is for one eye, the function
-/// returns no pair (.jps and .pns: that of their name) and adds a remark.
+/// returns no pair (for .jps and .pns: the pair that the name implies) and adds a remark.
 /// @param photo any picture
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files, and for pipes, see PhotoFile::look()

@@ -54,7 +54,9 @@ struct BarrierNumbers {
     std::vector<int> order;
 };
 
-/// Makes the calibration of such a screen. @param numbers the screen @return it; it is valid
+/// Makes the calibration of such a screen.
+/// @param numbers the screen
+/// @return the calibration; it is valid
 /// @throws Error InvalidArgument (the field of `numbers`, its value, what is expected)
 [[nodiscard]] ALTIRO3D_EXPORT Calibration calibrationOf(const BarrierNumbers& numbers);
 

@@ -76,9 +76,9 @@ class ALTIRO3D_EXPORT NativeRenderer {
 
 /// The size to which a photo is fitted, and so the detail that its Native keeps.
 enum class Detail {
-    View, ///< px of a view of the quilt.
+    View, ///< That of a view of the quilt.
     Lens, ///< All that the lenses show in one direction: three px per lens, up to 4K.
-    Panel ///< px of the panel.
+    Panel ///< That of the panel.
 };
 
 /// How a photo with depth becomes a Native. The defaults are method Layered, photos of the size of

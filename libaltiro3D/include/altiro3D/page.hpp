@@ -14,13 +14,13 @@
 namespace altiro3D {
 
 // A picture in depth as one page (HTML) that browsers open without a connection. It holds its
-// pictures, script and style, loads nothing else, and forbids it by a Content-Security-Policy. It
-// holds nothing of the photo's file but what PageText states.
+// pictures, script and style, loads nothing else, and forbids loading by a Content-Security-Policy.
+// It holds no data of the photo's file except those in PageText.
 
-/// What a page says of its picture.
+/// What a page says about its picture.
 struct PageText {
     std::string title;  ///< UTF-8; empty: "A picture in depth".
-    std::string credit; ///< Author and licence, UTF-8; empty: nothing is said.
+    std::string credit; ///< Author and licence, UTF-8; empty: none.
 };
 
 /// Longer side of the picture in a page, px.

@@ -73,8 +73,8 @@ struct Placement {
 /// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()
 /// @param aspect as for fitPhoto()
 /// @param size of the fitted photo in px: NativeMaker::workSize() or NativeMaker::quiltSize()
-/// @param options how. Frames of a video should keep the flaws of the first one of their scene, so
-///        that edges do not waver.
+/// @param options how to place it. Frames of a video should keep the flaws of the first one of
+///        their scene, so that edges do not waver.
 /// @return the fitted scene
 /// @throws Error as fitPhoto() and fitScene()
 [[nodiscard]] ALTIRO3D_EXPORT Placement placeScene(const Scene& scene, double aspect, cv::Size size,
@@ -124,7 +124,7 @@ struct ChosenOptions {
 /// @param scene photo and depth, before the fit
 /// @param aspect as for fitPhoto()
 /// @param quilt layout: view count and view size limit the strength
-/// @param options what is not chosen
+/// @param options the settings that are not chosen
 /// @param choices what to choose
 /// @return the options for placeScene()
 /// @throws Error as fitPhoto(), InvalidArgument (type of photo or depth; framing is to be chosen,

@@ -93,7 +93,7 @@ constexpr int kSavedDepthSide = 4096;
                                                      const PlacementOptions& options,
                                                      const std::optional<cv::Rect>& part = {},
                                                      int side = 1024, double focalLength = 0);
-/// Of photos that do not state it: between a phone's and a camera's, mm.
+/// Focal length assumed for photos that do not state one, mm: between a phone's and a camera's.
 constexpr double kUsualFocalLength = 35;
 
 /// Writes the views of a quilt as pictures, several at a time.

@@ -104,11 +104,11 @@ class ALTIRO3D_EXPORT Quilt2Native {
 };
 
 /// Removes detail of views that the lenses of a display cannot show in one direction, where it
-/// would become coloured noise: docs/mathematics.md, (2.10). Views as they are rendered or
-/// photographed need it, those of Depth2Quilt have it by NativeOptions::lensFilter.
+/// would become coloured noise: docs/mathematics.md, (2.10). Rendered and photographed views need
+/// this filter; for views of Depth2Quilt, NativeOptions::lensFilter applies it.
 /// @param quilt [layout.size(), CV_8UC3, BGR]
 /// @param layout its layout
-/// @param calibration the display; nothing is removed for lenses that lie
+/// @param calibration the display; nothing is removed for horizontal lenses
 /// @return the filtered quilt
 /// @throws Error BadFormat (calibration), InvalidArgument (type), Mismatch (size)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat filterForLens(const cv::Mat& quilt, const QuiltLayout& layout,
@@ -229,8 +229,8 @@ struct FoundQuilt {
 [[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
                                                      const QuiltLayout& layout);
 
-/// Makes a Native for one viewer: what lies to the left of the viewer in the view cone shows the
-/// left eye's picture, the rest the right eye's: docs/mathematics.md, (2.12).
+/// Makes a Native for one viewer: sub-pixels whose light passes to the left of the viewer show the
+/// left eye's picture, the others the right eye's: docs/mathematics.md, (2.12).
 /// @param left, right what each eye sees [of one size, stretched to the panel, CV_8UC3, BGR]
 /// @param display its calibration and order of views; if Calibration::viewOrder is set, the border
 ///        between the eyes stays in the middle

@@ -65,9 +65,9 @@ enum class SplatAxes {
 [[nodiscard]] ALTIRO3D_EXPORT bool isSplatFileName(const std::filesystem::path& path);
 
 /// Reads a scene of splats: .ply (as 3DGS and SHARP write it, and compressed), .splat, .spz (also
-/// version 4 where libzstd was there when the library was built). Splats whose numbers make no
-/// sense are left out and counted in a remark. A camera comes from the elements of SHARP, or from
-/// `cameras.json` beside the file (the middle one of those).
+/// version 4 if the library was built with libzstd). Splats with impossible numbers are left out
+/// and counted in a remark. A camera comes from the elements of SHARP, or from `cameras.json`
+/// beside the file (the middle one of those).
 /// @param path the file, at most 16 GiB; 64 million splats
 /// @param axes how the axes of the file lie
 /// @param notes if given, receives remarks
@@ -90,11 +90,11 @@ enum class SplatAxes {
 /// smaller; y up, z back).
 /// @param path the file; its ending decides
 /// @param scene the scene; `camera` goes into a .ply as elements after the splats, as SHARP writes
-///        them; some viewers stumble over them
+///        them; some viewers cannot read such files
 /// @throws Error WriteFailed, InvalidArgument (ending; a splat out of the range of .spz)
 ALTIRO3D_EXPORT void writeSplats(const std::filesystem::path& path, const SplatScene& scene);
 
-/// How a camera is chosen for a scene. What is not set is chosen by the scene.
+/// How a camera is chosen for a scene. Fields that are not set are chosen from the scene.
 struct SplatCameraOptions {
     double yaw = 0;  ///< Turn of the camera around the scene to its right, degrees, -360..360.
     double tilt = 0; ///< Turn of the camera upwards around the scene, degrees, -90..90.
@@ -110,8 +110,9 @@ struct ChosenSplatCamera {
     std::string how;    ///< How it was chosen, for people: "that of the file".
 };
 
-/// Chooses a camera (docs/mathematics.md, 9): that of the file; else the origin if the scene lies
-/// before it, as scenes of one photo do; else one before the middle of what is opaque.
+/// Chooses a camera (docs/mathematics.md, 9): that of the file; else one at the origin if the scene
+/// lies in front of it, as scenes of one photo do; else one in front of the middle of the opaque
+/// part.
 /// @param scene the scene
 /// @param size of the pictures in px
 /// @param aspect width : height of what they fill, 0.01..100; not that of `size` if px are not
@@ -124,7 +125,7 @@ struct ChosenSplatCamera {
 
 /// What a camera sees of a scene.
 struct SplatView {
-    cv::Mat picture; ///< [rows x cols, CV_8UC3, BGR] before black
+    cv::Mat picture; ///< [rows x cols, CV_8UC3, BGR] in front of black
     cv::Mat
         distance;  ///< [as `picture`, CV_32FC1], along the view; NaN where nothing is half opaque
     cv::Mat alpha; ///< [as `picture`, CV_32FC1] opacity, 0..1
@@ -145,7 +146,7 @@ class ALTIRO3D_EXPORT SplatRenderer {
 
     /// Renders the view of a camera that has moved to the side.
     /// @param shift of the eye to the right
-    /// @param focusDistance at this distance all views show the same, > 1e-15; may be infinite
+    /// @param focusDistance the distance at which all views show the same, > 1e-15; may be infinite
     /// @param picture [rows x cols, CV_8UC3, BGR]; may be a part of a larger one
     /// @throws Error InvalidArgument
     void render(double shift, double focusDistance, cv::Mat& picture) const;
@@ -171,8 +172,8 @@ struct SplatPlacement {
     double focus = 0;         ///< 0 (farthest) .. 1 (nearest): `focusDistance` as depth.
     double strengthPercent =
         0;            ///< Parallax between the outermost views of depth 0 and 1, % of width.
-    double zNear = 0; ///< Distance of depth 1: nearer are 2 % of what is seen.
-    double zFar = 0;  ///< Distance of depth 0: farther are 2 % of what is seen.
+    double zNear = 0; ///< Distance of depth 1: 2 % of what is seen is nearer.
+    double zFar = 0;  ///< Distance of depth 0: 2 % of what is seen is farther.
 };
 
 /// Places views (docs/mathematics.md, 9). Depth is linear in 1 / distance.
@@ -201,7 +202,7 @@ ALTIRO3D_EXPORT bool renderQuilt(const SplatRenderer& renderer, const SplatPlace
 
 /// The depth of a view. @param view from SplatRenderer::render() @param placement from
 /// placeSplats()
-/// @return [as the view, CV_32FC1, 0..1, 1 = nearest]; what is not seen has depth 0
+/// @return [as the view, CV_32FC1, 0..1, 1 = nearest]; px without a distance have depth 0
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthOf(const SplatView& view,
                                               const SplatPlacement& placement);
 
@@ -216,8 +217,8 @@ struct PhotoSplatOptions {
 };
 
 /// Turns a photo and its depth into splats: a flat one for each px, along the slope of its surface;
-/// surfaces end at steps of depth, and what method Layered paints behind them is there as splats of
-/// its own. Depth 0..1 becomes distances of 100..10; they are not metric.
+/// surfaces end at steps of depth, and the background that method Layered paints behind them has
+/// splats of its own. Depth 0..1 becomes distances of 100..10; they are not metric.
 /// @param scene photo and depth of the same size, as placeScene() makes them
 /// @param options see PhotoSplatOptions
 /// @return the scene with the camera of the photo

@@ -334,9 +334,9 @@ class ALTIRO3D_EXPORT VideoConverter {
 //
 // Each call may be repeated, interrupted at any time, and run twice at the same time: results are
 // written next to their final name, checked and renamed. A call compares the conversion with the
-// one of the plan, including size and time of all input files, and refuses another one. The number
-// of threads (`cv::setNumThreads()`, VideoWriterOptions::threads) is part of it, because the output
-// of networks and encoders depends on it.
+// one of the plan, including size and time of all input files, and refuses a different one. The
+// number of threads (`cv::setNumThreads()`, VideoWriterOptions::threads) is part of it, because the
+// output of networks and encoders depends on it.
 
 /// A piece of work of a plan.
 struct VideoChunk {

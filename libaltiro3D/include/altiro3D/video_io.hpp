@@ -469,7 +469,7 @@ class ALTIRO3D_EXPORT AudioReader {
     /// Goes to another time; the next sample read belongs to it.
     /// @param seconds s from the start of the file, 0 or more, less than 1e9; after the end:
     ///        nothing is left to read
-    /// @throws Error InvalidArgument; ReadFailed (the file does not allow to seek)
+    /// @throws Error InvalidArgument; ReadFailed (the file does not allow seeking)
     void seek(double seconds);
 
   private:

@@ -280,7 +280,7 @@ int main(int argc, char** argv) {
     commandLine.add({"dry-run"}, "Write the scripts, print the commands and submit nothing.");
     commandLine.addSection("Options of --slurm, passed on to sbatch");
     commandLine.add({"partition"}, "Partition of the cluster.", "NAME");
-    commandLine.add({"account"}, "Account that pays.", "NAME");
+    commandLine.add({"account"}, "Account to charge.", "NAME");
     commandLine.add({"qos"}, "Quality of service.", "NAME");
     commandLine.add({"time"}, "Longest time of a chunk, and of the join.", "TIME");
     commandLine.add({"memory"}, "Memory of a task, such as 2G.", "SIZE");
@@ -288,11 +288,11 @@ int main(int argc, char** argv) {
     commandLine.add({"limit"}, "Make at most N chunks at a time.", "N");
     commandLine.add({"slurm-arg"}, "Any other argument of sbatch; may be repeated.", "ARG");
     commandLine.addNote("PLAN is the folder that video2native --plan or photo2native --plan has "
-                        "made. All machines must see it, the inputs and the tools under the same "
-                        "names.");
+                        "made. All machines must see this folder, the inputs and the tools under "
+                        "the same names.");
     commandLine.addExample("--slurm --partition long --time 1:00:00 film.plan",
                            "Submit a film to Slurm.");
-    commandLine.addExample("--status film.plan", "Ask how far it is.");
+    commandLine.addExample("--status film.plan", "Show the progress.");
     commandLine.addExample("--local 4 film.plan", "Make four chunks at a time on this machine.");
     commandLine.addTerm(CommandLine::Chapter::Files, "PLAN/logs",
                         "The log of each chunk (7.log), of the join (join.log) and of the jobs; "

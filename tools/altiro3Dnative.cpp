@@ -339,15 +339,15 @@ int main(int argc, char** argv) {
                     "With --lens: write a sheet to print, whose bands find the pitch.", "OUT.png");
     commandLine.addAdvanced({"around"}, "LPI of its middle band (default: lpi= of --lens).", "LPI");
     commandLine.addAdvanced({"step"},
-                            "LPI from band to band (default: 0.125 % of lpi=; with --around a "
-                            "tenth of it).",
+                            "Difference in LPI from band to band (default: 0.125 % of lpi=; with "
+                            "--around, a tenth of that).",
                             "LPI");
     commandLine.addSection("Display and quilt");
     addQuiltOptions(commandLine);
     commandLine.add({"serial"},
                     "Choose among several calibrations in the file, or several displays.", "NAME");
     addInvertOption(commandLine);
-    addBridgeOptions(commandLine, "Where the calibration bridge comes from:", false);
+    addBridgeOptions(commandLine, "Source of the calibration named bridge:", false);
     addSamplingOptions(commandLine, "linear for --mpv-shader");
     commandLine.addExample("--info visual.json", "Show what the calibration means.");
     commandLine.addExample("-m portrait.map visual.json",
@@ -362,8 +362,8 @@ int main(int argc, char** argv) {
                            "Write the sheet that finds the exact pitch.");
     commandLine.addTerm(CommandLine::Chapter::Files, "visual.json",
                         "Calibration of a display. Its USB volume holds it as "
-                        "LKG_calibration/visual.json. --info finds it as the other tools do "
-                        "where none is named. The word bridge stands for that of "
+                        "LKG_calibration/visual.json. If none is named, --info looks for it as "
+                        "the other tools do. The word bridge stands for the calibration of "
                         "Looking Glass Bridge.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {
         const TableJob job = tableJob(given);

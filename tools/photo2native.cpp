@@ -185,7 +185,7 @@ void addPhotoOptions(CommandLine& commandLine) {
                     "FILE.ply|FILE.spz");
     commandLine.addAdvanced({"splat-side"},
                             "Longer side of the grid of splats in px, at most that of the photo "
-                            "(default 1024: some million splats).",
+                            "(default 1024: about a million splats).",
                             "PX");
     commandLine.addAdvanced({"splat-camera"},
                             "Put the photo's camera into a .ply, as SHARP does; some viewers do "
@@ -193,10 +193,10 @@ void addPhotoOptions(CommandLine& commandLine) {
     PageOptions::add(commandLine, "the whole photo, or the part of --center and --zoom, in depth");
     EyesFiles::add(
         commandLine,
-        "It has the photo's own size and needs no display, and without OUT no Native is "
-        "made. The parallax between the eyes is --strength, by default 2.5. A photo of "
-        "both eyes is laid out anew as it is, unless --strength, --focus, --depth-curve, "
-        "--method or --stereo-keep is given.");
+        "It has the photo's own size and needs no display, and without OUT no Native is made. The "
+        "parallax between the eyes is --strength, by default 2.5. The pictures in a photo of both "
+        "eyes stay as they are and only get this layout, unless --strength, --focus, "
+        "--depth-curve, --method or --stereo-keep is given.");
     addSwayFileOption(
         commandLine,
         "It holds the whole photo in its own shape, or the part of --center and --zoom, and");
@@ -217,13 +217,13 @@ void addPhotoOptions(CommandLine& commandLine) {
     addPrintOptions(commandLine);
     addDisplayOptions(commandLine);
     addSamplingOptions(commandLine);
-    commandLine.addNote("With several photos or a directory the last name is the directory for the "
-                        "outputs, and so are the names of --save-... and --lg; one bad photo does "
-                        "not stop the rest. Of a directory only photos are converted, with their "
-                        "depth image if one lies beside them (a.jpg and a-depth.png). Natives, "
-                        "quilts, depth images without a photo, videos and other files are named, "
-                        "counted and left out. A picture that is grey and smooth counts as a depth "
-                        "image; name it itself if it is a photo.");
+    commandLine.addNote("With several photos or a directory the last name is the directory for "
+                        "the outputs, and so are the names of --save-... and --lg; one bad photo "
+                        "does not stop the rest. In a directory, only photos are converted, each "
+                        "with its depth image if one lies beside it (a.jpg and a-depth.png). "
+                        "Natives, quilts, depth images without a photo, videos and other files "
+                        "are named, counted and left out. A picture that is grey and smooth "
+                        "counts as a depth image; name it itself if it is a photo.");
     commandLine.addNote("PHOTO may be - for standard input, and OUT.png - for standard output, to "
                         "which a PNG is written; messages then go to standard error. With --lg or "
                         "--save-... OUT may be left out: then no Native is made.");

@@ -440,8 +440,8 @@ int main(int argc, char** argv) {
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
-    PageOptions::add(commandLine, "the views, blended; of a folder, a folder of pages; without OUT "
-                                  "no Native is made");
+    PageOptions::add(commandLine, "the views, blended; for a folder, FILE is a folder of pages; "
+                                  "without OUT no Native is made");
     GoFolder::addOptions(commandLine, "quilts");
     addBridgeOptions(commandLine, "Instead of Natives: show the quilts, also videos, by");
     commandLine.add({"y"}, "Replace outputs that exist.");
@@ -468,9 +468,9 @@ int main(int argc, char** argv) {
         "H.264 4:4:4 in .mp4, .mov or .mkv, which keeps the colour of every "
         "sub-pixel; sound, subtitles, chapters and tags are copied.");
     commandLine.addNote(
-        "Of a directory only quilts are converted, and videos of quilts whose names "
-        "state the layout; one bad quilt does not stop the rest. Photos, Natives, "
-        "other videos and other files are named, counted and left out.");
+        "In a directory, only quilts are converted, and videos of quilts whose names state the "
+        "layout; one bad quilt does not stop the rest. Photos, Natives, other videos and other "
+        "files are named, counted and left out.");
     commandLine.addNote(
         "QUILT may be - for a picture on standard input, and OUT.png - for standard "
         "output; messages then go to standard error.");

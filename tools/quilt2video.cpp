@@ -118,7 +118,8 @@ int main(int argc, char** argv) {
         "smoother but with double edges.",
         "nearest|linear");
     commandLine.add({"fit"},
-                    "Views of another shape than --size: cover (default), contain or stretch.",
+                    "How views that do not have the shape of --size are fitted: cover (default), "
+                    "contain or stretch.",
                     "cover|contain|stretch");
     commandLine.add({"y"}, "Replace the output if it exists.");
     commandLine.addSection("Quilt");

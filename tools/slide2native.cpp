@@ -192,15 +192,16 @@ int main(int argc, char** argv) {
     commandLine.addUsage("--save-page OUT.html [options] VIDEO | DIR");
     commandLine.addSection("Views");
     commandLine.add({"method"},
-                    "Each view: between (default), of two pictures at its sides, each px moved to "
-                    "its place; or nearest, the nearest picture moved as a whole, faster.",
+                    "How each view is made: between (default), from the two pictures on either "
+                    "side, each px moved to its place; or nearest, from the nearest picture moved "
+                    "as a whole, which is faster.",
                     "between|nearest");
     commandLine.add({"focus"},
                     "Depth that appears on the panel's surface, 0 (farthest) .. 1 (nearest); "
                     "default: the median of what is seen.",
                     "D");
-    commandLine.add({"turntable"}, "The camera stands, and the thing turns in front of it by 35 "
-                                   "degrees or less.");
+    commandLine.add({"turntable"}, "The camera stands still, and the thing turns in front of it "
+                                   "by 35 degrees or less.");
     commandLine.addAdvanced({"view-angle"},
                             "Horizontal angle of view of the camera in degrees, if it is known; "
                             "default: estimated.",
@@ -218,7 +219,8 @@ int main(int argc, char** argv) {
                     "Also write the middle view with its depth as Gaussian splats.",
                     "FILE.ply|FILE.spz");
     PageOptions::add(commandLine,
-                     "the views, blended; of a video or a folder, no Native is made without OUT");
+                     "the views, blended; without OUT, which may be left out for a video or a "
+                     "folder, no Native is made");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     addSwayFileOption(commandLine, "It shows the views, and");
     commandLine.add({"y"}, "Replace outputs that exist.");
@@ -236,7 +238,7 @@ int main(int argc, char** argv) {
                         "otherwise.");
     commandLine.addExample("clip.mp4 native.png", "Make a Native of a filmed slide.");
     commandLine.addExample("--save-quilt scene.png photos native-p.png",
-                           "The same of a folder of photos, and write the quilt.");
+                           "Do the same with a folder of photos, and write the quilt.");
     commandLine.addExample("--save-photo m.png --save-depth d.png clip.mp4 native-d.png",
                            "Also write the middle view and its depth, for photo2native -d.");
     return runTool(argc, argv, commandLine, [](const CommandLine& given, Messages& messages) {

@@ -449,7 +449,7 @@ int main(int argc, char** argv) {
     commandLine.add({"tilt"}, "Turn the camera upwards around the scene, -90..90 degrees.", "DEG");
     commandLine.add({"view-angle"},
                     "Vertical angle of view in degrees; default: that of the file, else 14 for a "
-                    "thing, and what fills the panel for a scene before the origin.",
+                    "thing, or what fills the panel for a scene in front of the origin.",
                     "DEG");
     commandLine.addAdvanced({"camera-position"}, "Place of the camera in the scene.", "X,Y,Z");
     commandLine.addAdvanced({"look-at"}, "Place in the middle of the picture.", "X,Y,Z");
@@ -498,9 +498,9 @@ int main(int argc, char** argv) {
     addSamplingOptions(commandLine, "linear");
     commandLine.addNote(
         "SCENE may be .ply (as 3DGS, SHARP, SuperSplat and others write it, also compressed), "
-        ".splat or .spz. The camera is that of the file, or of cameras.json beside it; else a "
-        "sensible one is chosen and told. Depth 0 and 1 are the distances beyond which 2 % of what "
-        "is seen are farther and nearer. With several scenes or a directory the last name is the "
+        ".splat or .spz. The camera is that of the file, or of cameras.json beside it; else the "
+        "tool chooses a sensible one and prints it. 2 % of what is seen is farther than depth 0, "
+        "and 2 % is nearer than depth 1. With several scenes or a directory the last name is the "
         "directory for the outputs, and so are the names of --save-... and --lg.");
     commandLine.addExample("scan.ply native.png", "Make a Native of a scan.");
     commandLine.addExample("--yaw sheet scan.ply sheet.png", "See it from eight sides,");

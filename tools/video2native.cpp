@@ -64,7 +64,7 @@ void addVideoOptions(CommandLine& commandLine) {
                       "their width if the name of OUT says so (clip_HRGBD.mp4).");
     commandLine.add({"stereo-out"},
                     "Write a video for two eyes (headsets, 3D televisions, red-cyan glasses); "
-                    "without OUT no Native.",
+                    "without OUT no Native is made.",
                     "FILE");
     addEyesOptions(commandLine, "stereo-out", false);
     addEncoderOptions(commandLine);
@@ -73,8 +73,8 @@ void addVideoOptions(CommandLine& commandLine) {
                     "no file.");
     commandLine.addAdvanced({"screen"}, "Screen for --show, instead of the display's own.", "NAME");
     addBridgeOptions(commandLine, "With --quilt-out or --rgbd-out: also show the video by");
-    commandLine.add({"resume"}, "Continue an interrupted run of the same command. Of a folder: "
-                                "leave out videos whose output is complete.");
+    commandLine.add({"resume"}, "Continue an interrupted run of the same command. In a folder, "
+                                "skip videos whose output is complete.");
     commandLine.add({"y"}, "Replace outputs that exist, and start from the beginning.");
     addRecursiveOption(commandLine, "videos");
     addProgressOption(commandLine);
@@ -90,15 +90,15 @@ void addVideoOptions(CommandLine& commandLine) {
                         "Ctrl-C the video is complete up to that time. An interrupted run leaves "
                         "OUT.parts; the same command with --resume continues it.");
     commandLine.addNote(
-        "Of a directory only videos are converted; one bad video does not stop the rest. Clips of "
-        "Live Photos, videos of quilts and of depth, Native videos, pictures "
-        "and other files are named, counted and left out.");
+        "In a directory, only videos are converted; one bad video does not stop the rest. Clips "
+        "of Live Photos, videos of quilts and of depth, Native videos, pictures and other files "
+        "are named, counted and left out.");
     commandLine.addNote(
         "A video of --stereo-out has the frames' own size and needs no display. It has 4:2:0; "
         "anaglyph and rows have 4:4:4, because 4:2:0 mixes their eyes (--compat: 4:2:0). The "
-        "parallax between the eyes is --strength, by default 2.5. A video that holds both eyes is "
-        "laid out anew as it was filmed, unless --strength, --focus, --depth-curve, --method or "
-        "--stereo-keep is given.");
+        "parallax between the eyes is --strength, by default 2.5. The pictures in a video of both "
+        "eyes stay as filmed and only get this layout, unless --strength, --focus, --depth-curve, "
+        "--method or --stereo-keep is given.");
     commandLine.addExample("clip.mp4 native.mp4",
                            "Make a Native video for the display that is connected.");
     commandLine.addExample("--profile live --preview 5 clip.mp4 look.mp4",

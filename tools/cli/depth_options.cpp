@@ -117,28 +117,30 @@ void addDepthOptions(CommandLine& commandLine, Medium medium) {
     }
     commandLine.add({"rgbd"},
                     std::string(video ? "Frame" : "Photo") +
-                        " and depth are one RGB-D image, with depth at this side: right, left, top "
-                        "or bottom. Halves of a 16:9 picture count as squeezed, unless the name "
-                        "says RGBD; :full or :squeezed after the side says so (right:squeezed).",
+                        " and depth are one RGB-D image, with depth at this side: right, left, "
+                        "top or bottom. Halves of a 16:9 picture count as squeezed, unless the "
+                        "name says RGBD; :full or :squeezed after the side overrides this "
+                        "(right:squeezed).",
                     "SIDE");
     if (video) {
         commandLine.addAdvanced(
             {"stereo"},
             "Frames hold the pictures of both eyes: left-right, right-left, top-bottom or "
-            "bottom-top. Depth is found by matching them. Halves of 16:9 frames count as squeezed; "
-            ":full or :squeezed after the order says so (left-right:full). Files that state it, "
-            "and names as film_LR.mp4 whose halves match, need no option. videos: the file has a "
-            "video for each eye, although nothing says so; off: frames are flat.",
+            "bottom-top. Depth is found by matching them. Halves of 16:9 frames count as "
+            "squeezed; :full or :squeezed after the order overrides this (left-right:full). Files "
+            "that state the order, and names like film_LR.mp4 whose halves match, need no option. "
+            "videos: the file has a video for each eye, although nothing says so; off: frames are "
+            "flat.",
             "ORDER|videos|off");
     } else {
         commandLine.add(
             {"stereo"},
             "The photo holds the pictures of both eyes: left-right, right-left, top-bottom or "
             "bottom-top. Depth is found by matching them. Halves of a 16:9 picture count as "
-            "squeezed; :full or :squeezed after the order says so (left-right:full). files: LEFT "
-            "RIGHT instead of PHOTO. MPO, JPS, PNS, spatial HEIC and names as a_LR.jpg need no "
-            "option. If both eyes do not match, the depth of the left picture is estimated, by -n "
-            "if it is given.",
+            "squeezed; :full or :squeezed after the order overrides this (left-right:full). "
+            "files: LEFT RIGHT instead of PHOTO. MPO, JPS, PNS, spatial HEIC and names like "
+            "a_LR.jpg need no option. If both eyes do not match, the depth of the left picture is "
+            "estimated, by -n if it is given.",
             "ORDER|files");
         commandLine.addAdvanced(
             {"embedded-depth"},

@@ -56,9 +56,9 @@ std::string nextNumber(const fs::path& folder) {
 void GoFolder::addOptions(CommandLine& commandLine, const std::string& things) {
     commandLine.addAdvanced({"go"},
                             "Instead of Natives: make quilts of the " + things +
-                                " and a playlist on the storage of a Looking Glass Go, which plays "
-                                "them without a computer. DIR is that storage, or a folder to copy "
-                                "there; what it holds stays.",
+                                " and a playlist on the storage of a Looking Glass Go, which "
+                                "plays them without a computer. DIR is that storage, or a folder "
+                                "to copy there; its contents stay.",
                             "DIR");
     commandLine.addAdvanced({"each"},
                             "With --go and --bridge: show each for S seconds (default 20).", "S");

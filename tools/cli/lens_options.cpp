@@ -33,14 +33,14 @@ void addLensOption(CommandLine& commandLine) {
     commandLine.add(
         {"lens"},
         "Make the calibration of a print or of a screen with a lens film from numbers: lpi=, dpi= "
-        "(or ACROSSxDOWN), size=WxHmm or WxHin (of the picture), and if wanted angle= (-45..45 "
-        "degrees to the right going up), horizontal=yes (lying lenses), views= (auto), subpixels= "
-        "(none: a print; rgb, bgr, vrgb: a screen), thickness= and index= (of the sheet: mm, 1.56 "
-        "of PETG), distance= (of the eye, mm). In place of lpi=, dpi= and size=, a screen has "
-        "panel=WxH (px, or cubevi-c1) and pitch= (sub-pixels across a lens or slit of a barrier), "
-        "and if wanted slope= (sub-pixels to the right per row, instead of angle=), offset= "
-        "(sub-pixels to the left edge of a lens in the top row) and order= (views under a lens "
-        "from left to right, 0 for the leftmost camera, such as 3:1:2:0).",
+        "(or ACROSSxDOWN), size=WxHmm or WxHin (of the picture), and optionally angle= (-45..45 "
+        "degrees to the right going up), horizontal=yes (horizontal lenses), views= (auto), "
+        "subpixels= (none: a print; rgb, bgr, vrgb: a screen), thickness= and index= (of the "
+        "sheet: mm; 1.56 for PETG), distance= (of the eye, mm). Instead of lpi=, dpi= and size=, "
+        "a screen may have panel=WxH (px, or cubevi-c1) and pitch= (sub-pixels across a lens or "
+        "slit of a barrier), and optionally slope= (sub-pixels to the right per row, instead of "
+        "angle=), offset= (sub-pixels to the left edge of a lens in the top row) and order= "
+        "(views under a lens from left to right, 0 for the leftmost camera, such as 3:1:2:0).",
         "KEY=VALUE,...");
 }
 

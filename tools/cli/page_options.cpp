@@ -17,8 +17,9 @@ PageOptions::PageOptions(const CommandLine& commandLine) {
 
 void PageOptions::add(CommandLine& commandLine, const std::string& shows) {
     commandLine.add({"save-page"},
-                    "Also write one page that any browser opens without a connection. It shows " +
-                        shows + ", and moves with the mouse, a finger or by itself.",
+                    "Also write one page that any browser opens without a connection. It moves "
+                    "with the mouse, a finger or by itself, and shows " +
+                        shows + ".",
                     "FILE.html");
     commandLine.addAdvanced({"page-side"},
                             "Longer side of the picture in the page in px, at most (default " +

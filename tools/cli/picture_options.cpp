@@ -32,7 +32,7 @@ std::string defaultText(const std::string& field, AutoUse use) {
                     : ")") +
            (use == AutoUse::None ? "."
                                  : "; auto: as much as the display shows without double edges and "
-                                   "the scene bears, at most 12.");
+                                   "the scene allows, at most 12.");
 }
 
 // Refuses options of methods that are not used, unless they have their default values.
@@ -122,9 +122,9 @@ void addNativeOptions(CommandLine& commandLine) {
 
 void addQuickOption(CommandLine& commandLine) {
     commandLine.add({"quick"},
-                    "Make views of a quilt's size, each px as it is: detail that the lenses cannot "
-                    "show becomes coloured noise. So do --method, -k, --continuous, --sampling, "
-                    "--view-filter, --budget and -m.");
+                    "Make views of a quilt's size, and keep each px as it is: detail that the "
+                    "lenses cannot show becomes coloured noise. --method, -k, --continuous, "
+                    "--sampling, --view-filter, --budget and -m also keep each px as it is.");
 }
 
 void readFields(const CommandLine& commandLine, Recipe& recipe) {
@@ -258,7 +258,8 @@ ViewOptions CameraOptions::apply(ViewOptions options, const PhotoFit& fit,
 void addFitOption(CommandLine& commandLine, const std::string& standard) {
     commandLine.add(
         {"fit"},
-        "Pictures of another shape than the panel's: cover, contain or stretch (default " +
+        "How pictures that do not have the panel's shape are fitted: cover, contain or stretch "
+        "(default " +
             standard + ").",
         "cover|contain|stretch");
 }

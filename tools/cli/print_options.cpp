@@ -10,7 +10,7 @@ void addPrintOptions(CommandLine& commandLine) {
                     "Make a print for a lens sheet: -c is its calibration (altiro3Dnative --lens), "
                     "OUT a .png, .tif or .pdf with its exact size.");
     commandLine.addAdvanced({"bleed"},
-                            "More of the picture at each side, which is cut off, 0..50 mm "
+                            "Extra width of the picture at each side, which is cut off, 0..50 mm "
                             "(default 5).",
                             "MM");
     commandLine.addAdvanced({"no-marks"},

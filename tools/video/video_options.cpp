@@ -224,8 +224,9 @@ void addEncoderOptions(CommandLine& commandLine) {
                             "ultrafast|superfast|veryfast|faster|fast|medium|slow|slower|veryslow");
     commandLine.addAdvanced(
         {"max-rate"},
-        "Most megabits per second of h264, h264rgb, as a mean of some seconds; 0: any. Default: 50 "
-        "per megapixel of the panel for Natives of profile balanced and best, else any.",
+        "Limit of the bit rate of h264 and h264rgb in Mbit/s, as a mean over some seconds; 0: no "
+        "limit. Default: 50 per megapixel of the panel for Natives of profile balanced and best, "
+        "else no limit.",
         "MBITS");
     commandLine.addAdvanced({"compat"},
                             "4:2:0 for players that refuse 4:4:4 (h264, hevc). It mixes the "

@@ -163,9 +163,9 @@ int main(int argc, char** argv) {
                             "viewer|mpv");
     commandLine.addAdvanced(
         {"view-from"},
-        "With --show, for screens that follow one viewer: show what two eyes see from where the "
-        "viewer is, which another program writes, one line of text a time: x, and y if it has one, "
-        "which is not used. x is -1 at the left edge of the view cone, 0 in the middle, 1 at the "
+        "With --show, for screens that follow one viewer: show what two eyes see from the "
+        "viewer's position, which another program writes, one line of text at a time: x, or x and "
+        "y; y is not used. x is -1 at the left edge of the view cone, 0 in the middle, 1 at the "
         "right edge as the viewer sees it. udp: from this computer only.",
         "udp:PORT|stdin");
     addEyesOptions(commandLine, "show", false, false);
@@ -173,8 +173,8 @@ int main(int argc, char** argv) {
                      "With --show: show quilts and RGB-D files, whose names state what they are, "
                      "by; with --list-displays: also list the displays of");
     commandLine.add({"test-picture"},
-                    "Show a picture on the display that tells faults of the calibration, the "
-                    "screen and its colours apart, and print how to read it.");
+                    "Show a picture on the display that distinguishes faults of the calibration, "
+                    "the screen and its colours, and print how to read it.");
     commandLine.add({"list-displays"}, "List the displays, screens and volumes found.");
     commandLine.addAdvanced({"json"}, "With --list-displays: write JSON, for programs.");
     addDisplayOptions(commandLine);

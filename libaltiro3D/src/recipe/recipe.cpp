@@ -183,9 +183,9 @@ std::vector<RecipeField> makeFields() {
             [](auto& r) -> auto& { return r.depthCurve; }),
         flag(
             {"exact-depth", "",
-             "Use the depth as it is. By default its edges are moved to the edges of the photo, "
-             "soft steps are sharpened; exact depth hardly changes. Videos with estimated depth "
-             "and method fast always use it as it is.",
+             "Use the depth as it is. By default its edges are moved to the edges of the photo "
+             "and soft steps are sharpened; exact depth hardly changes. Videos with estimated "
+             "depth and method fast always use it as it is.",
              kViews, true},
             [](const Recipe& r) { return r.refine.keepsDepth(); },
             [](Recipe& r, bool is) {
@@ -217,7 +217,8 @@ std::vector<RecipeField> makeFields() {
              kViews, true},
             {{"around", false}, {"behind", true}},
             [](auto& r) -> auto& { return r.views.real.backgroundOnly; }),
-        fitField({"fit", "", "Pictures of another shape than the panel's", kPlacement}),
+        fitField(
+            {"fit", "", "How pictures that do not have the panel's shape are fitted", kPlacement}),
         centreField({"center", "X,Y",
                      "Centre of the part that is shown, in widths and heights of the picture: 0,0 "
                      "is the top left, 1,1 the bottom right (default 0.5,0.5).",

@@ -86,8 +86,8 @@ enum class SplatAxes {
                                                      SplatAxes axes = SplatAxes::Auto,
                                                      Notes* notes = nullptr);
 
-/// Writes a scene as .ply (fields that all viewers read) or .spz (version 3: rounded, 10 times
-/// smaller; y up, z back).
+/// Writes a scene as .ply (fields that all viewers read) or .spz (version 3: rounded, 10 to 15
+/// times smaller; y up, z back).
 /// @param path the file; its ending decides
 /// @param scene the scene; `camera` goes into a .ply as elements after the splats, as SHARP writes
 ///        them; some viewers cannot read such files

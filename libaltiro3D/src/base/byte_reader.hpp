@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -82,35 +83,52 @@ inline std::string withoutPrevention(std::string_view nal) {
     return bytes;
 }
 
-/// The contents of a zlib stream; empty if it is damaged or has more than `maxBytes`.
-inline std::string inflated(std::string_view packed, std::size_t maxBytes) {
+/// The beginning of what a zlib stream holds.
+struct Inflated {
+    std::string bytes;
+    bool isWhole = false; ///< The stream ends here, undamaged.
+};
+
+/// The first bytes of what a zlib stream holds; fewer if it is shorter or damaged.
+/// @param window as for inflateInit2()
+inline Inflated inflated(std::string_view packed, std::uint64_t most, int window) {
     struct Inflater {
         z_stream stream{};
-        bool isOpen = inflateInit(&stream) == Z_OK;
-        Inflater() = default;
+        bool isOpen;
+        explicit Inflater(int window) : isOpen(inflateInit2(&stream, window) == Z_OK) {}
         Inflater(const Inflater&) = delete;
         Inflater& operator=(const Inflater&) = delete;
         ~Inflater() {
             if (isOpen) inflateEnd(&stream);
         }
     };
-    Inflater inflater;
-    if (!inflater.isOpen) return {};
+    Inflater inflater(window);
+    Inflated result;
     z_stream& stream = inflater.stream;
-    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
-    stream.avail_in = static_cast<uInt>(packed.size());
-    std::string text;
-    int result = Z_OK;
-    while (result == Z_OK && text.size() <= maxBytes) {
+    int status = inflater.isOpen ? Z_OK : Z_MEM_ERROR;
+    while (status == Z_OK && result.bytes.size() < most) {
+        // not all at once: the caller may know the number of bytes from a file that lies
         constexpr std::size_t kStep = std::size_t{1} << 16;
-        const std::size_t done = text.size();
-        text.resize(done + kStep);
-        stream.next_out = reinterpret_cast<Bytef*>(text.data() + done);
-        stream.avail_out = static_cast<uInt>(kStep);
-        result = inflate(&stream, Z_NO_FLUSH);
-        text.resize(text.size() - stream.avail_out);
+        const std::size_t done = result.bytes.size();
+        result.bytes.resize(std::min<std::uint64_t>(most, done + kStep));
+        const auto in = static_cast<uInt>(std::min(packed.size(), kStep));
+        stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+        stream.avail_in = in;
+        stream.next_out = reinterpret_cast<Bytef*>(&result.bytes[done]);
+        stream.avail_out = static_cast<uInt>(result.bytes.size() - done);
+        status = inflate(&stream, Z_NO_FLUSH);
+        result.bytes.resize(result.bytes.size() - stream.avail_out);
+        packed.remove_prefix(in - stream.avail_in);
     }
-    return result == Z_STREAM_END && text.size() <= maxBytes ? text : std::string();
+    result.isWhole = status == Z_STREAM_END;
+    return result;
+}
+
+/// The contents of a zlib stream; empty if it is damaged or has more than `maxBytes`.
+inline std::string inflated(std::string_view packed, std::size_t maxBytes) {
+    constexpr int kWindow = 15; // the largest
+    Inflated result = inflated(packed, maxBytes + 1, kWindow);
+    return result.isWhole && result.bytes.size() <= maxBytes ? result.bytes : std::string();
 }
 
 } // namespace altiro3D

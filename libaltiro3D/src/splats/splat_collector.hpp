@@ -2,6 +2,7 @@
 
 #include "altiro3D/splats.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,14 +21,53 @@ constexpr std::size_t coefficientsOf(int degree) {
     return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
 }
 
+/// The degree of so many coefficients for all three colours.
+inline int degreeOf(std::size_t coefficients) {
+    return cvRound(std::sqrt(static_cast<double>(coefficients / 3) + 1)) - 1;
+}
+
+/// The display value of a file's coefficient of degree 0, and the other way round.
+inline float displayValue(float harmonic) {
+    return static_cast<float>(0.5 + kHarmonic0 * static_cast<double>(harmonic));
+}
+inline double harmonicOf(float displayValue) {
+    return (static_cast<double>(displayValue) - 0.5) / kHarmonic0;
+}
+
 /// The radius that a file gives as its logarithm. In double, as libraries differ in the last bit.
 inline float radiusOf(float logarithm) {
     return static_cast<float>(std::exp(static_cast<double>(logarithm)));
 }
 
 /// The opacity that a file gives as its logit; infinite ones are valid.
-inline float opacityOf(double logit) {
-    return static_cast<float>(1 / (1 + std::exp(-logit)));
+inline float opacityOf(float logit) {
+    return static_cast<float>(1 / (1 + std::exp(-static_cast<double>(logit))));
+}
+
+/// Four components of a unit vector of which a file has three, in ten bits each, highest first, and
+/// in the uppermost two bits which one, the largest, is left out.
+/// @param valueOf the value of ten bits
+template <class ValueOf>
+cv::Vec4f smallestThree(std::uint32_t packed, const ValueOf& valueOf) {
+    const auto largest = static_cast<int>(packed >> 30);
+    cv::Vec4f result;
+    double rest = 1;
+    unsigned shift = 30;
+    for (int i = 0; i < 4; ++i) {
+        if (i == largest) continue;
+        shift -= 10;
+        const double value = valueOf(packed >> shift & 1023U);
+        result[i] = static_cast<float>(value);
+        rest -= value * value;
+    }
+    result[largest] = static_cast<float>(std::sqrt(std::max(rest, 0.0)));
+    return result;
+}
+
+/// Adds the bytes of a number or an array, or the first ones, to those of a file.
+template <class T>
+void addBytes(std::string& bytes, const T& value, std::size_t count = sizeof(T)) {
+    bytes.append(reinterpret_cast<const char*>(&value), count);
 }
 
 /// Collects the splats of a file and leaves out those whose numbers make no sense.

@@ -1,5 +1,4 @@
 #include "altiro3D/file_io.hpp"
-#include "base/byte_reader.hpp"
 #include "base/checks.hpp"
 #include "base/json_reader.hpp"
 #include "splats/splat_collector.hpp"
@@ -60,24 +59,17 @@ SplatScene SplatCollector::finish(const std::string& name, Notes* notes) {
     return std::move(scene_);
 }
 
-namespace {
-
-// How harmonics change their signs as y and z do.
-constexpr std::array<float, 15> kTurnedSigns = {-1, -1, 1,  -1, 1, 1,  -1, 1,
-                                                -1, 1,  -1, -1, 1, -1, 1};
-
-} // namespace
-
 void turnAboutX(SplatScene& scene) {
-    for (Splat& splat : scene.splats) {
+    // how harmonics change as y and z do
+    constexpr std::array<float, 15> kSigns = {-1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1};
+    for (Splat& splat : scene.splats)
         for (const int i : {1, 2}) {
             splat.centre[i] = -splat.centre[i];
             splat.rotation[i + 1] = -splat.rotation[i + 1];
         }
-    }
     const std::size_t count = coefficientsOf(scene.degree);
     for (std::size_t i = 0; i < scene.harmonics.size(); ++i)
-        scene.harmonics[i] *= kTurnedSigns[i / 3 % count];
+        scene.harmonics[i] *= kSigns[i / 3 % count];
 }
 
 namespace {
@@ -121,18 +113,14 @@ void takeCameras(const fs::path& file, SplatScene& scene, Notes* notes) {
     try {
         const Json list = parseJson(readFile(file, kMaxBytes), file.string(), "a list of cameras");
         const Json& one = list.at(list.size() / 2);
+        using Place = std::array<double, 3>;
+        const auto rotation = one.at("rotation").get<std::array<Place, 3>>(); // camera to world
         SplatCamera camera;
         camera.size = {one.at("width").get<int>(), one.at("height").get<int>()};
         camera.intrinsics = {one.at("fx").get<double>(), one.at("fy").get<double>(),
                              (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
-        for (int r = 0; r < 3; ++r) {
-            camera.eye[r] = one.at("position").at(static_cast<std::size_t>(r)).get<double>();
-            for (int c = 0; c < 3; ++c) // of the file: camera to world
-                camera.axes(c, r) = one.at("rotation")
-                                        .at(static_cast<std::size_t>(r))
-                                        .at(static_cast<std::size_t>(c))
-                                        .get<double>();
-        }
+        camera.eye = cv::Vec3d(one.at("position").get<Place>().data());
+        camera.axes = cv::Matx33d(rotation[0].data()).t();
         requireCamera(camera);
         scene.camera = camera;
     } catch (const std::exception& problem) {
@@ -154,25 +142,25 @@ void requireCamera(const SplatCamera& camera) {
 }
 
 bool isSplatFileName(const fs::path& path) {
-    const std::string ending = lowerCase(path.extension().string());
+    const std::string ending = lowerExtension(path);
     return ending == ".ply" || ending == ".splat" || ending == ".spz";
 }
 
 SplatScene parseSplats(const std::string& bytes, const fs::path& path, SplatAxes axes,
                        Notes* notes) {
     const std::string name = path.string();
-    const std::string ending = lowerCase(path.extension().string());
-    const auto refuse = [&](const std::string& what) {
-        throw Error(ErrorCode::Unsupported, name,
-                    "is " + what +
-                        ", expected .ply, .splat or .spz (SuperSplat and "
-                        "splat-transform convert it)");
+    const std::string ending = lowerExtension(path);
+    const auto refuse = [&](const char* problem) {
+        throw Error(ErrorCode::Unsupported, name, problem);
     };
-    if (startsWith(bytes, "PK") || ending == ".sog") refuse("a scene of the format SOG");
-    if (ending == ".ksplat") refuse("a scene of the format ksplat");
+    if (startsWith(bytes, "PK") || ending == ".sog")
+        refuse("is a scene of the format SOG, expected .ply, .splat or .spz (SuperSplat and "
+               "splat-transform convert it)");
+    if (ending == ".ksplat")
+        refuse("is a scene of the format ksplat, expected .ply, .splat or .spz (SuperSplat and "
+               "splat-transform convert it)");
     for (const char* const mesh : {".glb", ".gltf", ".obj", ".stl", ".fbx", ".usdz"})
-        if (ending == mesh)
-            throw Error(ErrorCode::Unsupported, name, "is a mesh, expected Gaussian splats");
+        if (ending == mesh) refuse("is a mesh, expected Gaussian splats");
     const bool isSpz = startsWith(bytes, "\x1f\x8b") || startsWith(bytes, "NGSP");
     SplatScene scene =
         orOutOfMemory(name, "does not fit into memory, expected a smaller scene", [&] {
@@ -190,8 +178,7 @@ SplatScene parseSplats(const std::string& bytes, const fs::path& path, SplatAxes
 SplatScene readSplats(const fs::path& path, SplatAxes axes, Notes* notes) {
     constexpr std::uintmax_t kMaxBytes = std::uintmax_t{1} << 34;
     SplatScene scene = parseSplats(readFile(path, kMaxBytes), path, axes, notes);
-    if (scene.camera || axes == SplatAxes::Rub || lowerCase(path.extension().string()) != ".ply")
-        return scene;
+    if (scene.camera || axes == SplatAxes::Rub || lowerExtension(path) != ".ply") return scene;
     const fs::path folder = path.parent_path();
     const bool isIteration = startsWith(folder.filename().string(), "iteration_");
     takeCameras(folder / "cameras.json", scene, notes);
@@ -201,7 +188,7 @@ SplatScene readSplats(const fs::path& path, SplatAxes axes, Notes* notes) {
 }
 
 void writeSplats(const fs::path& path, const SplatScene& scene) {
-    const std::string ending = lowerCase(path.extension().string());
+    const std::string ending = lowerExtension(path);
     check(!scene.splats.empty(), "scene", "has no splats, expected at least one");
     check(ending == ".ply" || ending == ".spz", "path",
           "is \"" + path.string() + "\", expected a name that ends in .ply or .spz");

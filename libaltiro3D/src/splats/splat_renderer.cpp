@@ -4,9 +4,9 @@
 #include "splats/splat_kernels.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <hwy/cache_control.h>
 #include <limits>
+#include <numeric>
 
 namespace altiro3D {
 
@@ -23,14 +23,14 @@ constexpr double kLargest = 1e15;          // covariance in px^2 of splats that 
 
 // What all views know of a splat: (9.3). One cache line.
 struct alignas(64) Prepared {
-    float x, y;      // its centre in the middle view, px
-    float closeness; // 1 / z
-    float across[3]; // covariance xx = across[0] + a across[1] + a^2 across[2]
-    float mixed[2];  // covariance xy = mixed[0] + a mixed[1]
-    float down;      // covariance yy
+    float x, y;       // its centre in the middle view, px
+    float closeness;  // 1 / z
+    cv::Vec3f across; // covariance xx = across[0] + a across[1] + a^2 across[2]
+    cv::Vec2f mixed;  // covariance xy = mixed[0] + a mixed[1]
+    float down;       // covariance yy
     float opacity;
     float limit; // -ln(255 opacity)
-    float red, green, blue;
+    cv::Vec3f colour;
     std::uint32_t index;       // in the scene
     std::uint16_t top, bottom; // rows that it reaches; none if bottom is above top
 };
@@ -43,13 +43,12 @@ cv::Matx33d covarianceOf(const Splat& splat, const cv::Matx33d& axes) {
     const double x = q[1];
     const double y = q[2];
     const double z = q[3];
-    cv::Matx33d shape =
-        axes * cv::Matx33d(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-                           2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                           2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y));
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c)
-            shape(r, c) *= static_cast<double>(splat.radii[c]);
+    const cv::Matx33d shape =
+        axes *
+        cv::Matx33d(1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+                    2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+                    2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)) *
+        cv::Matx33d::diag(cv::Vec3d(splat.radii));
     return shape * shape.t();
 }
 
@@ -67,6 +66,45 @@ int lastIn(double high, int last) {
     return cvFloor(std::clamp(high, -1.0, static_cast<double>(last)));
 }
 
+// Calls work(i) for 0..count-1, on all threads.
+template <class Work>
+void overAll(std::size_t count, const Work& work) {
+    constexpr std::size_t kPart = 4096;
+    overRows(static_cast<int>((count + kPart - 1) / kPart), [&](int part) {
+        const std::size_t first = static_cast<std::size_t>(part) * kPart;
+        for (std::size_t i = first; i < std::min(count, first + kPart); ++i)
+            work(i);
+    });
+}
+
+// For each row or column of tiles the splats that reach it, nearest first.
+struct TileLists {
+    std::vector<std::uint64_t> starts; // of each tile in `splats`, and the end
+    std::vector<std::uint32_t> splats;
+
+    // @param pixels of the side that the tiles divide
+    // @param first, last px that a splat reaches
+    template <class Splats, class Pixel>
+    void fill(int pixels, const Splats& all, Pixel Splats::value_type::*first,
+              Pixel Splats::value_type::*last) {
+        const auto tiles = static_cast<std::size_t>((pixels + kSplatTile - 1) / kSplatTile);
+        const auto overTiles = [&](const auto& splat, const auto& take) {
+            for (int tile = splat.*first / kSplatTile; tile <= splat.*last / kSplatTile; ++tile)
+                take(static_cast<std::size_t>(tile));
+        };
+        starts.assign(tiles + 1, 0);
+        for (const auto& splat : all)
+            overTiles(splat, [&](std::size_t tile) { ++starts[tile + 1]; });
+        std::partial_sum(starts.begin(), starts.end(), starts.begin());
+        splats.resize(starts.back());
+        std::vector<std::uint64_t> next(starts.begin(), starts.end() - 1);
+        for (std::size_t i = 0; i < all.size(); ++i)
+            overTiles(all[i], [&](std::size_t tile) {
+                splats[next[tile]++] = static_cast<std::uint32_t>(i);
+            });
+    }
+};
+
 } // namespace
 
 struct SplatRenderer::Impl {
@@ -74,15 +112,13 @@ struct SplatRenderer::Impl {
     int degree = 0;
     SplatCamera camera;
     double nearest = kNearest;
-    std::vector<Prepared> splats;        // nearest first
-    std::vector<std::uint64_t> rowStart; // in rowSplats, for each row of tiles, and the end
-    std::vector<std::uint32_t> rowSplats;
+    std::vector<Prepared> splats; // nearest first
+    TileLists rows;
 
     // Buffers of a thread.
     struct Work {
         std::vector<ProjectedSplat> splats;
-        std::vector<std::uint32_t> starts; // of each tile in `order`
-        std::vector<std::uint32_t> order;
+        TileLists tiles;
         SplatTile tile{};
     };
 
@@ -118,16 +154,11 @@ std::optional<Prepared> SplatRenderer::Impl::prepared(std::uint32_t index,
     result.x = static_cast<float>(x);
     result.y = static_cast<float>(y);
     result.closeness = static_cast<float>(1 / z);
-    result.across[0] = static_cast<float>(xx * s(0, 0));
-    result.across[1] = static_cast<float>(xx * 2 * s(0, 2));
-    result.across[2] = static_cast<float>(xx * s(2, 2));
-    result.mixed[0] = static_cast<float>(xy * (s(0, 1) + e * s(0, 2)));
-    result.mixed[1] = static_cast<float>(xy * (s(1, 2) + e * s(2, 2)));
+    result.across = xx * cv::Vec3d(s(0, 0), 2 * s(0, 2), s(2, 2));
+    result.mixed = xy * cv::Vec2d(s(0, 1) + e * s(0, 2), s(1, 2) + e * s(2, 2));
     result.down = static_cast<float>(down);
     result.opacity = splat.opacity;
-    result.red = splat.colour[0];
-    result.green = splat.colour[1];
-    result.blue = splat.colour[2];
+    result.colour = splat.colour;
     result.index = index;
     const double limit = std::log(kFaintest / static_cast<double>(splat.opacity));
     result.limit = static_cast<float>(limit);
@@ -142,61 +173,34 @@ std::optional<Prepared> SplatRenderer::Impl::prepared(std::uint32_t index,
 }
 
 void SplatRenderer::Impl::prepare() {
-    const std::size_t count = scene->splats.size();
     const auto placeOf = [&](std::uint32_t i) {
         return camera.axes * (cv::Vec3d(scene->splats[i].centre) - camera.eye);
     };
-    std::vector<std::uint64_t> keys(count); // distance and index; 0: behind the camera
-    std::vector<float> distances;
-    overRows(static_cast<int>((count + 4095) / 4096), [&](int part) {
-        const auto first = static_cast<std::size_t>(part) * 4096;
-        for (std::size_t i = first; i < std::min(count, first + 4096); ++i) {
-            const auto z = static_cast<float>(placeOf(static_cast<std::uint32_t>(i))[2]);
-            std::uint32_t bits = 0; // positive floats are ordered as their bits
-            std::memcpy(&bits, &z, sizeof bits);
-            keys[i] = z > kLeast && z < kLargest ? std::uint64_t{bits} << 32 | i : 0;
-        }
+    std::vector<std::pair<float, std::uint32_t>> order(scene->splats.size()); // by distance
+    overAll(order.size(), [&](std::size_t i) {
+        const auto index = static_cast<std::uint32_t>(i);
+        order[i] = {static_cast<float>(placeOf(index)[2]), index};
     });
-    keys.erase(std::remove(keys.begin(), keys.end(), std::uint64_t{0}), keys.end());
-    std::sort(keys.begin(), keys.end());
-    const auto distanceOf = [](std::uint64_t key) {
-        const auto bits = static_cast<std::uint32_t>(key >> 32);
-        float z = 0;
-        std::memcpy(&z, &bits, sizeof z);
-        return static_cast<double>(z);
+    const auto isFar = [](double least) {
+        return [least](const auto& one) {
+            return static_cast<double>(one.first) > least && one.first < kLargest;
+        };
     };
-    if (!keys.empty())
-        nearest = std::min(kNearest, kNearestShare * distanceOf(keys[keys.size() / 2]));
-    keys.erase(keys.begin(), std::partition_point(keys.begin(), keys.end(), [&](auto key) {
-                   return distanceOf(key) <= nearest;
-               }));
-    splats.resize(keys.size());
-    overRows(static_cast<int>((keys.size() + 4095) / 4096), [&](int part) {
-        const auto first = static_cast<std::size_t>(part) * 4096;
-        for (std::size_t i = first; i < std::min(keys.size(), first + 4096); ++i) {
-            const auto index = static_cast<std::uint32_t>(keys[i]);
-            splats[i] = prepared(index, placeOf(index)).value_or(Prepared{});
-        }
+    order.erase(std::partition(order.begin(), order.end(), isFar(kLeast)), order.end());
+    std::sort(order.begin(), order.end());
+    if (!order.empty())
+        nearest =
+            std::min(kNearest, kNearestShare * static_cast<double>(order[order.size() / 2].first));
+    order.erase(order.begin(), std::find_if(order.begin(), order.end(), isFar(nearest)));
+    splats.resize(order.size());
+    overAll(order.size(), [&](std::size_t i) {
+        const std::uint32_t index = order[i].second;
+        splats[i] = prepared(index, placeOf(index)).value_or(Prepared{});
     });
     splats.erase(std::remove_if(splats.begin(), splats.end(),
                                 [](const Prepared& splat) { return splat.opacity <= 0; }),
                  splats.end());
-    const int rows = (camera.size.height + kSplatTile - 1) / kSplatTile;
-    rowStart.assign(static_cast<std::size_t>(rows) + 1, 0);
-    const auto overRowsOf = [&](const Prepared& splat, const auto& take) {
-        for (int row = splat.top / kSplatTile; row <= splat.bottom / kSplatTile; ++row)
-            take(static_cast<std::size_t>(row));
-    };
-    for (const Prepared& splat : splats)
-        overRowsOf(splat, [&](std::size_t row) { ++rowStart[row + 1]; });
-    for (std::size_t row = 1; row < rowStart.size(); ++row)
-        rowStart[row] += rowStart[row - 1];
-    rowSplats.resize(rowStart.back());
-    std::vector<std::uint64_t> next(rowStart.begin(), rowStart.end() - 1);
-    for (std::size_t i = 0; i < splats.size(); ++i)
-        overRowsOf(splats[i], [&](std::size_t row) {
-            rowSplats[next[row]++] = static_cast<std::uint32_t>(i);
-        });
+    rows.fill(camera.size.height, splats, &Prepared::top, &Prepared::bottom);
 }
 
 // The splat in the view of an eye that is `shift` to the right: (9.2) to (9.4).
@@ -211,11 +215,10 @@ bool SplatRenderer::Impl::project(const Prepared& splat, double shift, double cl
                             std::abs(shift) * closeness;
     const double side = (static_cast<double>(splat.x) - lens.cx) / lens.fx;
     const double a = -std::clamp(side - shift * near, -flattest, flattest);
-    const double xx = std::max(
-        static_cast<double>(splat.across[0]) +
-            a * (static_cast<double>(splat.across[1]) + a * static_cast<double>(splat.across[2])),
-        0.0);
-    const double xy = static_cast<double>(splat.mixed[0]) + a * static_cast<double>(splat.mixed[1]);
+    const cv::Vec3d across = splat.across;
+    const cv::Vec2d mixed = splat.mixed;
+    const double xx = std::max(across[0] + a * (across[1] + a * across[2]), 0.0);
+    const double xy = mixed[0] + a * mixed[1];
     const auto yy = static_cast<double>(splat.down);
     const double before =
         std::max(xx * yy - xy * xy, 0.0); // rounding makes it negative for needles
@@ -237,7 +240,7 @@ bool SplatRenderer::Impl::project(const Prepared& splat, double shift, double cl
     to.xx = static_cast<float>((yy + kLowPass) * scale);
     to.xy = static_cast<float>(-xy * scale);
     to.yy = static_cast<float>((xx + kLowPass) * scale);
-    cv::Vec3f colour(splat.red, splat.green, splat.blue);
+    cv::Vec3f colour = splat.colour;
     if (degree > 0) {
         const cv::Vec3d eye = camera.eye + camera.axes.t() * cv::Vec3d(shift, 0, 0);
         const cv::Vec3d way = cv::Vec3d(scene->splats[splat.index].centre) - eye;
@@ -256,45 +259,34 @@ bool SplatRenderer::Impl::project(const Prepared& splat, double shift, double cl
 
 void SplatRenderer::Impl::renderRow(int row, double shift, double closeness, Work& work,
                                     cv::Mat& picture, SplatView* view) const {
-    const int width = camera.size.width;
-    const int tiles = (width + kSplatTile - 1) / kSplatTile;
-    const auto r = static_cast<std::size_t>(row);
+    const std::uint32_t* const first =
+        rows.splats.data() + rows.starts[static_cast<std::size_t>(row)];
+    const std::uint32_t* const end =
+        rows.splats.data() + rows.starts[static_cast<std::size_t>(row) + 1];
     work.splats.clear();
-    work.starts.assign(static_cast<std::size_t>(tiles) + 1, 0);
-    const auto overTiles = [](const ProjectedSplat& splat, const auto& take) {
-        for (int t = splat.left / kSplatTile; t <= splat.right / kSplatTile; ++t)
-            take(static_cast<std::size_t>(t));
-    };
-    for (std::uint64_t i = rowStart[r]; i < rowStart[r + 1]; ++i) {
-        constexpr std::uint64_t kAhead = 16; // they lie anywhere in memory
-        hwy::Prefetch(&splats[rowSplats[std::min(i + kAhead, rowStart[r + 1] - 1)]]);
+    for (const std::uint32_t* at = first; at < end; ++at) {
+        constexpr std::ptrdiff_t kAhead = 16; // they lie anywhere in memory
+        hwy::Prefetch(&splats[at[std::min(kAhead, end - at - 1)]]);
         ProjectedSplat splat{};
-        if (!project(splats[rowSplats[i]], shift, closeness, splat)) continue;
-        work.splats.push_back(splat);
-        overTiles(splat, [&](std::size_t t) { ++work.starts[t + 1]; });
+        if (project(splats[*at], shift, closeness, splat)) work.splats.push_back(splat);
     }
-    for (std::size_t t = 1; t < work.starts.size(); ++t)
-        work.starts[t] += work.starts[t - 1];
-    work.order.resize(work.starts.back());
-    std::vector<std::uint32_t> next(work.starts.begin(), work.starts.end() - 1);
-    for (std::size_t i = 0; i < work.splats.size(); ++i)
-        overTiles(work.splats[i],
-                  [&](std::size_t t) { work.order[next[t]++] = static_cast<std::uint32_t>(i); });
+    const int width = camera.size.width;
+    work.tiles.fill(width, work.splats, &ProjectedSplat::left, &ProjectedSplat::right);
     const int top = row * kSplatTile;
-    const int rows = std::min(kSplatTile, camera.size.height - top);
-    for (int t = 0; t < tiles; ++t) {
+    const int height = std::min(kSplatTile, camera.size.height - top);
+    for (int left = 0; left < width; left += kSplatTile) {
         SplatTile& tile = work.tile;
         std::fill(std::begin(tile.clear), std::end(tile.clear), 1.0F);
         for (float* const sums : {tile.red, tile.green, tile.blue})
             std::fill(sums, sums + SplatTile::kPixels, 0.0F);
         std::fill(std::begin(tile.distance), std::end(tile.distance),
                   std::numeric_limits<float>::quiet_NaN());
-        const std::uint32_t* const starts = work.starts.data() + t;
-        const int left = t * kSplatTile;
-        blendSplats(work.splats.data(), work.order.data() + starts[0], starts[1] - starts[0], left,
-                    top, tile);
+        const std::uint64_t* const starts =
+            &work.tiles.starts[static_cast<std::size_t>(left / kSplatTile)];
+        blendSplats(work.splats.data(), work.tiles.splats.data() + starts[0], starts[1] - starts[0],
+                    left, top, tile);
         const int columns = std::min(kSplatTile, width - left);
-        for (int y = 0; y < rows; ++y) {
+        for (int y = 0; y < height; ++y) {
             uchar* const to = picture.ptr(top + y, left);
             const auto code = [](float value) {
                 return static_cast<uchar>(std::min(value, 1.0F) * 255 + 0.5F);
@@ -315,9 +307,9 @@ void SplatRenderer::Impl::renderRow(int row, double shift, double closeness, Wor
 void SplatRenderer::Impl::renderAll(double shift, double closeness, cv::Mat& picture,
                                     SplatView* view) const {
     picture.create(camera.size, CV_8UC3);
-    forRows(static_cast<int>(rowStart.size()) - 1, [&](const cv::Range& rows) {
+    forRows(static_cast<int>(rows.starts.size()) - 1, [&](const cv::Range& part) {
         Work work;
-        for (int row = rows.start; row < rows.end; ++row)
+        for (int row = part.start; row < part.end; ++row)
             renderRow(row, shift, closeness, work, picture, view);
     });
 }

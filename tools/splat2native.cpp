@@ -1,17 +1,9 @@
 // splat2native: turns scenes of Gaussian splats into Natives.
 
 #include "altiro3D/altiro3D.hpp"
-#include "cli/bridge.hpp"
-#include "cli/eyes_options.hpp"
-#include "cli/folders.hpp"
-#include "cli/go_folder.hpp"
-#include "cli/inputs.hpp"
 #include "cli/json_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/page_options.hpp"
-#include "cli/print_options.hpp"
 #include "cli/quilt_options.hpp"
-#include "photo/sway_options.hpp"
+#include "photo/photo_plan.hpp"
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -26,59 +18,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Files that are made of a scene; of several scenes, the folders for them. Empty: not requested.
-struct SplatOutputs {
-    fs::path native;
-    fs::path quilt;
-    fs::path views; // a folder
-    fs::path depth;
-    fs::path video;
-    fs::path stereo;
-    fs::path page;
-};
-struct OutputKind {
-    const char* option;
-    fs::path SplatOutputs::*file;
-    const char* ending; // of its name in a folder
-};
-constexpr OutputKind kOutputs[] = {{"save-quilt", &SplatOutputs::quilt, ".png"},
-                                   {"save-views", &SplatOutputs::views, "_views"},
-                                   {"save-depth", &SplatOutputs::depth, "_depth.png"},
-                                   {"lg", &SplatOutputs::video, ".mp4"},
-                                   {"save-page", &SplatOutputs::page, ".html"},
-                                   {"save-stereo", &SplatOutputs::stereo, ""}}; // by its layout
-
 // The command line.
-struct SplatJob {
-    std::vector<fs::path> inputs;
-    SplatOutputs outputs;
-    fs::path report;
-    bool replace = false;
-    bool skipExisting = false;
-    bool recursive = false;
-    bool jsonProgress = false;
+struct SplatJob : OutputJob {
     bool isSheet = false; // --yaw sheet
     SplatAxes axes = SplatAxes::Auto;
     SplatCameraOptions camera;
     std::optional<double> focus;
     std::optional<double> strength;
     double orbit = 0; // degrees
-    EyesFiles eyes;
-    PageOptions page;
-    SwayOptions sway;
-    std::optional<cv::Size> swaySize;
-    DisplayOptions display;
-    QuiltRequest layout;
     QuiltSampling sampling;
-    std::optional<PrintOptions> print;
-    std::optional<GoFolder> go;
-    std::optional<BridgeJob> bridge;
-    bool quiltIsForBridge = false;
-};
-
-struct SplatItem : SplatOutputs {
-    fs::path scene;
-    EyesFiles eyes;
 };
 
 // All that the scenes of a run share.
@@ -124,58 +72,27 @@ void takeCamera(const CommandLine& commandLine, SplatJob& job) {
     commandLine.refuseWithout("lg", {"orbit"}, " is a motion of the video of --lg, expected --lg");
 }
 
-// Names of scenes and of the output, which may be left out if there are others.
-void takeNames(const CommandLine& commandLine, SplatJob& job) {
+SplatJob splatJob(const CommandLine& commandLine) {
+    SplatJob job;
+    job.things = "scenes";
+    job.hasOwnViews = true;
+    takeCamera(commandLine, job);
+    takeOutputs(commandLine, job);
+    commandLine.exclude("go", "print");
+    job.sampling = pictureSampling(commandLine);
+    if (job.isSheet) {
+        for (const char* const other : {"go", "bridge", "print", "skip-existing"})
+            commandLine.exclude("yaw", other);
+        for (const OutputKind& kind : outputKinds())
+            commandLine.exclude("yaw", kind.option);
+    }
+    // the output may be left out if there are others
     const std::vector<fs::path>& names = commandLine.files();
-    const bool hasOthers =
-        std::any_of(std::begin(kOutputs), std::end(kOutputs),
-                    [&](const OutputKind& kind) { return !(job.outputs.*kind.file).empty(); });
-    const bool isAlone = job.go || (names.size() == 1 && hasOthers);
+    const bool isAlone = job.go || (names.size() == 1 && job.hasOthers());
     if (names.size() < (isAlone ? 1U : 2U))
         commandLine.failNames(job.go ? "SCENE" : "SCENE and OUT", job.go ? 1 : 2);
     job.inputs.assign(names.begin(), names.end() - (isAlone ? 0 : 1));
     if (!isAlone) job.outputs.native = names.back();
-}
-
-SplatJob splatJob(const CommandLine& commandLine) {
-    SplatJob job;
-    takeCamera(commandLine, job);
-    job.print = printOptions(commandLine);
-    requireSwayFile(commandLine);
-    commandLine.exclude("y", "skip-existing");
-    commandLine.take({{"y", job.replace},
-                      {"skip-existing", job.skipExisting},
-                      {"recursive", job.recursive},
-                      {"report", job.report}});
-    for (const OutputKind& kind : kOutputs)
-        job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
-    job.jsonProgress = wantsJsonProgress(commandLine);
-    job.eyes = EyesFiles(commandLine);
-    job.page = PageOptions(commandLine);
-    job.sway = swayOptions(commandLine);
-    job.swaySize = swaySizeOption(commandLine);
-    job.display = displayOptions(commandLine);
-    job.layout = quiltRequest(commandLine);
-    job.sampling = pictureSampling(commandLine);
-    job.go = GoFolder::of(commandLine);
-    if (job.go) {
-        for (const OutputKind& kind : kOutputs)
-            commandLine.exclude("go", kind.option);
-        commandLine.exclude("go",
-                            {"skip-existing", "m", "c", "serial", "invert", "q", "r", "print"});
-    }
-    job.bridge = bridgeJob(commandLine);
-    if (job.bridge) {
-        job.quiltIsForBridge = job.outputs.quilt.empty();
-        if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
-    }
-    if (job.isSheet) {
-        for (const char* const other : {"go", "bridge", "print", "skip-existing"})
-            commandLine.exclude("yaw", other);
-        for (const OutputKind& kind : kOutputs)
-            commandLine.exclude("yaw", kind.option);
-    }
-    takeNames(commandLine, job);
     return job;
 }
 
@@ -201,11 +118,11 @@ cv::Mat yawSheet(const SplatScene& scene, const SplatRun& run) {
     return sheet;
 }
 
-void writeVideo(const SplatItem& item, const SplatRun& run, const SplatScene& scene,
+void writeVideo(const PhotoItem& item, const SplatRun& run, const SplatScene& scene,
                 const SplatPlacement& placed) {
     const SplatJob& job = run.job;
     const cv::Size size =
-        job.swaySize.value_or(swaySize(run.layout.tileSize, run.display.aspect()));
+        job.swaySize.empty() ? swaySize(run.layout.tileSize, run.display.aspect()) : job.swaySize;
     const double aspect = static_cast<double>(size.width) / size.height;
     const SplatCamera camera = chooseSplatCamera(scene, size, aspect, job.camera).camera;
     const SplatRenderer middle(scene, camera);
@@ -224,20 +141,20 @@ void writeVideo(const SplatItem& item, const SplatRun& run, const SplatScene& sc
 }
 
 // Makes all outputs of a scene, the Native last. @return its entry in the report
-Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
+Json makeScene(const PhotoItem& item, const SplatRun& run, Messages& messages) {
     StageTimes times;
     const SplatJob& job = run.job;
     Notes notes;
-    const SplatScene scene = readSplats(item.scene, job.axes, &notes);
+    const SplatScene scene = readSplats(item.photo, job.axes, &notes);
     for (const Note& note : notes)
-        messages.warn(item.scene.string() + ": " + note.text);
+        messages.warn(item.photo.string() + ": " + note.text);
     times.end("read");
     endIfStopWanted();
     const QuiltLayout& layout = run.layout;
     if (job.isSheet) {
         writeImage(item.native, yawSheet(scene, run));
         messages.say(item.native.string() + ": eight views, to choose --yaw");
-        return {{"scene", item.scene.string()}, {"sheet", item.native.string()}};
+        return {{"scene", item.photo.string()}, {"sheet", item.native.string()}};
     }
     const auto [camera, how] =
         chooseSplatCamera(scene, layout.tileSize, run.display.aspect(), job.camera);
@@ -257,13 +174,14 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
     if (!item.views.empty())
         writeViews([&](int view) { return item.views / viewFileName(view, layout.viewCount); },
                    quilt, layout);
-    if (!item.depth.empty()) writeImage(item.depth, depthTo16Bit(depthOf(middle, placed)));
+    if (!item.savedDepth.empty())
+        writeImage(item.savedDepth, depthTo16Bit(depthOf(middle, placed)));
     if (!item.quilt.empty()) writeImage(item.quilt, quilt);
     if (!item.eyes.files().empty())
         item.eyes.write(eyesOfQuilt(quilt, layout, run.display.aspect()), messages);
     if (!item.page.empty())
         writeFile(item.page, quiltPage(quilt, layout, run.display.aspect(),
-                                       job.page.text(item.scene), job.page.side));
+                                       job.page.text(item.photo), job.page.side));
     if (!item.video.empty()) writeVideo(item, run, scene, placed);
     times.end("other outputs");
     if (!item.native.empty()) {
@@ -273,13 +191,13 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
             run.display.isMapOnly ? quilt : filterForLens(quilt, layout, run.display.calibration);
         makeNativeFile(native, shown, item.native, run.print, messages, times);
     }
-    Json entry = {{"scene", item.scene.string()},
+    Json entry = {{"scene", item.photo.string()},
                   {"splats", scene.splats.size()},
                   {"camera", how},
                   {"focus", placed.focus},
                   {"strengthPercent", placed.strengthPercent}};
     if (!item.native.empty()) entry["native"] = item.native.string();
-    for (const OutputKind& kind : kOutputs) {
+    for (const OutputKind& kind : outputKinds()) {
         if ((item.*kind.file).empty()) continue;
         entry[kind.option] = (item.*kind.file).string();
         if (!messages.hasSubject()) messages.say((item.*kind.file).string());
@@ -290,120 +208,48 @@ Json makeScene(const SplatItem& item, const SplatRun& run, Messages& messages) {
     return entry;
 }
 
-std::vector<fs::path> outputsOf(const SplatItem& item, int views) {
-    std::vector<fs::path> files = {item.native, item.quilt, item.depth, item.page, item.video};
-    for (int i = 0; i < views && !item.views.empty(); ++i)
-        files.push_back(item.views / viewFileName(i, views));
-    for (const fs::path& file : item.eyes.files())
-        files.push_back(file);
-    files.erase(std::remove(files.begin(), files.end(), fs::path()), files.end());
-    return files;
-}
-
-// The scenes of a job with the names of their outputs. @param isBatch outputs are folders
-std::vector<SplatItem> planScenes(const SplatRun& run, const std::vector<FolderFile>& scenes,
-                                  bool isBatch) {
-    const SplatJob& job = run.job;
-    const std::vector<std::string> stems = outputStems(scenes);
-    std::vector<SplatItem> items;
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-        SplatItem item{job.outputs, scenes[i].file, job.eyes};
-        if (isBatch) {
-            if (!item.native.empty()) item.native /= stems[i] + "_native.png";
-            for (const OutputKind& kind : kOutputs)
-                if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
-            if (!item.stereo.empty())
-                item.eyes = EyesFiles(job.eyes, item.stereo.string() + job.eyes.ending());
-        }
-        if (job.quiltIsForBridge) item.quilt = quiltForBridge(stems[i]);
-        if (job.go)
-            item.quilt = job.go->quiltFile(i, stems[i]);
-        else if (!item.quilt.empty())
-            item.quilt = quiltFileName(item.quilt, run.layout, run.display.aspect());
-        items.push_back(item);
-    }
-    return items;
-}
-
-void checkOutputs(const SplatRun& run, const std::vector<SplatItem>& items, bool isBatch) {
-    const SplatJob& job = run.job;
-    Outputs outputs(job.replace || job.skipExisting);
-    outputs.addInputs(run.display.files);
-    for (const SplatItem& item : items) {
-        outputs.addInputs({item.scene});
-        if (job.isSheet) {
-            requirePictureName(item.native);
-        } else if (!item.native.empty()) {
-            requireNativeName(item.native, job.print.has_value());
-        }
-        for (const fs::path& file : {item.quilt, item.depth})
-            if (!file.empty()) requirePictureName(file, file != item.depth);
-        if (!item.video.empty()) requireVideoName(item.video);
-        requirePageName(item.page);
-        if (!item.views.empty()) outputs.addDirectory(item.views);
-        for (const fs::path& file : outputsOf(item, run.layout.viewCount)) {
-            if (isBatch || job.go || (job.quiltIsForBridge && file == item.quilt))
-                outputs.addDirectory(file.parent_path());
-            if (file == item.native && !isBatch && !job.isSheet)
-                outputs.addNative(file);
-            else
-                outputs.addOutputs({file});
-        }
-    }
-    outputs.addOutputs({job.report});
-    outputs.check();
-    outputs.makeDirectories();
-}
-
 // Makes the scenes, one after the other. @param entries of the report @return exit status
-int makeScenes(const SplatRun& run, const std::vector<SplatItem>& items,
-               const std::vector<LeftOutFile>& leftOut, std::vector<fs::path>& quilts,
+int makeScenes(const SplatRun& run, const PhotoPlan& plan, std::vector<fs::path>& quilts,
                Json& entries, Messages& messages) {
+    const bool isJson = run.job.jsonProgress;
     std::vector<FolderItem> files;
-    for (const SplatItem& item : items) {
-        const std::vector<fs::path> made = outputsOf(item, run.layout.viewCount);
-        files.push_back(
-            {item.scene, made.front(),
-             run.job.skipExisting && std::all_of(made.begin(), made.end(), isFileWithContents)});
-    }
+    for (const PhotoItem& item : plan.items)
+        files.push_back({item.photo, mainOutput(item), item.isMade});
     const auto make = [&](std::size_t i) {
-        entries.push_back(makeScene(items[i], run, messages));
-        if (!items[i].quilt.empty()) quilts.push_back(items[i].quilt);
+        entries.push_back(makeScene(plan.items[i], run, messages));
+        if (!plan.items[i].quilt.empty()) quilts.push_back(plan.items[i].quilt);
         return kExitDone;
     };
     const auto ended = [&](std::size_t i, const FolderEnd& end) {
         end.addTo(entries, "scene", files[i]);
     };
-    if (items.size() > 1 || !leftOut.empty())
-        return FolderRun("scene", leftOut, messages, run.job.jsonProgress)
-            .convert(files, make, ended);
+    if (files.size() > 1 || !plan.leftOut.empty())
+        return FolderRun("scene", plan.leftOut, messages, isJson).convert(files, make, ended);
     return convertOne(
         "scene", files[0], [&] { make(0); }, [&](const FolderEnd& end) { ended(0, end); }, messages,
-        run.job.jsonProgress);
+        isJson);
 }
 
 int runScenes(const SplatJob& job, Messages& messages) {
     if (job.jsonProgress) messages.leaveStandardOutput();
     SplatRun run{job, job.go ? goDisplay() : findDisplay(job.display, messages), {}, {}};
     run.print = printSheet(job.print, run.display, messages);
-    run.layout = chooseQuilt(job.layout, run.display, messages);
+    run.layout = chooseQuilt(job.quilt, run.display, messages);
     FolderSearch search;
     search.wanted = {FileKind::Splats};
     search.recursive = job.recursive;
     search.pairDepth = false;
     search.outputs = {job.outputs.native};
-    std::vector<LeftOutFile> leftOut;
-    const std::vector<FolderFile> scenes =
-        listNamed(job.inputs, search, leftOut, "no scenes of splats, expected .ply, .splat or .spz",
-                  messages);
-    bool isBatch = job.inputs.size() > 1 || isDirectory(job.inputs.front());
-    if (isBatch && job.isSheet) throw UsageError("--yaw sheet shows one scene, expected one");
-    if (isBatch && !job.outputs.native.empty()) requireDirectoryName(job.outputs.native, "scenes");
-    isBatch = isBatch && !job.go;
-    if (!isBatch && scenes.size() == 1) requireFile(scenes[0].file);
-    const std::vector<SplatItem> items = planScenes(run, scenes, isBatch);
-    checkOutputs(run, items, isBatch);
-    if (job.go) job.go->requireSpace(items.size());
+    PhotoInputs inputs;
+    inputs.files = listNamed(job.inputs, search, inputs.leftOut,
+                             "no scenes of splats, expected .ply, .splat or .spz", messages);
+    inputs.batch = job.inputs.size() > 1 || isDirectory(job.inputs.front());
+    if (inputs.batch && job.isSheet) throw UsageError("--yaw sheet shows one scene, expected one");
+    if (inputs.batch && !job.outputs.native.empty())
+        requireDirectoryName(job.outputs.native, job.things);
+    PhotoPlan plan = planPhotos(job, run.display, run.layout, inputs);
+    checkedOutputs(job, plan, run.display, run.layout.viewCount).makeDirectories();
+    if (job.go) job.go->requireSpace(plan.items.size());
     messages.say("quilt: " + quiltText(run.layout, run.display.aspect()));
     std::vector<fs::path> quilts;
     Json entries = Json::array();
@@ -417,7 +263,7 @@ int runScenes(const SplatJob& job, Messages& messages) {
         writeFile(job.report, jsonText(report, 2) + "\n");
     };
     try {
-        const int status = makeScenes(run, items, leftOut, quilts, entries, messages);
+        const int status = makeScenes(run, plan, quilts, entries, messages);
         if (job.go) job.go->finish(quilts, messages);
         writeReport(status);
         if (job.bridge && status != kExitStopped)

@@ -16,6 +16,20 @@ namespace altiro3D::tools {
 
 namespace fs = std::filesystem;
 
+const std::vector<OutputKind>& outputKinds() {
+    static const std::vector<OutputKind> kinds = {
+        {"save-quilt", &PhotoOutputs::quilt, ".png"},
+        {"save-depth", &PhotoOutputs::savedDepth, "_depth.png"},
+        {"save-rgbd", &PhotoOutputs::rgbd, "_rgbd.png"},
+        {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
+        {"lg", &PhotoOutputs::video, ".mp4"},
+        {"save-views", &PhotoOutputs::views, "_views", false},
+        {"save-splats", &PhotoOutputs::splats, ".ply"},
+        {"save-page", &PhotoOutputs::page, ".html"},
+        {"save-stereo", &PhotoOutputs::stereo, "", false}}; // by its layout
+    return kinds;
+}
+
 namespace {
 
 // Explains the purpose of a file that cannot be a photo.
@@ -35,25 +49,6 @@ bool isJpegName(const fs::path& name) {
     const std::string extension = lowerExtension(name);
     return extension == ".jpg" || extension == ".jpeg";
 }
-
-// The outputs besides the Native, the options that name them, and the ends of the names that they
-// get in a folder.
-struct OutputKind {
-    const char* option;
-    fs::path PhotoOutputs::*file;
-    const char* ending;
-    bool isOneFile = true;
-};
-constexpr OutputKind kOutputs[] = {
-    {"save-quilt", &PhotoOutputs::quilt, ".png"},
-    {"save-depth", &PhotoOutputs::savedDepth, "_depth.png"},
-    {"save-rgbd", &PhotoOutputs::rgbd, "_rgbd.png"},
-    {"save-photo-with-depth", &PhotoOutputs::photoWithDepth, "_with_depth.jpg"},
-    {"lg", &PhotoOutputs::video, ".mp4"},
-    {"save-views", &PhotoOutputs::views, "_views", false},
-    {"save-splats", &PhotoOutputs::splats, ".ply"},
-    {"save-page", &PhotoOutputs::page, ".html"},
-    {"save-stereo", &PhotoOutputs::stereo, "", false}}; // by its layout
 
 std::string pairName(const DepthOptions& depth) {
     return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
@@ -120,7 +115,7 @@ std::vector<FolderFile> inputsOf(const PhotoJob& job, std::vector<LeftOutFile>& 
     search.leavesOutVr = job.depth.refusesVr;
     if (!job.outputs.native.empty()) search.outputs.push_back(job.outputs.native);
     if (!job.plan.empty()) search.outputs.push_back(job.plan);
-    for (const OutputKind& kind : kOutputs) {
+    for (const OutputKind& kind : outputKinds()) {
         if (const fs::path& directory = job.outputs.*kind.file; !directory.empty())
             search.outputs.push_back(directory);
     }
@@ -157,9 +152,6 @@ void takeNames(const CommandLine& commandLine, PhotoJob& job) {
     const std::vector<fs::path>& names = commandLine.files();
     const bool pairs = job.depth.takesPairs();
     const std::size_t least = pairs ? 3 : 2;
-    const bool hasOthers =
-        std::any_of(std::begin(kOutputs), std::end(kOutputs),
-                    [&](const OutputKind& kind) { return !(job.outputs.*kind.file).empty(); });
     if (job.go) {
         if (names.size() + 1 < least)
             commandLine.failNames(pairs ? pairName(job.depth) : "PHOTO", least - 1);
@@ -167,7 +159,7 @@ void takeNames(const CommandLine& commandLine, PhotoJob& job) {
         return;
     }
     // if it does not exist, an option may have taken the photo's name for its value
-    const bool isAlone = hasOthers && names.size() + 1 == least &&
+    const bool isAlone = job.hasOthers() && names.size() + 1 == least &&
                          (isStandardStream(names.front()) || isThere(names.front()));
     const std::size_t outputs = isAlone ? 0 : 1;
     if (names.size() + 1 < least + outputs)
@@ -184,43 +176,54 @@ void takeNames(const CommandLine& commandLine, PhotoJob& job) {
 
 } // namespace
 
-PhotoJob photoJob(const CommandLine& commandLine) {
-    PhotoJob job;
-    job.budget = Budget(commandLine);
-    job.scene = sceneOptions(commandLine, AutoUse::Photos);
-    job.camera = CameraOptions(commandLine, job.scene.recipe.views.method);
+bool OutputJob::hasOthers() const {
+    const std::vector<OutputKind>& kinds = outputKinds();
+    return std::any_of(kinds.begin(), kinds.end(),
+                       [&](const OutputKind& kind) { return !(outputs.*kind.file).empty(); });
+}
+
+void takeOutputs(const CommandLine& commandLine, OutputJob& job) {
     job.sway = swayOptions(commandLine);
     job.swaySize = swaySizeOption(commandLine).value_or(cv::Size());
     requireSwayFile(commandLine);
     job.display = displayOptions(commandLine);
     job.print = printOptions(commandLine);
-    commandLine.exclude("print", "plan");
-    job.isStrengthGiven =
-        commandLine.has("camera") || commandLine.value("strength").value_or("auto") != "auto";
     job.quilt = quiltRequest(commandLine);
-    job.depth = depthOptions(commandLine);
     commandLine.exclude("y", "skip-existing");
-    job.replace = commandLine.has("y");
-    job.skipExisting = commandLine.has("skip-existing");
-    job.recursive = commandLine.has("recursive");
+    commandLine.take({{"y", job.replace},
+                      {"skip-existing", job.skipExisting},
+                      {"recursive", job.recursive},
+                      {"report", job.report}});
     job.jsonProgress = wantsJsonProgress(commandLine);
-    for (const OutputKind& kind : kOutputs)
+    for (const OutputKind& kind : outputKinds())
         job.outputs.*kind.file = commandLine.value(kind.option).value_or("");
     job.go = GoFolder::of(commandLine);
     if (job.go) {
-        for (const OutputKind& kind : kOutputs)
+        for (const OutputKind& kind : outputKinds())
             commandLine.exclude("go", kind.option);
-        commandLine.exclude("go", {"plan", "skip-existing", "m", "c", "serial", "invert", "q", "r",
-                                   "view-filter", "sampling"});
+        commandLine.exclude("go",
+                            {"plan", "skip-existing", "m", "c", "serial", "invert", "q", "r"});
         job.outputs.quilt = job.go->content();
     }
     job.bridge = bridgeJob(commandLine);
-    if (job.bridge) {
-        commandLine.exclude("bridge", {"plan", "m"});
-        job.quiltIsForBridge = job.outputs.quilt.empty() && job.outputs.rgbd.empty();
-        if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
-    }
+    job.quiltIsForBridge = job.bridge && job.outputs.quilt.empty() && job.outputs.rgbd.empty();
+    if (job.quiltIsForBridge) job.outputs.quilt = cacheDirectory() / "bridge";
     job.eyes = EyesFiles(commandLine);
+    job.page = PageOptions(commandLine);
+}
+
+PhotoJob photoJob(const CommandLine& commandLine) {
+    PhotoJob job;
+    job.budget = Budget(commandLine);
+    job.scene = sceneOptions(commandLine, AutoUse::Photos);
+    job.camera = CameraOptions(commandLine, job.scene.recipe.views.method);
+    takeOutputs(commandLine, job);
+    commandLine.exclude("print", "plan");
+    commandLine.exclude("go", {"view-filter", "sampling"});
+    if (job.bridge) commandLine.exclude("bridge", {"plan", "m"});
+    job.isStrengthGiven =
+        commandLine.has("camera") || commandLine.value("strength").value_or("auto") != "auto";
+    job.depth = depthOptions(commandLine);
     for (const char* other : {"strength", "focus", "depth-curve", "stereo-keep", "method"})
         job.keepsEyes = job.keepsEyes && !commandLine.has(other);
     takeNames(commandLine, job);
@@ -242,8 +245,6 @@ PhotoJob photoJob(const CommandLine& commandLine) {
         {{"splat-side", job.splatSide, 16, 8192}, {"splat-camera", job.keepsSplatCamera}});
     commandLine.refuseWithout("save-splats", {"splat-side", "splat-camera"},
                               " describes saved splats, expected --save-splats with it");
-    job.page = PageOptions(commandLine);
-    job.report = commandLine.value("report").value_or("");
     job.plan = commandLine.value("plan").value_or("");
     const auto given = commandLine.given();
     job.given = {given.begin(), given.end()};
@@ -257,16 +258,17 @@ DisplayUse displayUse(const PhotoJob& job) {
 }
 
 const fs::path& mainOutput(const PhotoItem& item) {
-    const auto* const other =
-        std::find_if(std::begin(kOutputs), std::end(kOutputs),
-                     [&](const OutputKind& kind) { return !(item.*kind.file).empty(); });
+    const std::vector<OutputKind>& kinds = outputKinds();
+    const auto other = std::find_if(kinds.begin(), kinds.end(), [&](const OutputKind& kind) {
+        return !(item.*kind.file).empty();
+    });
     return item.native.empty() ? item.*(other->file) : item.native;
 }
 
 std::vector<fs::path> outputsOf(const PhotoItem& item, int views) {
     std::vector<fs::path> files;
     if (!item.native.empty()) files.push_back(item.native);
-    for (const OutputKind& kind : kOutputs) {
+    for (const OutputKind& kind : outputKinds()) {
         const fs::path& file = item.*kind.file;
         if (!file.empty() && kind.isOneFile) files.push_back(file);
     }
@@ -296,17 +298,17 @@ PhotoInputs listPhotos(const PhotoJob& job, Messages& messages) {
     return inputs;
 }
 
-PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+PhotoPlan planPhotos(const OutputJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                      const PhotoInputs& inputs) {
     PhotoPlan plan{inputs, {}};
-    for (const OutputKind& kind : kOutputs) {
+    for (const OutputKind& kind : outputKinds()) {
         const fs::path& name = job.outputs.*kind.file;
         const bool namesFile = &name != &job.outputs.views && !name.empty() &&
                                (canWriteImage(name) || canWriteVideo(name) || isPageFileName(name));
         if (plan.batch && namesFile)
             throw UsageError("--" + std::string(kind.option) + " " + name.string() +
-                             ": names one file, expected a directory for the outputs of several "
-                             "photos");
+                             ": names one file, expected a directory for the outputs of several " +
+                             job.things);
     }
     const std::vector<std::string> stems = outputStems(inputs.files);
     for (std::size_t i = 0; i < inputs.files.size(); ++i) {
@@ -316,7 +318,7 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
             std::find(job.inputs.begin(), job.inputs.end(), item.photo) == job.inputs.end();
         if (plan.batch) {
             if (!item.native.empty()) item.native /= stems[i] + "_native.png";
-            for (const OutputKind& kind : kOutputs)
+            for (const OutputKind& kind : outputKinds())
                 if (!(item.*kind.file).empty()) item.*kind.file /= stems[i] + kind.ending;
             if (!item.stereo.empty()) {
                 item.stereo += job.eyes.ending();
@@ -327,7 +329,8 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
             if (!item.depth.empty()) requireFile(item.depth);
         }
         if (job.quiltIsForBridge) {
-            const bool isInCache = item.native.empty() || isStandardStream(item.native);
+            const bool isInCache =
+                job.hasOwnViews || item.native.empty() || isStandardStream(item.native);
             item.quilt = isInCache ? quiltForBridge(stems[i])
                                    : item.native.parent_path() / (stems[i] + ".png");
         }
@@ -335,7 +338,8 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
             item.quilt = job.go->quiltFile(i, stems[i]);
         } else if (!item.quilt.empty()) {
             const auto named = parseQuiltName(item.quilt);
-            const double aspect = named && named->aspect ? *named->aspect : display.aspect();
+            const bool isNamed = named && named->aspect && !job.hasOwnViews;
+            const double aspect = isNamed ? *named->aspect : display.aspect();
             item.quilt = quiltFileName(item.quilt, layout, aspect);
         }
         plan.items.push_back(item);
@@ -345,10 +349,16 @@ PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const Qu
 
 Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,
                        int views) {
+    return checkedOutputs(job, plan, display, views,
+                          {job.depth.network, job.depth.profile, job.camera.file()});
+}
+
+Outputs checkedOutputs(const OutputJob& job, PhotoPlan& plan, const ChosenDisplay& display,
+                       int views, const Outputs::Files& alsoRead) {
     // incomplete sets of outputs and the report are made again
     Outputs outputs(job.replace || job.skipExisting);
     outputs.addInputs(display.files);
-    outputs.addInputs({job.depth.network, job.depth.profile, job.camera.file()});
+    outputs.addInputs(alsoRead);
     for (PhotoItem& item : plan.items) {
         outputs.addInputs({item.photo, item.depth});
         requireNoTerminal(item.native);
@@ -368,7 +378,7 @@ Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay
         requirePageName(item.page);
         if (!item.views.empty()) outputs.addDirectory(item.views);
         const std::vector<fs::path> files = outputsOf(item, views);
-        if (job.quiltIsForBridge && item.native.empty())
+        if (job.quiltIsForBridge && (item.native.empty() || job.hasOwnViews))
             outputs.addDirectory(item.quilt.parent_path());
         for (const fs::path& file : files) {
             if (plan.batch) outputs.addDirectory(file.parent_path());

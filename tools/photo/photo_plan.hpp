@@ -42,16 +42,25 @@ struct PhotoOutputs {
     }
 };
 
-/// The command line of a run.
-struct PhotoJob {
+/// An output besides the Native, the option that names it, and the end of its name in a folder.
+struct OutputKind {
+    const char* option;
+    std::filesystem::path PhotoOutputs::*file;
+    const char* ending;
+    bool isOneFile = true;
+};
+const std::vector<OutputKind>& outputKinds();
+
+/// What is asked of a tool that makes these outputs, whatever it makes them of.
+struct OutputJob {
+    const char* things = "photos"; ///< That are converted, for messages.
+    /// Views have the shape of the display: the name of a quilt does not choose another one, and
+    /// quilts that only Bridge needs lie in the cache.
+    bool hasOwnViews = false;
     std::vector<std::filesystem::path> inputs; ///< Names of photos and folders.
-    PhotoOutputs outputs;          ///< As they are named: of several photos, folders for them.
-    int savedDepthSide = 0;        ///< Longer side of depth that is saved, at most; px.
-    int splatSide = 1024;          ///< Longer side of the grid of splats that are saved, at most.
-    bool keepsSplatCamera = false; ///< Splats are saved with the photo's camera.
-    PageOptions page;              ///< What PhotoOutputs::page shows.
+    PhotoOutputs outputs; ///< As they are named: of several photos, folders for them.
+    PageOptions page;     ///< What PhotoOutputs::page shows.
     std::filesystem::path report;
-    std::filesystem::path plan; ///< Folder of `--plan`.
     std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.
     std::optional<BridgeJob> bridge;
     bool quiltIsForBridge = false; ///< No option asks for it: it gets a place of its own.
@@ -61,17 +70,30 @@ struct PhotoJob {
     bool jsonProgress = false;
     DisplayOptions display;
     QuiltRequest quilt;
+    EyesFiles eyes; ///< How pictures for two eyes are made; named as PhotoOutputs::stereo.
+    std::optional<PrintOptions> print;
+    SwayOptions sway;
+    cv::Size swaySize; ///< The swaying video's; empty: the photo's.
+
+    /// Whether something else than the Native is asked for.
+    bool hasOthers() const;
+};
+/// Reads the options of all these tools. @throws UsageError, Error
+void takeOutputs(const CommandLine& commandLine, OutputJob& job);
+
+/// The command line of a run.
+struct PhotoJob : OutputJob {
+    int savedDepthSide = 0;        ///< Longer side of depth that is saved, at most; px.
+    int splatSide = 1024;          ///< Longer side of the grid of splats that are saved, at most.
+    bool keepsSplatCamera = false; ///< Splats are saved with the photo's camera.
+    std::filesystem::path plan;    ///< Folder of `--plan`.
     DepthOptions depth;
     SceneOptions scene;
     CameraOptions camera;
     Budget budget;
-    EyesFiles eyes; ///< How pictures for two eyes are made; named as PhotoOutputs::stereo.
     /// The pictures of the eyes stay as they were photographed: no option changes them.
     bool keepsEyes = true;
-    std::optional<PrintOptions> print;
-    bool isStrengthGiven = false; ///< As a number, or by a camera.
-    SwayOptions sway;
-    cv::Size swaySize;                        ///< The swaying video's; empty: the photo's.
+    bool isStrengthGiven = false;             ///< As a number, or by a camera.
     std::map<std::string, std::string> given; ///< The options as they were given, for the report.
 };
 /// What a job needs the display for.
@@ -110,13 +132,16 @@ PhotoInputs listPhotos(const PhotoJob& job, Messages& messages);
 /// Derives the plan from a job. The names of the outputs depend on all inputs.
 /// @param layout layout of the quilts, which is part of their names
 /// @throws UsageError, Error
-PhotoPlan planPhotos(const PhotoJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
+PhotoPlan planPhotos(const OutputJob& job, const ChosenDisplay& display, const QuiltLayout& layout,
                      const PhotoInputs& inputs);
 
 /// Checks every name before any work, see Outputs::check(). The result creates the directories.
 /// With PhotoJob::skipExisting, marks the photos whose outputs all exist.
 /// @param views number of views that `--save-views` writes
+/// @param alsoRead further files that are read
 /// @throws UsageError, Error
+Outputs checkedOutputs(const OutputJob& job, PhotoPlan& plan, const ChosenDisplay& display,
+                       int views, const Outputs::Files& alsoRead = {});
 Outputs checkedOutputs(const PhotoJob& job, PhotoPlan& plan, const ChosenDisplay& display,
                        int views);
 

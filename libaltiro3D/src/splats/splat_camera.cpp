@@ -1,4 +1,5 @@
 #include "base/checks.hpp"
+#include "base/pixel_rows.hpp"
 #include "scene/framing.hpp"
 #include "splats/splat_collector.hpp"
 
@@ -217,11 +218,8 @@ SplatPlacement placeSplats(const SplatView& view, const SplatCamera& camera,
     checkType(view.distance, {CV_32FC1}, "distance", "CV_32FC1");
     const auto closenessIn = [&](const cv::Rect& part) {
         std::vector<double> values;
-        for (int y = part.y; y < part.br().y; ++y)
-            for (int x = part.x; x < part.br().x; ++x) {
-                const float distance = view.distance.at<float>(y, x);
-                if (distance > 0) values.push_back(1 / static_cast<double>(distance));
-            }
+        for (const float distance : cv::Mat1f(view.distance(part)))
+            if (distance > 0) values.push_back(1 / static_cast<double>(distance));
         std::sort(values.begin(), values.end());
         return values;
     };
@@ -257,15 +255,10 @@ SplatPlacement placeSplats(const SplatView& view, const SplatCamera& camera,
 cv::Mat depthOf(const SplatView& view, const SplatPlacement& placement) {
     const double low = 1 / placement.zFar;
     const double range = std::max(1 / placement.zNear - low, 1e-12);
-    cv::Mat depth(view.distance.size(), CV_32FC1);
-    for (int y = 0; y < depth.rows; ++y)
-        for (int x = 0; x < depth.cols; ++x) {
-            const float distance = view.distance.at<float>(y, x);
-            const double value = (1 / static_cast<double>(distance) - low) / range;
-            depth.at<float>(y, x) =
-                distance > 0 ? static_cast<float>(std::clamp(value, 0.0, 1.0)) : 0;
-        }
-    return depth;
+    return mapped<float, float>(view.distance, [&](float distance) {
+        const double value = (1 / static_cast<double>(distance) - low) / range;
+        return distance > 0 ? static_cast<float>(std::clamp(value, 0.0, 1.0)) : 0;
+    });
 }
 
 } // namespace altiro3D

@@ -56,6 +56,31 @@ cv::Vec3d turnedBy(const cv::Vec4d& q, const cv::Vec3d& v) {
 
 } // namespace
 
+SplatScene randomSplats(int count, int degree) {
+    cv::RNG random(7);
+    const auto number = [&](double low, double high) {
+        return static_cast<float>(random.uniform(low, high));
+    };
+    SplatScene scene;
+    scene.degree = degree;
+    for (int i = 0; i < count; ++i) {
+        const float z = number(-1, 8);
+        cv::Vec4f q(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1));
+        q /= cv::norm(q);
+        Splat splat{{z * number(-0.6, 0.6), z * number(-0.6, 0.6), z},
+                    {},
+                    q,
+                    {number(-0.2, 1.2), number(0, 1), number(0, 1)},
+                    number(0, 1)};
+        for (float& radius : splat.radii.val)
+            radius = std::exp(number(-7, -1));
+        scene.splats.push_back(splat);
+        for (int k = 0; k < 3 * ((degree + 1) * (degree + 1) - 1); ++k)
+            scene.harmonics.push_back(number(-0.2, 0.2));
+    }
+    return scene;
+}
+
 cv::Mat slowSplats(const SplatScene& scene, const SplatCamera& camera, double shift,
                    double focusDistance, double nearest, cv::Mat* alpha) {
     const CameraIntrinsics& lens = camera.intrinsics;

@@ -4,6 +4,9 @@
 
 namespace altiro3D::test {
 
+/// Splats of all shapes, near and far, with harmonics; some are behind a camera at the origin.
+SplatScene randomSplats(int count, int degree);
+
 /// A view of splats by the published formula (Kerbl et al. 2023), in double precision, splat by
 /// splat: the slow twin of SplatRenderer.
 /// @param shift, focusDistance as for SplatRenderer::render()

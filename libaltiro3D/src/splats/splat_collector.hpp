@@ -21,11 +21,6 @@ constexpr std::size_t coefficientsOf(int degree) {
     return static_cast<std::size_t>((degree + 1) * (degree + 1) - 1);
 }
 
-/// The degree of so many coefficients for all three colours.
-inline int degreeOf(std::size_t coefficients) {
-    return cvRound(std::sqrt(static_cast<double>(coefficients / 3) + 1)) - 1;
-}
-
 /// The display value of a file's coefficient of degree 0, and the other way round.
 inline float displayValue(float harmonic) {
     return static_cast<float>(0.5 + kHarmonic0 * static_cast<double>(harmonic));
@@ -79,7 +74,7 @@ class SplatCollector {
 
     /// @param splat its rotation may have any length
     /// @param harmonics red, green, blue of each coefficient; may be null without harmonics
-    void add(Splat splat, const float* harmonics);
+    void add(Splat splat, const double* harmonics);
 
     /// @param name of the file, for errors
     /// @return the scene @throws Error BadFormat (no splat is left)

@@ -18,17 +18,18 @@ SplatCollector::SplatCollector(std::uint64_t count, int degree) : fileDegree_(de
     scene_.harmonics.reserve(count * 3 * coefficientsOf(scene_.degree));
 }
 
-void SplatCollector::add(Splat splat, const float* harmonics) {
+void SplatCollector::add(Splat splat, const double* harmonics) {
     constexpr float kFarthest = 1e15F;
     constexpr float kLargest = 5e8F; // e^20
-    constexpr float kBrightest = 1e6F;
+    constexpr double kBrightest = 1e6;
     const std::size_t count = 3 * coefficientsOf(scene_.degree);
     bool isUsable = splat.opacity >= 0;
     for (int i = 0; i < 3; ++i)
         isUsable = isUsable && std::abs(splat.centre[i]) < kFarthest && splat.radii[i] >= 0 &&
-                   splat.radii[i] < kLargest && std::abs(splat.colour[i]) < kBrightest;
+                   splat.radii[i] < kLargest &&
+                   static_cast<double>(std::abs(splat.colour[i])) < kBrightest;
     isUsable = isUsable && std::all_of(harmonics, harmonics + count,
-                                       [](float v) { return std::abs(v) < kBrightest; });
+                                       [](double v) { return std::abs(v) < kBrightest; });
     double length = 0;
     for (const float q : splat.rotation.val)
         length += static_cast<double>(q) * static_cast<double>(q);

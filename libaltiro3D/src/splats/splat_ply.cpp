@@ -46,21 +46,20 @@ struct PlyElement {
     std::uint64_t count = 0;
     std::vector<PlyProperty> properties;
 
-    // Its place among the numbers of a row; -1: there is none.
-    int column(std::string_view wanted) const {
-        const auto found =
-            std::find_if(properties.begin(), properties.end(), [&](const PlyProperty& property) {
-                return property.name == wanted && property.length == nullptr;
-            });
-        return found == properties.end() ? -1 : static_cast<int>(found - properties.begin());
+    bool has(std::string_view wanted) const {
+        return std::any_of(properties.begin(), properties.end(), [&](const PlyProperty& property) {
+            return property.name == wanted && property.length == nullptr;
+        });
     }
 };
 
-using Row = std::vector<double>;
-
-double cell(const Row& row, int column, double otherwise = 0) {
-    return column < 0 ? otherwise : row[static_cast<std::size_t>(column)];
-}
+// A number that is wanted of each row.
+struct PlyField {
+    std::string name;
+    std::optional<double> otherwise = std::nullopt; // if there is none; nothing: it is needed
+};
+using PlyFields = std::vector<PlyField>;
+using Row = std::vector<double>; // of wanted numbers, and one more
 
 // A file, read row by row in the order of its elements.
 class PlyFile {
@@ -83,17 +82,30 @@ class PlyFile {
         throw Error(code, name_, problem);
     }
 
-    // Passes the rows of the next element, a number for each property.
+    // Passes the wanted numbers of each row of the next element.
     // @param mayEnd the file may end before the last one
     template <class Take>
-    void rows(const PlyElement& element, const Take& take, bool mayEnd = false) {
-        Row row(element.properties.size());
-        for (std::uint64_t i = 0; i < element.count && !row.empty(); ++i) {
-            if (!readRow(element, row)) {
-                if (mayEnd) return;
+    void rows(const PlyElement& element, const PlyFields& fields, const Take& take,
+              bool mayEnd = false) {
+        Row row(fields.size() + 1); // the last one for all that is not wanted
+        for (std::size_t k = 0; k < fields.size(); ++k)
+            row[k] = fields[k].otherwise.value_or(0);
+        std::vector<double*> places; // of its properties
+        for (const PlyProperty& property : element.properties) {
+            std::size_t k = 0;
+            while (k < fields.size() &&
+                   (fields[k].name != property.name || property.length != nullptr))
+                ++k;
+            places.push_back(&row[k]);
+        }
+        for (std::uint64_t i = 0; i < element.count && !places.empty(); ++i) {
+            if (readRow(element, places)) {
+                take(row);
+            } else if (mayEnd) {
+                return;
+            } else {
                 tellCut(element, i);
             }
-            take(row);
         }
     }
 
@@ -176,13 +188,13 @@ class PlyFile {
     }
 
     // @return false if the file ends before
-    bool readRow(const PlyElement& element, Row& row) {
-        for (std::size_t k = 0; k < row.size(); ++k) {
+    bool readRow(const PlyElement& element, const std::vector<double*>& places) {
+        for (std::size_t k = 0; k < places.size(); ++k) {
             const PlyProperty& property = element.properties[k];
             double entries = 1;
             if (property.length != nullptr && !next(*property.length, entries)) return false;
             for (; entries >= 1; --entries)
-                if (!next(*property.type, row[k])) return false;
+                if (!next(*property.type, *places[k])) return false;
         }
         return true;
     }
@@ -224,92 +236,74 @@ class PlyFile {
     bool isSwapped_ = false;
 };
 
-// The columns of red, green and blue of each coefficient; files have all of red first.
-std::vector<int> harmonicColumns(const PlyFile& file, const PlyElement& element) {
-    std::vector<int> columns;
+// Adds red, green and blue of each coefficient; files have all of red first. @return the degree
+int addHarmonics(const PlyFile& file, const PlyElement& element, PlyFields& fields) {
+    const auto name = [](std::size_t i) { return "f_rest_" + std::to_string(i); };
     std::size_t count = 0;
-    const auto column = [&](std::size_t i) {
-        return element.column("f_rest_" + std::to_string(i));
-    };
-    while (column(count) >= 0)
+    while (element.has(name(count)))
         ++count;
-    if (3 * coefficientsOf(degreeOf(count)) != count || count > 72)
+    int degree = 0;
+    while (degree < 5 && 3 * coefficientsOf(degree) != count)
+        ++degree;
+    if (degree == 5)
         file.refuse("has " + std::to_string(count) +
                     " coefficients of harmonics, expected 0, 9, 24, 45 or 72");
     for (std::size_t i = 0; i < count; ++i)
-        columns.push_back(column(i % 3 * (count / 3) + i / 3));
-    return columns;
+        fields.push_back({name(i % 3 * (count / 3) + i / 3)});
+    return degree;
 }
 
-std::vector<int> columnsOf(const PlyElement& element, std::initializer_list<const char*> names) {
-    std::vector<int> columns;
-    for (const char* const name : names)
-        columns.push_back(element.column(name));
-    return columns;
-}
-
-bool lacksOne(const std::vector<int>& columns) {
-    return std::count(columns.begin(), columns.end(), -1) > 0;
-}
-
-void takeCells(const Row& row, const std::vector<int>& columns, std::vector<float>& values) {
-    values.resize(columns.size());
-    for (std::size_t i = 0; i < columns.size(); ++i)
-        values[i] = static_cast<float>(cell(row, columns[i]));
+bool hasAll(const PlyElement& element, const PlyFields& fields) {
+    return std::all_of(fields.begin(), fields.end(), [&](const PlyField& field) {
+        return field.otherwise || element.has(field.name);
+    });
 }
 
 SplatCollector readPlain(PlyFile& file, const PlyElement& vertex) {
-    std::vector<int> columns =
-        columnsOf(vertex, {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0",
-                           "scale_1", "rot_0", "rot_1", "rot_2", "rot_3"});
-    if (lacksOne(columns)) {
+    constexpr double kFlat = -std::numeric_limits<double>::infinity(); // discs have two radii
+    PlyFields fields = {{"x"},      {"y"},       {"z"},       {"f_dc_0"},  {"f_dc_1"},
+                        {"f_dc_2"}, {"opacity"}, {"scale_0"}, {"scale_1"}, {"scale_2", kFlat},
+                        {"rot_0"},  {"rot_1"},   {"rot_2"},   {"rot_3"}};
+    if (!hasAll(vertex, fields)) {
         const PlyElement* const faces = file.find("face");
         file.refuse(faces != nullptr && faces->count > 0 ? "is a mesh, expected Gaussian splats"
-                    : vertex.column("opacity") < 0
+                    : !vertex.has("opacity")
                         ? "is a cloud of points, expected Gaussian splats"
                         : "lacks fields of splats, expected x, f_dc_0, opacity, scale_0, rot_0 and "
                           "those that follow them",
                     ErrorCode::Unsupported);
     }
-    const bool areDiscs = vertex.column("scale_2") < 0;
-    columns.push_back(vertex.column("scale_2"));
-    const std::vector<int> rest = harmonicColumns(file, vertex);
-    std::vector<float> v;
-    std::vector<float> harmonics;
-    SplatCollector collector(vertex.count, degreeOf(rest.size()));
-    file.rows(vertex, [&](const Row& row) {
-        takeCells(row, columns, v);
-        takeCells(row, rest, harmonics);
+    const std::size_t count = fields.size();
+    SplatCollector collector(vertex.count, addHarmonics(file, vertex, fields));
+    file.rows(vertex, fields, [&](const Row& row) {
+        const auto at = [&](std::size_t k) { return static_cast<float>(row[k]); };
         Splat splat;
-        splat.centre = {v[0], v[1], v[2]};
-        splat.colour = {displayValue(v[3]), displayValue(v[4]), displayValue(v[5])};
-        splat.opacity = opacityOf(v[6]);
-        splat.radii = {radiusOf(v[7]), radiusOf(v[8]), areDiscs ? 0 : radiusOf(v[13])};
-        splat.rotation = {v[9], v[10], v[11], v[12]};
-        collector.add(splat, harmonics.data());
+        splat.centre = {at(0), at(1), at(2)};
+        splat.colour = {displayValue(at(3)), displayValue(at(4)), displayValue(at(5))};
+        splat.opacity = opacityOf(at(6));
+        splat.radii = {radiusOf(at(7)), radiusOf(at(8)), radiusOf(at(9))};
+        splat.rotation = {at(10), at(11), at(12), at(13)};
+        collector.add(splat, &row[count]);
     });
     return collector;
 }
 
 // PlayCanvas' compressed form: numbers of 8 to 11 bits between the limits of 256 splats, which are
 // the lowest x y z, scale x y z, r g b, then the highest ones.
-using Limits = std::array<double, 18>;
+using Limits = std::vector<Row>;
 
-std::vector<Limits> readLimits(PlyFile& file, const PlyElement& element) {
-    constexpr const char* kNames[] = {"x",       "y", "z", "scale_x", "scale_y",
-                                      "scale_z", "r", "g", "b"};
-    std::array<int, 18> columns{};
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-        columns[i] = element.column((i < 9 ? "min_" : "max_") + std::string(kNames[i % 9]));
-        if (columns[i] < 0 && i % 9 < 6)
-            file.refuse("lacks the limits of its chunks, expected a compressed .ply file");
+Limits readLimits(PlyFile& file, const PlyElement& element) {
+    PlyFields fields;
+    for (const std::string& end : {std::string("min_"), std::string("max_")}) {
+        for (const char* const name : {"x", "y", "z", "scale_x", "scale_y", "scale_z"})
+            fields.push_back({end + name});
+        for (const char* const name : {"r", "g", "b"}) // old files have none
+            fields.push_back({end + name, end == "min_" ? 0 : 1});
     }
-    std::vector<Limits> limits;
-    file.rows(element, [&](const Row& row) {
-        limits.emplace_back();
-        for (std::size_t i = 0; i < columns.size(); ++i) // old files have none of colours
-            limits.back()[i] = cell(row, columns[i], i < 9 ? 0 : 1);
-    });
+    if (!hasAll(element, fields))
+        file.refuse("lacks the limits of its chunks, expected a compressed .ply file");
+    Limits limits;
+    file.rows(element, fields, [&](const Row& row) { limits.push_back(row); });
     return limits;
 }
 
@@ -318,22 +312,21 @@ double bitsOf(std::uint32_t packed, unsigned shift, unsigned count) {
     return static_cast<double>(packed >> shift & most) / most;
 }
 
-SplatCollector readCompressed(PlyFile& file, const PlyElement& vertex,
-                              const std::vector<Limits>& chunks) {
-    const std::vector<int> columns =
-        columnsOf(vertex, {"packed_position", "packed_rotation", "packed_scale", "packed_color"});
-    if (lacksOne(columns)) file.refuse("lacks packed fields, expected a compressed .ply file");
+SplatCollector readCompressed(PlyFile& file, const PlyElement& vertex, const Limits& chunks) {
+    const PlyFields fields = {
+        {"packed_position"}, {"packed_rotation"}, {"packed_scale"}, {"packed_color"}};
+    if (!hasAll(vertex, fields))
+        file.refuse("lacks packed fields, expected a compressed .ply file");
     if (chunks.size() < (vertex.count + 255) / 256)
         file.refuse("has " + std::to_string(chunks.size()) +
                     " chunks, expected one for 256 splats");
     std::vector<Splat> splats;
     splats.reserve(vertex.count);
-    file.rows(vertex, [&](const Row& row) {
+    file.rows(vertex, fields, [&](const Row& row) {
         const auto packed = [&](std::size_t k) {
-            const double value = cell(row, columns[k]);
-            return value >= 0 && value <= UINT32_MAX ? static_cast<std::uint32_t>(value) : 0U;
+            return row[k] >= 0 && row[k] <= UINT32_MAX ? static_cast<std::uint32_t>(row[k]) : 0U;
         };
-        const Limits& limits = chunks[splats.size() / 256];
+        const Row& limits = chunks[splats.size() / 256];
         const auto between = [&](std::size_t k, double t) {
             return static_cast<float>(limits[k] * (1 - t) + limits[9 + k] * t);
         };
@@ -352,22 +345,21 @@ SplatCollector readCompressed(PlyFile& file, const PlyElement& vertex,
         splat.opacity = static_cast<float>(bitsOf(packed(3), 0, 8));
     });
     const PlyElement* const sh = file.find("sh");
-    const std::vector<int> rest = sh == nullptr ? std::vector<int>() : harmonicColumns(file, *sh);
-    SplatCollector collector(vertex.count, degreeOf(rest.size()));
-    std::vector<float> harmonics(rest.size());
+    PlyFields rest;
+    const int degree = sh == nullptr ? 0 : addHarmonics(file, *sh, rest);
+    SplatCollector collector(vertex.count, degree);
     std::size_t i = 0;
-    if (!rest.empty()) {
+    if (degree > 0) {
         file.requireRows(*sh);
-        file.rows(*sh, [&](Row& row) {
+        file.rows(*sh, rest, [&](Row& row) {
             for (double& value : row) // 0 and 255 are the ends, others the middle of their interval
                 value = 8 * ((value == 0 ? 0 : value == 255 ? 1 : (value + 0.5) / 256) - 0.5);
-            takeCells(row, rest, harmonics);
-            if (i < splats.size()) collector.add(splats[i++], harmonics.data());
+            if (i < splats.size()) collector.add(splats[i++], row.data());
         });
     }
-    std::fill(harmonics.begin(), harmonics.end(), 0.0F);
+    const Row none(rest.size());
     while (i < splats.size())
-        collector.add(splats[i++], harmonics.data());
+        collector.add(splats[i++], none.data());
     return collector;
 }
 
@@ -414,7 +406,7 @@ SplatScene parsePly(std::string_view bytes, const std::string& name, Notes* note
     PlyFile file(bytes, name);
     const PlyElement* const vertex = file.find("vertex");
     if (vertex == nullptr) file.refuse("has no vertices, expected splats");
-    std::vector<Limits> chunks;
+    Limits chunks;
     std::map<std::string, Row> values;
     std::optional<SplatScene> scene;
     for (const PlyElement& element : file.elements) {
@@ -429,10 +421,12 @@ SplatScene parsePly(std::string_view bytes, const std::string& name, Notes* note
         } else if (element.name != "sh") {
             constexpr std::size_t kMost = 64; // values of a camera
             Row& all = values[element.name];
+            PlyFields first;
+            if (!element.properties.empty()) first.push_back({element.properties.front().name});
             const auto take = [&](const Row& row) {
                 if (all.size() < kMost) all.push_back(row.front());
             };
-            file.rows(element, take, scene.has_value());
+            file.rows(element, first, take, scene.has_value());
         }
     }
     scene->isAntialiased = file.isAntialiased;

@@ -187,7 +187,7 @@ SplatScene parseSpz(std::string_view bytes, const std::string& name, SplatAxes a
     const ByteReader rotations(arrays[4], true);
     const auto unit = static_cast<float>(std::ldexp(1.0, -header.fractionBits));
     SplatCollector collector(header.count, header.degree);
-    std::vector<float> harmonics(3 * coefficientsOf(header.degree));
+    std::vector<double> harmonics(3 * coefficientsOf(header.degree));
     for (std::uint64_t i = 0; i < header.count; ++i) {
         Splat splat;
         cv::Vec3f xyz; // of the rotation
@@ -210,7 +210,7 @@ SplatScene parseSpz(std::string_view bytes, const std::string& name, SplatAxes a
         splat.rotation = header.version < 3 ? firstThree(xyz[0], xyz[1], xyz[2])
                                             : rotationOf(rotations.u32(4 * i));
         for (std::size_t k = 0; k < harmonics.size(); ++k)
-            harmonics[k] = (code(5, i * harmonics.size() + k) - 128) / 128;
+            harmonics[k] = (static_cast<double>(code(5, i * harmonics.size() + k)) - 128) / 128;
         collector.add(splat, harmonics.data());
     }
     SplatScene scene = collector.finish(name, notes);

@@ -2,6 +2,7 @@
 #include "altiro3D/splats.hpp"
 
 #include "support/files.hpp"
+#include "support/splat_reference.hpp"
 
 #include <cmath>
 #include <cstring>
@@ -117,16 +118,14 @@ TEST(SplatFile, PlyIsReadInAllItsForms) {
 }
 
 TEST(SplatFile, HarmonicsOfPlyHaveAllOfRedFirst) {
-    std::string properties;
-    for (const char* const field : kFields)
-        properties += "property float " + std::string(field) + "\n";
+    std::string further;
     Row row = kRow;
     for (int i = 0; i < 9; ++i) {
-        properties += "property float f_rest_" + std::to_string(i) + "\n";
+        further += "property float f_rest_" + std::to_string(i) + "\n";
         row.push_back(i);
     }
     const SplatScene scene =
-        parseSplats(header("binary_little_endian", 1, properties) + bytesOf(row), "a.ply");
+        parseSplats(header("binary_little_endian", 1, "", further) + bytesOf(row), "a.ply");
     EXPECT_EQ(scene.degree, 1);
     EXPECT_EQ(scene.harmonics, std::vector<float>({0, 3, 6, 1, 4, 7, 2, 5, 8}));
 }
@@ -152,40 +151,35 @@ TEST(SplatFile, SplatsThatMakeNoSenseAreLeftOutAndCounted) {
     EXPECT_TRUE(contains(refusal(plyOf({rows[1]})), "has no splat whose numbers make sense"));
 }
 
-TEST(SplatFile, WhatIsNoSceneOfSplatsIsRefused) {
+TEST(SplatFile, WhatIsNoSceneOfSplatsOrEndsEarlyIsRefused) {
     const std::string points = "property float x\nproperty float y\nproperty float z\n";
-    EXPECT_TRUE(
-        contains(refusal(header("ascii", 3, points, "element face 1\nproperty list uchar int v\n") +
-                         "0 0 0 1 0 0 0 1 0 3 0 1 2"),
-                 "is a mesh, expected Gaussian splats"));
-    EXPECT_TRUE(contains(refusal(header("ascii", 1, points) + "1 2 3"), "is a cloud of points"));
-    EXPECT_TRUE(contains(refusal("PK\3\4", "a.sog"), "format SOG, expected .ply, .splat or .spz"));
-    EXPECT_TRUE(contains(refusal("x", "a.ksplat"), "format ksplat"));
-    EXPECT_TRUE(contains(refusal("glTF", "a.glb"), "is a mesh"));
-    EXPECT_TRUE(contains(refusal(""), "is empty"));
-    EXPECT_TRUE(contains(refusal("hello"), "is not a scene of splats"));
-    EXPECT_TRUE(contains(refusal("ply\nformat ascii 1.0\nend_header\n"), "has no vertices"));
-    EXPECT_TRUE(contains(refusal("ply\nfor"), "has no end of its header"));
-    EXPECT_TRUE(contains(refusal("ply\nformat vax 1.0\nend_header\n"), "has no known format line"));
-    EXPECT_TRUE(contains(refusal(header("ascii", 1) + "1 2 three 4 5 6 7 8 9 10 11 12 13 14"),
-                         "has \"three\" among its numbers"));
-    EXPECT_TRUE(contains(refusal(header("ascii", 0)), "has no splats"));
-    EXPECT_TRUE(
-        contains(refusal("ply\nformat ascii 1.0\nelement vertex -1\nend_header\n"), "\"-1\""));
-}
-
-TEST(SplatFile, WhatEndsEarlyIsToldBeforeMemoryIsTaken) {
+    const std::string face = "element face 1\nproperty list uchar int v\n";
+    const std::string numbers = "1 2 3 4 5 6 7 8 9 10 11 12 13 ";
     const std::string whole = plyOf({kRow, kRow, kRow});
-    EXPECT_TRUE(contains(refusal(whole.substr(0, whole.size() - 1)), "ends after 2 of 3 splats"));
-    EXPECT_TRUE(contains(refusal(header("binary_little_endian", 60'000'000) + bytesOf(kRow)),
-                         "ends after 1 of 60000000"));
-    EXPECT_TRUE(contains(refusal(header("binary_little_endian", 18'446'744'073'709'551'615U)),
-                         "expected at most"));
-    EXPECT_TRUE(
-        contains(refusal(header("ascii", 2) +
-                         "1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27"),
-                 "ends after 1 of 2 splats"));
-    EXPECT_TRUE(contains(refusal(std::string(33, '\1'), "a.splat"), "ends within splat 2"));
+    const std::string binary = "binary_little_endian";
+    const std::tuple<std::string, const char*, const char*> kRefused[] = {
+        {header("ascii", 3, points, face) + "0 0 0 1 0 0 0 1 0 3 0 1 2", "a.ply",
+         "is a mesh, expected Gaussian splats"},
+        {header("ascii", 1, points) + "1 2 3", "a.ply", "is a cloud of points"},
+        {"PK\3\4", "a.sog", "format SOG, expected .ply, .splat or .spz"},
+        {"x", "a.ksplat", "format ksplat"},
+        {"glTF", "a.glb", "is a mesh"},
+        {"", "a.ply", "is empty"},
+        {"hello", "a.ply", "is not a scene of splats"},
+        {"ply\nformat ascii 1.0\nend_header\n", "a.ply", "has no vertices"},
+        {"ply\nfor", "a.ply", "has no end of its header"},
+        {"ply\nformat vax 1.0\nend_header\n", "a.ply", "has no known format line"},
+        {header("ascii", 1) + numbers + "three", "a.ply", "has \"three\" among its numbers"},
+        {header("ascii", 0), "a.ply", "has no splats"},
+        {"ply\nformat ascii 1.0\nelement vertex -1\nend_header\n", "a.ply", "\"-1\""},
+        {whole.substr(0, whole.size() - 1), "a.ply", "ends after 2 of 3 splats"},
+        // before memory is taken
+        {header(binary, 60'000'000) + bytesOf(kRow), "a.ply", "ends after 1 of 60000000"},
+        {header(binary, 18'446'744'073'709'551'615U), "a.ply", "expected at most"},
+        {header("ascii", 2) + numbers + "14 " + numbers, "a.ply", "ends after 1 of 2 splats"},
+        {std::string(33, '\1'), "a.splat", "ends within splat 2"}};
+    for (const auto& [bytes, name, sentence] : kRefused)
+        EXPECT_TRUE(contains(refusal(bytes, name), sentence));
 }
 
 TEST(SplatFile, TheCameraOfSharpIsRead) {
@@ -241,24 +235,7 @@ TEST(SplatFile, TheMiddleOneOfTheCamerasBesideAFileIsTaken) {
 }
 
 TEST(SplatFile, SpzIsWrittenAndReadWithinItsSteps) {
-    SplatScene scene;
-    scene.degree = 3;
-    cv::RNG random(3);
-    for (int i = 0; i < 500; ++i) {
-        Splat splat;
-        for (int k = 0; k < 3; ++k) {
-            splat.centre[k] = random.uniform(-90.0F, 90.0F);
-            splat.radii[k] = std::exp(random.uniform(-8.0F, 3.0F));
-            splat.colour[k] = random.uniform(0.0F, 1.0F);
-        }
-        for (float& q : splat.rotation.val)
-            q = random.uniform(-1.0F, 1.0F);
-        splat.rotation /= cv::norm(splat.rotation);
-        splat.opacity = random.uniform(0.0F, 1.0F);
-        scene.splats.push_back(splat);
-        for (int k = 0; k < 45; ++k)
-            scene.harmonics.push_back(random.uniform(-0.9F, 0.9F));
-    }
+    SplatScene scene = randomSplats(500, 3);
     const TemporaryDirectory directory;
     writeSplats(directory / "a.spz", scene);
     const SplatScene back = readSplats(directory / "a.spz");

@@ -440,8 +440,8 @@ int main(int argc, char** argv) {
     commandLine.addSection("Output");
     addSwayFileOption(commandLine, "It shows them in the shape that they have in the Native and");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
-    PageOptions::add(commandLine, "the views, blended; for a folder, FILE is a folder of pages; "
-                                  "without OUT no Native is made");
+    PageOptions::add(commandLine, "the views, blended",
+                     " For a folder, FILE is a folder of pages. Without OUT no Native is made.");
     GoFolder::addOptions(commandLine, "quilts");
     addBridgeOptions(commandLine, "Instead of Natives: show the quilts, also videos, by");
     commandLine.add({"y"}, "Replace outputs that exist.");

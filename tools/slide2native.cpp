@@ -218,9 +218,8 @@ int main(int argc, char** argv) {
     commandLine.add({"save-splats"},
                     "Also write the middle view with its depth as Gaussian splats.",
                     "FILE.ply|FILE.spz");
-    PageOptions::add(commandLine,
-                     "the views, blended; without OUT, which may be left out for a video or a "
-                     "folder, no Native is made");
+    PageOptions::add(commandLine, "the views, blended",
+                     " Without OUT, of a video or a folder no Native is made.");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     addSwayFileOption(commandLine, "It shows the views, and");
     commandLine.add({"y"}, "Replace outputs that exist.");

@@ -5,9 +5,11 @@
 #include "cli/quilt_options.hpp"
 #include "photo/photo_plan.hpp"
 
+#include <locale>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <sstream>
 
 using namespace altiro3D;
 using namespace altiro3D::tools;
@@ -38,17 +40,13 @@ struct SplatRun {
 };
 
 std::optional<cv::Vec3d> readPlace(const std::string& text) {
+    std::istringstream stream(text);
+    stream.imbue(std::locale::classic());
     cv::Vec3d place;
-    std::string rest = text;
-    for (int i = 0; i < 3; ++i) {
-        const std::size_t end = std::min(rest.find(','), rest.size());
-        const std::string number = rest.substr(0, end);
-        if (number.empty() || number.find_first_not_of("0123456789.eE+-") != std::string::npos)
-            return std::nullopt;
-        place[i] = numberAt(number);
-        if ((end == rest.size()) != (i == 2)) return std::nullopt;
-        rest.erase(0, std::min(end + 1, rest.size()));
-    }
+    char first = 0;
+    char second = 0;
+    stream >> place[0] >> first >> place[1] >> second >> place[2];
+    if (!stream || !stream.eof() || first != ',' || second != ',') return std::nullopt;
     return place;
 }
 
@@ -322,7 +320,7 @@ int main(int argc, char** argv) {
                             "DIR");
     commandLine.add({"save-depth"},
                     "Also write the depth of the middle view, 16-bit, near = white.", "FILE.png");
-    PageOptions::add(commandLine, "the views, blended; without OUT no Native is made");
+    PageOptions::add(commandLine, "the views, blended", " Without OUT no Native is made.");
     EyesFiles::add(commandLine, "The eyes' pictures are two of the views.", false);
     addSwayFileOption(commandLine, "It shows the scene from the sides, and");
     GoFolder::addOptions(commandLine, "scenes");

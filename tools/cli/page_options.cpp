@@ -15,11 +15,10 @@ PageOptions::PageOptions(const CommandLine& commandLine) {
                               " describes a page, expected --save-page with it");
 }
 
-void PageOptions::add(CommandLine& commandLine, const std::string& shows) {
+void PageOptions::add(CommandLine& commandLine, const std::string& shows, const std::string& more) {
     commandLine.add({"save-page"},
-                    "Also write one page that any browser opens without a connection. It moves "
-                    "with the mouse, a finger or by itself, and shows " +
-                        shows + ".",
+                    "Also write one page that any browser opens without a connection. It shows " +
+                        shows + ", and moves with the mouse, a finger or by itself." + more,
                     "FILE.html");
     commandLine.addAdvanced({"page-side"},
                             "Longer side of the picture in the page in px, at most (default " +

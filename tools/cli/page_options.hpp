@@ -18,7 +18,9 @@ struct PageOptions {
     /// @throws UsageError
     explicit PageOptions(const CommandLine& commandLine);
     /// Declares the options. @param shows "the photo in depth", what the page shows
-    static void add(CommandLine& commandLine, const std::string& shows);
+    /// @param more further sentences, with a space before them
+    static void add(CommandLine& commandLine, const std::string& shows,
+                    const std::string& more = {});
 
     /// What a page says of a picture: the name of its file, its author and licence.
     PageText text(const std::filesystem::path& picture) const;

@@ -82,6 +82,12 @@ struct TileLists {
     std::vector<std::uint64_t> starts; // of each tile in `splats`, and the end
     std::vector<std::uint32_t> splats;
 
+    // The first and the end of those at a px.
+    std::pair<const std::uint32_t*, const std::uint32_t*> at(int pixel) const {
+        const auto tile = static_cast<std::size_t>(pixel / kSplatTile);
+        return {splats.data() + starts[tile], splats.data() + starts[tile + 1]};
+    }
+
     // @param pixels of the side that the tiles divide
     // @param first, last px that a splat reaches
     template <class Splats, class Pixel>
@@ -122,197 +128,184 @@ struct SplatRenderer::Impl {
         SplatTile tile{};
     };
 
-    void prepare();
-    std::optional<Prepared> prepared(std::uint32_t index, const cv::Vec3d& place) const;
-    bool project(const Prepared& splat, double shift, double closeness, ProjectedSplat& to) const;
-    void renderRow(int row, double shift, double closeness, Work& work, cv::Mat& picture,
-                   SplatView* view) const;
-    void renderAll(double shift, double closeness, cv::Mat& picture, SplatView* view) const;
-};
-
-std::optional<Prepared> SplatRenderer::Impl::prepared(std::uint32_t index,
-                                                      const cv::Vec3d& place) const {
-    const Splat& splat = scene->splats[index];
-    const CameraIntrinsics& lens = camera.intrinsics;
-    if (static_cast<double>(splat.opacity) < kFaintest) return std::nullopt;
-    const double z = place[2];
-    const double steepest = kFarToSide * camera.size.height / (2 * lens.fy) +
-                            std::abs(lens.cy - (camera.size.height - 1) / 2.0) / lens.fy;
-    const double e = -std::clamp(place[1] / z, -steepest, steepest);
-    const cv::Matx33d s = covarianceOf(splat, camera.axes);
-    const double xx = lens.fx * lens.fx / (z * z);
-    const double xy = lens.fx * lens.fy / (z * z);
-    const double yy = lens.fy * lens.fy / (z * z);
-    const double down = yy * (s(1, 1) + 2 * e * s(1, 2) + e * e * s(2, 2));
-    const double a = 1 + std::abs(place[0] / z);
-    const double x = lens.fx * place[0] / z + lens.cx;
-    const double y = lens.fy * place[1] / z + lens.cy;
-    if (!(down < kLargest && xx * a * a * (s(0, 0) + s(2, 2)) < kLargest &&
-          std::abs(x) < kLargest && std::abs(y) < kLargest))
-        return std::nullopt;
-    Prepared result{};
-    result.x = static_cast<float>(x);
-    result.y = static_cast<float>(y);
-    result.closeness = static_cast<float>(1 / z);
-    result.across = xx * cv::Vec3d(s(0, 0), 2 * s(0, 2), s(2, 2));
-    result.mixed = xy * cv::Vec2d(s(0, 1) + e * s(0, 2), s(1, 2) + e * s(2, 2));
-    result.down = static_cast<float>(down);
-    result.opacity = splat.opacity;
-    result.colour = splat.colour;
-    result.index = index;
-    const double limit = std::log(kFaintest / static_cast<double>(splat.opacity));
-    result.limit = static_cast<float>(limit);
-    const double reach = reachOf(limit, down + kLowPass);
-    const int height = camera.size.height;
-    const int top = firstIn(y - reach, height - 1);
-    const int bottom = lastIn(y + reach, height - 1);
-    if (top > bottom) return std::nullopt;
-    result.top = static_cast<std::uint16_t>(top);
-    result.bottom = static_cast<std::uint16_t>(bottom);
-    return result;
-}
-
-void SplatRenderer::Impl::prepare() {
-    const auto placeOf = [&](std::uint32_t i) {
-        return camera.axes * (cv::Vec3d(scene->splats[i].centre) - camera.eye);
-    };
-    std::vector<std::pair<float, std::uint32_t>> order(scene->splats.size()); // by distance
-    overAll(order.size(), [&](std::size_t i) {
-        const auto index = static_cast<std::uint32_t>(i);
-        order[i] = {static_cast<float>(placeOf(index)[2]), index};
-    });
-    const auto isFar = [](double least) {
-        return [least](const auto& one) {
-            return static_cast<double>(one.first) > least && one.first < kLargest;
+    void prepare() {
+        const auto placeOf = [&](std::uint32_t i) {
+            return camera.axes * (cv::Vec3d(scene->splats[i].centre) - camera.eye);
         };
-    };
-    order.erase(std::partition(order.begin(), order.end(), isFar(kLeast)), order.end());
-    std::sort(order.begin(), order.end());
-    if (!order.empty())
-        nearest =
-            std::min(kNearest, kNearestShare * static_cast<double>(order[order.size() / 2].first));
-    order.erase(order.begin(), std::find_if(order.begin(), order.end(), isFar(nearest)));
-    splats.resize(order.size());
-    overAll(order.size(), [&](std::size_t i) {
-        const std::uint32_t index = order[i].second;
-        splats[i] = prepared(index, placeOf(index)).value_or(Prepared{});
-    });
-    splats.erase(std::remove_if(splats.begin(), splats.end(),
-                                [](const Prepared& splat) { return splat.opacity <= 0; }),
-                 splats.end());
-    rows.fill(camera.size.height, splats, &Prepared::top, &Prepared::bottom);
-}
-
-// The splat in the view of an eye that is `shift` to the right: (9.2) to (9.4).
-// @param closeness 1 / distance of the focus @return false if it is not in the picture
-bool SplatRenderer::Impl::project(const Prepared& splat, double shift, double closeness,
-                                  ProjectedSplat& to) const {
-    const CameraIntrinsics& lens = camera.intrinsics;
-    const auto near = static_cast<double>(splat.closeness);
-    const double x = static_cast<double>(splat.x) - lens.fx * shift * (near - closeness);
-    const double flattest = kFarToSide * camera.size.width / (2 * lens.fx) +
-                            std::abs(lens.cx - (camera.size.width - 1) / 2.0) / lens.fx +
-                            std::abs(shift) * closeness;
-    const double side = (static_cast<double>(splat.x) - lens.cx) / lens.fx;
-    const double a = -std::clamp(side - shift * near, -flattest, flattest);
-    const cv::Vec3d across = splat.across;
-    const cv::Vec2d mixed = splat.mixed;
-    const double xx = std::max(across[0] + a * (across[1] + a * across[2]), 0.0);
-    const double xy = mixed[0] + a * mixed[1];
-    const auto yy = static_cast<double>(splat.down);
-    const double before =
-        std::max(xx * yy - xy * xy, 0.0); // rounding makes it negative for needles
-    const double determinant = before + kLowPass * (xx + yy + kLowPass);
-    to.opacity = splat.opacity;
-    to.limit = splat.limit;
-    if (scene->isAntialiased) {
-        to.opacity *= static_cast<float>(std::sqrt(before / determinant));
-        if (static_cast<double>(to.opacity) < kFaintest) return false;
-        to.limit = static_cast<float>(std::log(kFaintest / static_cast<double>(to.opacity)));
-    }
-    const double reach = reachOf(static_cast<double>(to.limit), xx + kLowPass);
-    to.left = firstIn(x - reach, camera.size.width - 1);
-    to.right = lastIn(x + reach, camera.size.width - 1);
-    if (to.left > to.right) return false;
-    const double scale = 1 / determinant;
-    to.x = static_cast<float>(x);
-    to.y = splat.y;
-    to.xx = static_cast<float>((yy + kLowPass) * scale);
-    to.xy = static_cast<float>(-xy * scale);
-    to.yy = static_cast<float>((xx + kLowPass) * scale);
-    cv::Vec3f colour = splat.colour;
-    if (degree > 0) {
-        const cv::Vec3d eye = camera.eye + camera.axes.t() * cv::Vec3d(shift, 0, 0);
-        const cv::Vec3d way = cv::Vec3d(scene->splats[splat.index].centre) - eye;
-        const std::size_t stride = 3 * coefficientsOf(degree);
-        colour += colourOfHarmonics(scene->harmonics.data() + splat.index * stride, degree,
-                                    cv::Vec3f(way / cv::norm(way)));
-    }
-    to.red = std::max(colour[0], 0.0F);
-    to.green = std::max(colour[1], 0.0F);
-    to.blue = std::max(colour[2], 0.0F);
-    to.distance = 1 / splat.closeness;
-    to.top = splat.top;
-    to.bottom = splat.bottom;
-    return true;
-}
-
-void SplatRenderer::Impl::renderRow(int row, double shift, double closeness, Work& work,
-                                    cv::Mat& picture, SplatView* view) const {
-    const std::uint32_t* const first =
-        rows.splats.data() + rows.starts[static_cast<std::size_t>(row)];
-    const std::uint32_t* const end =
-        rows.splats.data() + rows.starts[static_cast<std::size_t>(row) + 1];
-    work.splats.clear();
-    for (const std::uint32_t* at = first; at < end; ++at) {
-        constexpr std::ptrdiff_t kAhead = 16; // they lie anywhere in memory
-        hwy::Prefetch(&splats[at[std::min(kAhead, end - at - 1)]]);
-        ProjectedSplat splat{};
-        if (project(splats[*at], shift, closeness, splat)) work.splats.push_back(splat);
-    }
-    const int width = camera.size.width;
-    work.tiles.fill(width, work.splats, &ProjectedSplat::left, &ProjectedSplat::right);
-    const int top = row * kSplatTile;
-    const int height = std::min(kSplatTile, camera.size.height - top);
-    for (int left = 0; left < width; left += kSplatTile) {
-        SplatTile& tile = work.tile;
-        std::fill(std::begin(tile.clear), std::end(tile.clear), 1.0F);
-        for (float* const sums : {tile.red, tile.green, tile.blue})
-            std::fill(sums, sums + SplatTile::kPixels, 0.0F);
-        std::fill(std::begin(tile.distance), std::end(tile.distance),
-                  std::numeric_limits<float>::quiet_NaN());
-        const std::uint64_t* const starts =
-            &work.tiles.starts[static_cast<std::size_t>(left / kSplatTile)];
-        blendSplats(work.splats.data(), work.tiles.splats.data() + starts[0], starts[1] - starts[0],
-                    left, top, tile);
-        const int columns = std::min(kSplatTile, width - left);
-        for (int y = 0; y < height; ++y) {
-            uchar* const to = picture.ptr(top + y, left);
-            const auto code = [](float value) {
-                return static_cast<uchar>(std::min(value, 1.0F) * 255 + 0.5F);
+        std::vector<std::pair<float, std::uint32_t>> order(scene->splats.size()); // by distance
+        overAll(order.size(), [&](std::size_t i) {
+            const auto index = static_cast<std::uint32_t>(i);
+            order[i] = {static_cast<float>(placeOf(index)[2]), index};
+        });
+        const auto isFar = [](double least) {
+            return [least](const auto& one) {
+                return static_cast<double>(one.first) > least && one.first < kLargest;
             };
-            for (int x = 0; x < columns; ++x) {
-                const auto at = static_cast<std::size_t>(y * kSplatTile + x);
-                to[3 * x] = code(tile.blue[at]);
-                to[3 * x + 1] = code(tile.green[at]);
-                to[3 * x + 2] = code(tile.red[at]);
-                if (view == nullptr) continue;
-                view->alpha.at<float>(top + y, left + x) = 1 - std::abs(tile.clear[at]);
-                view->distance.at<float>(top + y, left + x) = tile.distance[at];
+        };
+        order.erase(std::stable_partition(order.begin(), order.end(), isFar(kLeast)), order.end());
+        std::stable_sort(order.begin(), order.end(),
+                         [](const auto& a, const auto& b) { return a.first < b.first; });
+        if (!order.empty())
+            nearest = std::min(kNearest,
+                               kNearestShare * static_cast<double>(order[order.size() / 2].first));
+        order.erase(order.begin(), std::find_if(order.begin(), order.end(), isFar(nearest)));
+        splats.resize(order.size());
+        overAll(order.size(), [&](std::size_t i) {
+            const std::uint32_t index = order[i].second;
+            splats[i] = prepared(index, placeOf(index)).value_or(Prepared{});
+        });
+        splats.erase(std::remove_if(splats.begin(), splats.end(),
+                                    [](const Prepared& splat) { return splat.opacity <= 0; }),
+                     splats.end());
+        rows.fill(camera.size.height, splats, &Prepared::top, &Prepared::bottom);
+    }
+
+    std::optional<Prepared> prepared(std::uint32_t index, const cv::Vec3d& place) const {
+        const Splat& splat = scene->splats[index];
+        const CameraIntrinsics& lens = camera.intrinsics;
+        if (static_cast<double>(splat.opacity) < kFaintest) return std::nullopt;
+        const double z = place[2];
+        const double steepest = kFarToSide * camera.size.height / (2 * lens.fy) +
+                                std::abs(lens.cy - (camera.size.height - 1) / 2.0) / lens.fy;
+        const double e = -std::clamp(place[1] / z, -steepest, steepest);
+        const cv::Matx33d s = covarianceOf(splat, camera.axes);
+        const double xx = lens.fx * lens.fx / (z * z);
+        const double xy = lens.fx * lens.fy / (z * z);
+        const double yy = lens.fy * lens.fy / (z * z);
+        const double down = yy * (s(1, 1) + 2 * e * s(1, 2) + e * e * s(2, 2));
+        const double a = 1 + std::abs(place[0] / z);
+        const double x = lens.fx * place[0] / z + lens.cx;
+        const double y = lens.fy * place[1] / z + lens.cy;
+        if (!(down < kLargest && xx * a * a * (s(0, 0) + s(2, 2)) < kLargest &&
+              std::abs(x) < kLargest && std::abs(y) < kLargest))
+            return std::nullopt;
+        Prepared result{};
+        result.x = static_cast<float>(x);
+        result.y = static_cast<float>(y);
+        result.closeness = static_cast<float>(1 / z);
+        result.across = xx * cv::Vec3d(s(0, 0), 2 * s(0, 2), s(2, 2));
+        result.mixed = xy * cv::Vec2d(s(0, 1) + e * s(0, 2), s(1, 2) + e * s(2, 2));
+        result.down = static_cast<float>(down);
+        result.opacity = splat.opacity;
+        result.colour = splat.colour;
+        result.index = index;
+        const double limit = std::log(kFaintest / static_cast<double>(splat.opacity));
+        result.limit = static_cast<float>(limit);
+        const double reach = reachOf(limit, down + kLowPass);
+        const int height = camera.size.height;
+        const int top = firstIn(y - reach, height - 1);
+        const int bottom = lastIn(y + reach, height - 1);
+        if (top > bottom) return std::nullopt;
+        result.top = static_cast<std::uint16_t>(top);
+        result.bottom = static_cast<std::uint16_t>(bottom);
+        return result;
+    }
+
+    // The splat in the view of an eye that is `shift` to the right: (9.2) to (9.4).
+    // @param closeness 1 / distance of the focus @return false if it is not in the picture
+    bool project(const Prepared& splat, double shift, double closeness, ProjectedSplat& to) const {
+        const CameraIntrinsics& lens = camera.intrinsics;
+        const auto near = static_cast<double>(splat.closeness);
+        const double x = static_cast<double>(splat.x) - lens.fx * shift * (near - closeness);
+        const double flattest = kFarToSide * camera.size.width / (2 * lens.fx) +
+                                std::abs(lens.cx - (camera.size.width - 1) / 2.0) / lens.fx +
+                                std::abs(shift) * closeness;
+        const double side = (static_cast<double>(splat.x) - lens.cx) / lens.fx;
+        const double a = -std::clamp(side - shift * near, -flattest, flattest);
+        const cv::Vec3d across = splat.across;
+        const cv::Vec2d mixed = splat.mixed;
+        const double xx = std::max(across[0] + a * (across[1] + a * across[2]), 0.0);
+        const double xy = mixed[0] + a * mixed[1];
+        const auto yy = static_cast<double>(splat.down);
+        const double before =
+            std::max(xx * yy - xy * xy, 0.0); // rounding makes it negative for needles
+        const double determinant = before + kLowPass * (xx + yy + kLowPass);
+        to.opacity = splat.opacity;
+        to.limit = splat.limit;
+        if (scene->isAntialiased) {
+            to.opacity *= static_cast<float>(std::sqrt(before / determinant));
+            if (static_cast<double>(to.opacity) < kFaintest) return false;
+            to.limit = static_cast<float>(std::log(kFaintest / static_cast<double>(to.opacity)));
+        }
+        const double reach = reachOf(static_cast<double>(to.limit), xx + kLowPass);
+        to.left = firstIn(x - reach, camera.size.width - 1);
+        to.right = lastIn(x + reach, camera.size.width - 1);
+        if (to.left > to.right) return false;
+        const double scale = 1 / determinant;
+        to.x = static_cast<float>(x);
+        to.y = splat.y;
+        to.xx = static_cast<float>((yy + kLowPass) * scale);
+        to.xy = static_cast<float>(-xy * scale);
+        to.yy = static_cast<float>((xx + kLowPass) * scale);
+        cv::Vec3f colour = splat.colour;
+        if (degree > 0) {
+            const cv::Vec3d eye = camera.eye + camera.axes.t() * cv::Vec3d(shift, 0, 0);
+            const cv::Vec3d way = cv::Vec3d(scene->splats[splat.index].centre) - eye;
+            const std::size_t stride = 3 * coefficientsOf(degree);
+            colour += colourOfHarmonics(scene->harmonics.data() + splat.index * stride, degree,
+                                        cv::Vec3f(way / cv::norm(way)));
+        }
+        to.red = std::max(colour[0], 0.0F);
+        to.green = std::max(colour[1], 0.0F);
+        to.blue = std::max(colour[2], 0.0F);
+        to.distance = 1 / splat.closeness;
+        to.top = splat.top;
+        to.bottom = splat.bottom;
+        return true;
+    }
+
+    void renderRow(int row, double shift, double closeness, Work& work, cv::Mat& picture,
+                   SplatView* view) const {
+        const int top = row * kSplatTile;
+        const auto [first, end] = rows.at(top);
+        work.splats.clear();
+        for (const std::uint32_t* at = first; at < end; ++at) {
+            constexpr std::ptrdiff_t kAhead = 16; // they lie anywhere in memory
+            hwy::Prefetch(&splats[at[std::min(kAhead, end - at - 1)]]);
+            ProjectedSplat splat{};
+            if (project(splats[*at], shift, closeness, splat)) work.splats.push_back(splat);
+        }
+        const int width = camera.size.width;
+        work.tiles.fill(width, work.splats, &ProjectedSplat::left, &ProjectedSplat::right);
+        const int height = std::min(kSplatTile, camera.size.height - top);
+        for (int left = 0; left < width; left += kSplatTile) {
+            SplatTile& tile = work.tile;
+            std::fill(std::begin(tile.clear), std::end(tile.clear), 1.0F);
+            for (float* const sums : {tile.red, tile.green, tile.blue})
+                std::fill(sums, sums + SplatTile::kPixels, 0.0F);
+            std::fill(std::begin(tile.distance), std::end(tile.distance),
+                      std::numeric_limits<float>::quiet_NaN());
+            const auto [order, last] = work.tiles.at(left);
+            blendSplats(work.splats.data(), order, static_cast<std::size_t>(last - order), left,
+                        top, tile);
+            const int columns = std::min(kSplatTile, width - left);
+            for (int y = 0; y < height; ++y) {
+                uchar* const to = picture.ptr(top + y, left);
+                const auto code = [](float value) {
+                    return static_cast<uchar>(std::min(value, 1.0F) * 255 + 0.5F);
+                };
+                for (int x = 0; x < columns; ++x) {
+                    const auto at = static_cast<std::size_t>(y * kSplatTile + x);
+                    to[3 * x] = code(tile.blue[at]);
+                    to[3 * x + 1] = code(tile.green[at]);
+                    to[3 * x + 2] = code(tile.red[at]);
+                    if (view == nullptr) continue;
+                    view->alpha.at<float>(top + y, left + x) = 1 - std::abs(tile.clear[at]);
+                    view->distance.at<float>(top + y, left + x) = tile.distance[at];
+                }
             }
         }
     }
-}
 
-void SplatRenderer::Impl::renderAll(double shift, double closeness, cv::Mat& picture,
-                                    SplatView* view) const {
-    picture.create(camera.size, CV_8UC3);
-    forRows(static_cast<int>(rows.starts.size()) - 1, [&](const cv::Range& part) {
-        Work work;
-        for (int row = part.start; row < part.end; ++row)
-            renderRow(row, shift, closeness, work, picture, view);
-    });
-}
+    void renderAll(double shift, double closeness, cv::Mat& picture, SplatView* view) const {
+        picture.create(camera.size, CV_8UC3);
+        forRows(static_cast<int>(rows.starts.size()) - 1, [&](const cv::Range& part) {
+            Work work;
+            for (int row = part.start; row < part.end; ++row)
+                renderRow(row, shift, closeness, work, picture, view);
+        });
+    }
+};
 
 SplatRenderer::SplatRenderer(const SplatScene& scene, const SplatCamera& camera, bool simple) {
     requireCamera(camera);

@@ -75,6 +75,8 @@ TEST_F(Splat2Native, FoldersAreConvertedAndReported) {
     EXPECT_EQ(outcome.status, 1);
     EXPECT_TRUE(holds(outcome.err, "a.spz: is not a scene of splats"));
     EXPECT_TRUE(fs::exists(studio_ / "out/b_native.png"));
+    EXPECT_TRUE(fails(convert("--save-quilt q.png scans out2"), 2,
+                      "names one file, expected a directory for the outputs of several scenes"));
     const auto report = nlohmann::json::parse(slurp(studio_ / "r.json"));
     EXPECT_EQ(report["scenes"].size(), 2U);
     EXPECT_EQ(report["scenes"][1]["splats"], 64);

@@ -30,10 +30,7 @@ void SplatCollector::add(Splat splat, const double* harmonics) {
                    static_cast<double>(std::abs(splat.colour[i])) < kBrightest;
     isUsable = isUsable && std::all_of(harmonics, harmonics + count,
                                        [](double v) { return std::abs(v) < kBrightest; });
-    double length = 0;
-    for (const float q : splat.rotation.val)
-        length += static_cast<double>(q) * static_cast<double>(q);
-    length = std::sqrt(length);
+    const double length = cv::norm(splat.rotation);
     if (!isUsable || !(length > 1e-12 && length < 1e12)) {
         ++leftOut_;
         return;

@@ -81,6 +81,7 @@ SpzHeader headerOf(std::string_view bytes, const std::string& name) {
     throw Error(ErrorCode::BadFormat, name, "is damaged or ends early, expected a whole .spz file");
 }
 
+// The arrays of versions 1 to 3, one after the other.
 std::string unpacked(std::string_view packed, const SpzHeader& header, const std::string& name) {
     const std::uint64_t whole = kHeader + header.bytes();
     constexpr std::uint64_t kMostPacked = 1040; // gzip makes of a byte at most so many
@@ -95,6 +96,7 @@ std::string unpacked(std::string_view packed, const SpzHeader& header, const std
 }
 
 #ifdef ALTIRO3D_HAVE_ZSTD
+// Those of version 4.
 std::string unpacked4(std::string_view bytes, const SpzHeader& header, const std::string& name) {
     const ByteReader reader(bytes, true);
     std::uint64_t entry = reader.u32(16); // of the table

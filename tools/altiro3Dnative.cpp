@@ -51,7 +51,7 @@ void printInfo(const Calibration& c, const LensGeometry& g, const QuiltLayout& l
     messages.say("lenses (P)    " + exact(g.periodsPerWidth) + " across the panel's width");
     messages.say("tilt (T)      " + exact(g.tilt) + " panel widths over the panel's height");
     messages.say("sub-pixel     " + exact(g.subpixelStep) + " panel widths");
-    if (c.lens) messages.say("lens by px    " + subpixelLensText(c));
+    if (c.lens) messages.say("lens numbers  " + subpixelLensText(c));
     if (isLying) {
         messages.say("lens          " +
                      numberText(g.panelHeight / (std::abs(g.tilt) * g.periodsPerWidth)) +

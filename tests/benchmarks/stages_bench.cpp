@@ -588,24 +588,20 @@ Stage eyesMoved(bool isThroughLens) {
         const ViewOptions options = methodOf(ViewMethod::Layered);
         const SwayView views = photoViews(scene, options);
         const Display shown = displayOf(display.calibration);
-        cv::Mat view;
         cv::Mat eyes[2];
+        cv::Mat wide[2];
         cv::Mat native;
         const auto move = [&](double x) {
-            for (int i = 0; i < 2; ++i) {
-                views(x + (i == 0 ? -.25 : .25), isThroughLens ? eyes[i] : view);
-                if (!isThroughLens)
-                    cv::resize(view, eyes[i], display.panel(), 0, 0, cv::INTER_NEAREST);
-            }
-            if (isThroughLens) {
-                eyesToNative(eyes[0], eyes[1], shown, x, native);
-            } else {
-                joinEyes(eyes[0], eyes[1], EyesPicture::Columns, native);
-            }
+            for (int i = 0; i < 2; ++i)
+                views(x + (i == 0 ? -.25 : .25), eyes[i]);
+            if (isThroughLens) return eyesToNative(eyes[0], eyes[1], shown, x, native);
+            for (int i = 0; i < 2; ++i)
+                cv::resize(eyes[i], wide[i], display.panel(), 0, 0, cv::INTER_NEAREST);
+            joinEyes(wide[0], wide[1], EyesPicture::Columns, native);
         };
         move(.3);
-        Depth2Quilt({1, 1, half, 1}, options).renderView(scene, .55, view);
-        if (!isThroughLens) require(equal(view.col(4), native.col(9)), "a column");
+        Depth2Quilt({1, 1, half, 1}, options).renderView(scene, .55, eyes[1]);
+        if (!isThroughLens) require(equal(eyes[1].col(4), native.col(9)), "a column");
         double x = .3;
         measure(state, native, [&] { move(x = .6 - x); });
     };

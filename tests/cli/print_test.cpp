@@ -164,30 +164,25 @@ TEST_F(Print, WhatIsNoPrintIsNamed) {
 }
 
 TEST_F(Print, ScreensInSubpixelsHaveAFileOfNumbers) {
-    lens("barrier.json", "panel=64x48,pitch=4.6667,slope=+1,order=3:1:2:0,offset=-0.5");
-    const Outcome info = studio_.run("altiro3Dnative", "--info barrier.json");
-    EXPECT_TRUE(isDone(info));
-    EXPECT_TRUE(holds(info.out, "lens by px    4.6667 sub-pixels across, 1 sub-pixels per row, "
-                                "offset -0.5, views from left to right 3:1:2:0"));
+    lens("barrier.json", "panel=64x48,pitch=4.6667,slope=+1,order=3:1:2:0");
+    EXPECT_TRUE(holds(studio_.run("altiro3Dnative", "--info barrier.json").out,
+                      "lens numbers  pitch 4.6667, slope 1, offset 0 sub-pixels, order 3:1:2:0"));
     EXPECT_EQ(run("-c barrier.json -d p.png d.png screen.png").status, 0);
     spill(studio_ / "c1.json", R"({"lineNumber":19.6138,"obliquity":0.09878,"deviation":-1.95})");
-    EXPECT_TRUE(holds(studio_.run("altiro3Dnative", "--info c1.json").out, "CubeVi C1"));
+    const Outcome info = studio_.run("altiro3Dnative", "--info c1.json");
+    EXPECT_TRUE(holds(info.out, "CubeVi C1"));
+    EXPECT_TRUE(holds(info.out, "lineNumber 19.6138, obliquity 0.09878, deviation -1.95"));
     const std::pair<const char*, const char*> wrong[] = {
         {"panel=64x48", "pitch is missing"},
-        {"pitch=4", "panel is missing"},
         {"panel=64x48,pitch=4,lpi=60", "lpi is of a lens sheet"},
         {"panel=64x48,pitch=4,slope=1,angle=3", "angle and slope are both given"},
         {"panel=64x48,pitch=4,subpixels=vrgb", "expected subpixels=rgb|bgr"},
         {"panel=64.5x48,pitch=4", "panel is not one of its numbers, expected whole px"},
         {"panel=64x48,pitch=4,order=0:x", "order=0:x is not one of its numbers"},
-        {"panel=play,pitch=4", "panel=play is not one of its numbers"},
         {"lpi=60,dpi=720,size=30x20mm,order=0:1", "order is in sub-pixels"}};
     for (const auto& [numbers, problem] : wrong)
         EXPECT_TRUE(
             fails(studio_.run("altiro3Dnative", {"--lens", numbers, "w.json"}), 2, problem));
-    EXPECT_TRUE(fails(
-        studio_.run("altiro3Dnative", {"--lens", "panel=64x48,pitch=4,order=0:2:2:1", "w.json"}), 1,
-        "the order of views repeats a view or lacks one, expected each of the views 0..N-1 once"));
     EXPECT_FALSE(fs::exists(studio_ / "w.json"));
 }
 

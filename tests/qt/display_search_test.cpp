@@ -44,10 +44,21 @@ class Mounts {
     std::vector<qt::FoundDisplay> find(const std::vector<qt::ScreenFacts>& screens) const {
         return qt::findDisplays(screens, qt::findVolumes(root_.path()));
     }
+    qt::FoundDisplay findOne(const std::vector<qt::ScreenFacts>& screens) const {
+        const auto found = find(screens);
+        EXPECT_EQ(found.size(), 1U);
+        return found.empty() ? qt::FoundDisplay() : found[0];
+    }
 
   private:
     TemporaryDirectory root_;
 };
+
+// The problem of a display that has one.
+std::string problemOf(const qt::FoundDisplay& display) {
+    EXPECT_EQ(display.problems.size(), 1U);
+    return display.problems.empty() ? "" : display.problems[0];
+}
 
 TEST(DisplaySearch, NothingIsFoundWhereThereIsNothing) {
     EXPECT_TRUE(Mounts().find({}).empty());
@@ -78,78 +89,55 @@ TEST(DisplaySearch, PairsSeveralDisplaysBySerialNumberNotBySize) {
 TEST(DisplaySearch, PairsAScreenByTheSizeThatItsScaleHasRounded) {
     Mounts mounts;
     mounts.add("LKG-P00655", "LKG-PORT-00655", kPortrait);
-    const auto found = mounts.find({kMonitor, screen("LKG", {1537, 2049}, 1.75)});
-    ASSERT_EQ(found.size(), 1U);
-    EXPECT_EQ(found[0].screen, 1U);
-    EXPECT_EQ(found[0].pairedBy, qt::PairedBy::Size);
-    ASSERT_EQ(found[0].problems.size(), 1U);
-    EXPECT_EQ(found[0].problems[0].find("the desktop scales this screen"), 0U);
+    const auto found = mounts.findOne({kMonitor, screen("LKG", {1537, 2049}, 1.75)});
+    EXPECT_EQ(found.screen, 1U);
+    EXPECT_EQ(found.pairedBy, qt::PairedBy::Size);
+    EXPECT_EQ(problemOf(found).find("the desktop scales this screen"), 0U);
 }
 
 TEST(DisplaySearch, PairsBySizeWhereNothingElseCouldBeMeant) {
     Mounts mounts;
     mounts.add("LKG-P00655", "LKG-PORT-00655", kPortrait);
-    const auto found = mounts.find({kMonitor, screen("", kPortrait)});
-    ASSERT_EQ(found.size(), 1U);
-    EXPECT_EQ(found[0].screen, 1U);
-    EXPECT_EQ(found[0].pairedBy, qt::PairedBy::Size);
-    EXPECT_TRUE(found[0].problems.empty());
-
-    const auto two = mounts.find({screen("", kPortrait), screen("", kPortrait)});
-    ASSERT_EQ(two.size(), 1U);
-    EXPECT_FALSE(two[0].screen);
-    ASSERT_EQ(two[0].problems.size(), 1U);
-
+    const auto found = mounts.findOne({kMonitor, screen("", kPortrait)});
+    EXPECT_EQ(found.screen, 1U);
+    EXPECT_EQ(found.pairedBy, qt::PairedBy::Size);
+    EXPECT_TRUE(found.problems.empty());
+    const auto two = mounts.findOne({screen("", kPortrait), screen("", kPortrait)});
+    EXPECT_FALSE(two.screen);
+    EXPECT_EQ(two.problems.size(), 1U);
     // a screen of a display's name wins over one that only has the size
-    const auto named = mounts.find({screen("", kPortrait), screen("LKG01Do12HjQE", kPortrait)});
-    ASSERT_EQ(named.size(), 1U);
-    EXPECT_EQ(named[0].screen, 1U);
+    EXPECT_EQ(mounts.findOne({screen("", kPortrait), screen("LKG01Do12HjQE", kPortrait)}).screen,
+              1U);
 }
 
 TEST(DisplaySearch, ACubeViIsFoundByItsNameAndByItsSize) {
-    TemporaryDirectory folder;
-    spill(folder / "c1.json", R"({"lineNumber":19.6,"obliquity":0.1,"deviation":1})");
-    qt::ScreenFacts named;
-    named.model = "CubeVi";
-    named.size = {1440, 2560};
-    qt::ScreenFacts other;
-    other.size = {1920, 1080};
-    const auto alone = qt::findDisplays({other, named}, {});
-    ASSERT_EQ(alone.size(), 1U);
-    EXPECT_EQ(alone[0].screen, 1U);
-    EXPECT_NE(alone[0].problems.at(0).find("give its visual.json"), std::string::npos);
-    named.model.clear();
-    const auto bySize = qt::findDisplays({other, named}, {{folder / "c1.json", "cubevi-c1"}});
-    ASSERT_EQ(bySize.size(), 1U);
-    EXPECT_EQ(bySize[0].screen, 1U);
-    EXPECT_TRUE(bySize[0].problems.empty());
+    Mounts mounts;
+    const auto named = mounts.findOne({kMonitor, screen("CubeVi", kGo)});
+    EXPECT_EQ(named.screen, 1U);
+    EXPECT_TRUE(holds(problemOf(named), "give its visual.json"));
+    mounts.write("LKG-C1", R"({"lineNumber":19.6,"obliquity":0.1,"deviation":1})");
+    const auto bySize = mounts.findOne({kMonitor, screen("", kGo)});
+    EXPECT_EQ(bySize.screen, 1U);
+    EXPECT_TRUE(bySize.problems.empty());
 }
 
 TEST(DisplaySearch, SaysWhichPartIsMissing) {
     Mounts mounts;
-    const auto screenOnly = mounts.find({screen("LKG-P00655", kPortrait)});
-    ASSERT_EQ(screenOnly.size(), 1U);
-    EXPECT_EQ(screenOnly[0].name, "LKG-P00655");
-    EXPECT_FALSE(screenOnly[0].calibration);
-    ASSERT_EQ(screenOnly[0].problems.size(), 1U);
-    EXPECT_TRUE(holds(screenOnly[0].problems[0], "visual.json"));
-
+    const auto screenOnly = mounts.findOne({screen("LKG-P00655", kPortrait)});
+    EXPECT_EQ(screenOnly.name, "LKG-P00655");
+    EXPECT_FALSE(screenOnly.calibration);
+    EXPECT_TRUE(holds(problemOf(screenOnly), "visual.json"));
     mounts.add("LKG-E05304", "LKG-E05304", kGo);
-    const auto volumeOnly = mounts.find({kMonitor});
-    ASSERT_EQ(volumeOnly.size(), 1U);
-    ASSERT_EQ(volumeOnly[0].problems.size(), 1U);
-    EXPECT_TRUE(holds(volumeOnly[0].problems[0], "1440 x 2560"));
+    EXPECT_TRUE(holds(problemOf(mounts.findOne({kMonitor})), "1440 x 2560"));
 }
 
 TEST(DisplaySearch, BrokenCalibrationsAreProblemsNotErrors) {
     Mounts mounts;
     mounts.write("LKG-P00655", "{}");
-    const auto found = mounts.find({screen("LKG-P00655", kPortrait)});
-    ASSERT_EQ(found.size(), 1U);
-    EXPECT_EQ(found[0].screen, 0U);
-    EXPECT_FALSE(found[0].calibration);
-    ASSERT_EQ(found[0].problems.size(), 1U);
-    EXPECT_TRUE(holds(found[0].problems[0], "visual.json"));
+    const auto found = mounts.findOne({screen("LKG-P00655", kPortrait)});
+    EXPECT_EQ(found.screen, 0U);
+    EXPECT_FALSE(found.calibration);
+    EXPECT_TRUE(holds(problemOf(found), "visual.json"));
 }
 
 TEST(DisplaySearch, ReportsDesktopSettingsThatChangePixels) {
@@ -172,9 +160,7 @@ TEST(DisplaySearch, ReportsDesktopSettingsThatChangePixels) {
         EXPECT_TRUE(holds(one(screen("", shown)), "the scale of the main screen counts for all"));
     Mounts mounts;
     mounts.add("LKG-P00655", "LKG-P00655", kPortrait);
-    const auto found = mounts.find({screen("LKG-P00655", {1920, 1080}, 2)});
-    ASSERT_EQ(found.size(), 1U);
-    EXPECT_EQ(found[0].problems.size(), 2U);
+    EXPECT_EQ(mounts.findOne({screen("LKG-P00655", {1920, 1080}, 2)}).problems.size(), 2U);
 }
 
 TEST(DisplaySearch, ChoosesTheDisplayThatANativeIsFor) {

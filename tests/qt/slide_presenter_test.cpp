@@ -1,8 +1,11 @@
-// A show on Qt's offscreen screen: real threads, files and pictures.
+// A show on Qt's offscreen screen: real threads, files and pictures. The places of its viewer.
 
 #include "viewer/show/slide_presenter.hpp"
 
+#include "altiro3D/error.hpp"
 #include "altiro3D/qt/image.hpp"
+#include "cli/command_line.hpp"
+#include "viewer/show/eye_source.hpp"
 #include "viewer_scenes.hpp"
 
 #include <QGuiApplication>
@@ -35,16 +38,18 @@ class SlidePresenterTest : public ::testing::Test {
         writeImage(folder_ / "show" / name, cv::Mat(size_, CV_8UC3, cv::Scalar::all(grey)),
                    ImageMark::Native);
     }
-    void begin(const std::vector<fs::path>& names) {
+    void begin(const std::vector<fs::path>& names, const std::optional<Request>& eyes = {}) {
         presenter_ = std::make_unique<SlidePresenter>(
             settings_, ShowFiles(names), display_, qt::factsOf(screen()),
-            [this](const std::string& why) { problems_.push_back(why); });
+            [this](const std::string& why) { problems_.push_back(why); }, eyes);
         presenter_->start(screen());
     }
     // The grey in the middle of the screen; -1 before the first picture.
-    int grey() const {
+    // @param aside px to the right
+    int grey(int aside = 0) const {
         const QImage& image = presenter_->widget().image();
-        return image.isNull() ? -1 : qGray(image.pixel(image.width() / 2, image.height() / 2));
+        const int x = image.width() / 2 + aside;
+        return image.isNull() ? -1 : qGray(image.pixel(x, image.height() / 2));
     }
     std::string shown() const {
         const Slide* slide = presenter_->show().shown();
@@ -58,6 +63,34 @@ class SlidePresenterTest : public ::testing::Test {
     std::vector<std::string> problems_;
     std::unique_ptr<SlidePresenter> presenter_;
 };
+
+// A quilt of nine greys in columns; the px in the middle is the left eye's.
+TEST_F(SlidePresenterTest, TwoEyesSeeTheViewsOfTheirPlace) {
+    ASSERT_EQ(size_.width / 2 % 2, 0);
+    const QuiltLayout layout{3, 3, size_ / 4, 9};
+    cv::Mat quilt(layout.size(), CV_8UC3);
+    for (int view = 0; view < 9; ++view)
+        quilt(layout.tile(view)).setTo(cv::Scalar::all(20 * view));
+    for (const char* name : {"a_qs3x3a1.333.png", "b_qs3x3a1.333.png"})
+        writeImage(folder_ / "show" / name, quilt);
+    Request eyes;
+    eyes.mode = Mode::Stereo;
+    eyes.eyes.picture = EyesPicture::Columns;
+    eyes.fills = eyes.follows = true;
+    begin({folder_ / "show"}, eyes);
+    const auto see = [&](int left, int right) {
+        return waitFor([&] { return grey() == 20 * left && grey(1) == 20 * right; });
+    };
+    EXPECT_TRUE(see(3, 5));
+    presenter_->moveEyes(1); // both eyes stay in the cone
+    EXPECT_TRUE(see(6, 8));
+    const std::string before = shown(); // the next one was made before the move
+    EXPECT_TRUE(waitFor([&] { return shown() != before && !presenter_->show().isFading(); }));
+    EXPECT_TRUE(see(6, 8));
+    presenter_->moveEyes(-.5);
+    EXPECT_TRUE(see(1, 3));
+    EXPECT_EQ(problems_, std::vector<std::string>());
+}
 
 TEST_F(SlidePresenterTest, APhotoIsShownAsPhoto2nativeMakesIt) {
     writeImage(folder_ / "photo.png", detailedPhoto({300, 200}));
@@ -100,6 +133,43 @@ TEST_F(SlidePresenterTest, VideosOfNativesAndOfQuiltsAreShownOnce) {
     }
     EXPECT_GE(presenter_->counts().shown, 6);
     EXPECT_TRUE(problems_.empty());
+}
+
+TEST(EyeSource, ReadsNumbersAndNothingElse) {
+    const std::pair<const char*, std::optional<double>> lines[] = {
+        {"0.25", .25}, {" -0.5\t0.1\r", -.5}, {"1e3", 1},    {"-7 0", -1},
+        {"0 nan", {}}, {"nan", {}},           {"inf", {}},   {"1e999", {}},
+        {"", {}},      {"0.1,0.2", {}},       {"0.1 x", {}}, {"1 2 3", {}}};
+    for (const auto& [line, position] : lines)
+        EXPECT_EQ(EyeSource::positionOf(line), position) << line;
+    EXPECT_FALSE(EyeSource::positionOf(QByteArray(300, ' ') + "0"));
+}
+
+TEST(EyeSource, PortsAreNumbers) {
+    EXPECT_EQ(eyePort("stdin"), 0);
+    EXPECT_EQ(eyePort("udp:65535"), 65535);
+    for (const char* text : {"udp:0", "udp:65536", "udp:", "udp:1x", "tcp:1", "4242", "udp:-1"})
+        EXPECT_THROW(eyePort(text), tools::UsageError) << text;
+}
+
+TEST(EyeSource, OfAFloodOnlyTheNewestIsShown) {
+    constexpr quint16 kPort = 47311;
+    EyeSource source(kPort);
+    EXPECT_THROW(EyeSource second(kPort), Error) << "the port is taken";
+    int moves = 0;
+    double last = 9;
+    QObject::connect(&source, &EyeSource::moved, [&](double x) {
+        ++moves;
+        last = x;
+    });
+    QUdpSocket sender;
+    for (int i = 0; i < 100; ++i)
+        sender.writeDatagram(QByteArray::number(i / 200.0) + "\nno number\n",
+                             QHostAddress::LocalHost, kPort);
+    sender.writeDatagram("-0.75 0.5\n", QHostAddress::LocalHost, kPort);
+    EXPECT_TRUE(waitFor([&] { return last == -0.75; }));
+    EXPECT_LT(moves, 10);
+    EXPECT_EQ(source.ignoredLines(), 100);
 }
 
 } // namespace

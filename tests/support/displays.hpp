@@ -1,6 +1,8 @@
 #pragma once
 
 #include "altiro3D/display.hpp"
+#include "altiro3D/native_lut.hpp"
+#include "support/pixels.hpp"
 
 #include <vector>
 
@@ -27,6 +29,20 @@ inline Display sixViewDisplay(int width, int height, cv::Size view) {
     display.quilt.viewCount = 6;
     display.quilt.tileSize = view;
     return display;
+}
+
+/// How many sub-pixels of a look-up table lie in another view than twin(x, y, colour) says.
+template <class Twin>
+int wrongViews(const Calibration& c, const QuiltLayout& layout, const Twin& twin) {
+    const NativeLut lut(c, layout);
+    int wrong = 0;
+    forPixels({c.screenW, c.screenH}, [&](int x, int y) {
+        for (int k = 0; k < 3; ++k) {
+            const auto at = lut.channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
+            wrong += layout.tile(twin(x, y, k)).contains({at[0], at[1]}) ? 0 : 1;
+        }
+    });
+    return wrong;
 }
 
 /// Two cells, red and green beside each other above or below blue.

@@ -32,15 +32,16 @@ std::string sizeInMm(const LensFacts& facts) {
 void addLensOption(CommandLine& commandLine) {
     commandLine.add(
         {"lens"},
-        "Make the calibration of a print or of a screen with a lens film from numbers: lpi=, dpi= "
+        "Make the calibration of a print or of a screen with lenses from numbers: lpi=, dpi= "
         "(or ACROSSxDOWN), size=WxHmm or WxHin (of the picture), and optionally angle= (-45..45 "
         "degrees to the right going up), horizontal=yes (horizontal lenses), views= (auto), "
         "subpixels= (none: a print; rgb, bgr, vrgb: a screen), thickness= and index= (of the "
         "sheet: mm; 1.56 for PETG), distance= (of the eye, mm). Instead of lpi=, dpi= and size=, "
-        "a screen may have panel=WxH (px, or cubevi-c1) and pitch= (sub-pixels across a lens or "
-        "slit of a barrier), and optionally slope= (sub-pixels to the right per row, instead of "
-        "angle=), offset= (sub-pixels to the left edge of a lens in the top row) and order= "
-        "(views under a lens from left to right, 0 for the leftmost camera, such as 3:1:2:0).",
+        "a screen may have panel=WxH (px, or cubevi-c1) and pitch= (sub-pixels from one lens, or "
+        "slit of a barrier, to the next), and optionally slope= (sub-pixels to the right per row, "
+        "instead of angle=), offset= (sub-pixels from the left edge of the panel to that of a "
+        "lens, in the top row) and order= (views under a lens from left to right, 0 for the "
+        "leftmost camera, such as 3:1:2:0).",
         "KEY=VALUE,...");
 }
 
@@ -138,50 +139,48 @@ Calibration lensOption(const CommandLine& commandLine) {
                 fail(part, "views=auto or 2.." + std::to_string(kMaxSheetViews));
         }
     }
-    using Keys = std::initializer_list<const char*>;
-    const auto require = [&](Keys needed, const std::string& expected) {
-        for (const char* key : needed)
-            if (keys.count(key) == 0)
-                throw UsageError(std::string("--lens: ") + key + " is missing, expected " +
-                                 expected);
+    const auto has = [&](const std::string& key) { return keys.count(key) > 0; };
+    const auto require = [&](const std::vector<std::string>& needed, const std::string& example) {
+        for (const std::string& key : needed)
+            if (!has(key))
+                throw UsageError("--lens: " + key + " is missing, expected " +
+                                 joined(needed, ", ", " and ") + ", such as " + example);
     };
-    const auto refuse = [&](Keys others, const std::string& why) {
-        for (const char* key : others)
-            if (keys.count(key) > 0) throw UsageError(std::string("--lens: ") + key + why);
+    const auto refuse = [&](const std::vector<std::string>& others, const std::string& why) {
+        for (const std::string& key : others)
+            if (has(key)) throw UsageError("--lens: " + key + why);
     };
-    if (keys.count("panel") + keys.count("pitch") > 0) {
-        require({"panel", "pitch"}, "panel and pitch, such as panel=1440x2560,pitch=4.6667");
-        refuse({"lpi", "size", "horizontal", "thickness", "index", "distance"},
-               " is of a lens sheet, expected panel and pitch without it");
-        if (keys.count("slope") > 0) refuse({"angle"}, " and slope are both given, expected one");
-        if (keys.count("subpixels") > 0 && numbers.subpixels != SubpixelOrder::Rgb &&
-            numbers.subpixels != SubpixelOrder::Bgr)
-            fail("subpixels", "subpixels=rgb|bgr with panel and pitch");
-        barrier.panel = panel;
-        if (cv::Size2d(barrier.panel) != panel) fail("panel", "whole px, such as 1440x2560");
-        barrier.isBgr = numbers.subpixels == SubpixelOrder::Bgr;
-        barrier.views = numbers.views;
-        if (keys.count("angle") > 0) barrier.slope = -3 * std::tan(numbers.angle * CV_PI / 180);
-        if (keys.count("dpi") > 0) barrier.dpi = numbers.dpi;
-        return calibrationOf(barrier);
+    if (!has("panel") && !has("pitch")) {
+        refuse({"slope", "offset", "order"}, " is in sub-pixels, expected panel and pitch with it");
+        require({"lpi", "dpi", "size"}, "lpi=60,dpi=720,size=100x150mm");
+        return calibrationOf(numbers);
     }
-    refuse({"slope", "offset", "order"}, " is in sub-pixels, expected panel and pitch with it");
-    require({"lpi", "dpi", "size"}, "lpi, dpi and size, such as lpi=60,dpi=720,size=100x150mm");
-    return calibrationOf(numbers);
+    require({"panel", "pitch"}, "panel=1440x2560,pitch=4.6667");
+    refuse({"lpi", "size", "horizontal", "thickness", "index", "distance"},
+           " is of a lens sheet, expected panel and pitch without it");
+    if (has("slope")) refuse({"angle"}, " and slope are both given, expected one");
+    barrier.isBgr = numbers.subpixels == SubpixelOrder::Bgr;
+    if (has("subpixels") && !barrier.isBgr && numbers.subpixels != SubpixelOrder::Rgb)
+        fail("subpixels", "subpixels=rgb|bgr with panel and pitch");
+    barrier.panel = panel;
+    if (cv::Size2d(barrier.panel) != panel) fail("panel", "whole px, such as 1440x2560");
+    barrier.views = numbers.views;
+    if (has("angle")) barrier.slope = -3 * std::tan(numbers.angle * CV_PI / 180);
+    if (has("dpi")) barrier.dpi = numbers.dpi;
+    return calibrationOf(barrier);
 }
 
 std::string subpixelLensText(const Calibration& c) {
     const SubpixelLens& lens = *c.lens;
-    const DisplayModel* const model = findDisplayModel(c);
-    const double sign = lens.slopeInSubpixels ? -1 : 1; // as --lens takes them: (1.16)
-    std::string text = numberText(lens.period) + " sub-pixels across, " +
-                       numberText(sign * lens.slope) +
-                       (lens.slopeInSubpixels ? " sub-pixels" : " px") + " per row, offset " +
-                       numberText(sign * lens.offset);
-    if (model != nullptr) text += " (lineNumber, obliquity and deviation of a " + model->name + ")";
+    const auto text = [](const char* key, double number) { return key + numberText(number + 0.0); };
+    if (!lens.slopeInSubpixels)
+        return text("lineNumber ", lens.period) + text(", obliquity ", lens.slope) +
+               text(", deviation ", lens.offset);
+    std::string all = text("pitch ", lens.period) + text(", slope ", -lens.slope) + // (1.16)
+                      text(", offset ", -lens.offset) + " sub-pixels";
     for (std::size_t i = 0; i < c.viewOrder.size(); ++i)
-        text += (i == 0 ? ", views from left to right " : ":") + std::to_string(c.viewOrder[i]);
-    return text;
+        all += (i == 0 ? ", order " : ":") + std::to_string(c.viewOrder[i]);
+    return all;
 }
 
 std::string sheetText(const Calibration& calibration) {

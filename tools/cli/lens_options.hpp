@@ -12,7 +12,7 @@ void addLensOption(CommandLine& commandLine);
 /// The calibration by its numbers. @throws UsageError, Error
 Calibration lensOption(const CommandLine& commandLine);
 
-/// The lens of a calibration that has one in sub-pixels, and the order of views.
+/// The numbers of a lens in sub-pixels, and the order of views. @param calibration with a lens
 std::string subpixelLensText(const Calibration& calibration);
 /// "print of 100 x 150 mm, 60 LPI". @param calibration with a sheet
 std::string sheetText(const Calibration& calibration);

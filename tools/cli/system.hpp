@@ -19,9 +19,6 @@ std::vector<std::string> argumentsOf(int argc, char** argv);
 
 /// Whether a standard stream is a terminal.
 bool isTerminal(std::FILE* stream);
-/// Waits for bytes of standard input. @return how many came; 0 at its end
-std::size_t readInput(char* to, std::size_t size);
-
 /// Turns standard error off. @return what turns it on again; -1: it is on
 int turnOffStandardError();
 void turnOnStandardError(int saved);

@@ -1,6 +1,5 @@
 #include "cli/system.hpp"
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -34,10 +33,6 @@ std::vector<std::string> argumentsOf(int argc, char** argv) {
 
 bool isTerminal(std::FILE* stream) {
     return ::isatty(::fileno(stream)) != 0;
-}
-
-std::size_t readInput(char* to, std::size_t size) {
-    return static_cast<std::size_t>(std::max<ssize_t>(::read(0, to, size), 0));
 }
 
 int turnOffStandardError() {

@@ -1,7 +1,6 @@
 #include "cli/system.hpp"
 
 #include <QTextCodec>
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <fcntl.h>
@@ -64,10 +63,6 @@ bool isTerminal(std::FILE* stream) {
     DWORD mode = 0; // NUL is a terminal for _isatty()
     return ::GetConsoleMode(reinterpret_cast<HANDLE>(::_get_osfhandle(::_fileno(stream))), &mode) !=
            0;
-}
-
-std::size_t readInput(char* to, std::size_t size) {
-    return static_cast<std::size_t>(std::max(::_read(0, to, static_cast<unsigned>(size)), 0));
 }
 
 int turnOffStandardError() {

@@ -46,20 +46,17 @@ void requireUsage(const CommandLine& commandLine) {
     for (const char* option : {"d", "m", "q", "r"})
         commandLine.exclude(option, {"show", "list-displays", "test-picture"});
     commandLine.exclude("invert", {"show", "list-displays"});
-    if (!commandLine.has("show")) {
-        if (!commandLine.has("test-picture"))
-            commandLine.refuse({"screen"},
-                               " applies to --show and --test-picture, expected one of them");
-        commandLine.refuse(
-            {"each", "shuffle", "loop", "player", "view-from", "stereo-layout", "stereo-swap"},
-            " applies to --show, expected both");
-    }
-    if (!commandLine.has("show") && !commandLine.has("list-displays"))
-        commandLine.refuse({"bridge"},
-                           " applies to --show and --list-displays, expected one of them");
+    if (!commandLine.has("test-picture"))
+        commandLine.refuseWithout("show", {"screen"},
+                                  " applies to --show and --test-picture, expected one of them");
     if (!commandLine.has("list-displays"))
-        commandLine.refuse({"json"},
-                           " applies to --list-displays, expected --list-displays with it");
+        commandLine.refuseWithout("show", {"bridge"},
+                                  " applies to --show and --list-displays, expected one of them");
+    commandLine.refuseWithout(
+        "show", {"each", "shuffle", "loop", "player", "view-from", "stereo-layout", "stereo-swap"},
+        " applies to --show, expected both");
+    commandLine.refuseWithout("list-displays", {"json"},
+                              " applies to --list-displays, expected --list-displays with it");
     if (!commandLine.files().empty())
         commandLine.refuse({"list-displays", "test-picture"},
                            " takes no names, got " + commandLine.files().front().string());
@@ -164,9 +161,9 @@ int main(int argc, char** argv) {
     commandLine.addAdvanced(
         {"view-from"},
         "With --show, for screens that follow one viewer: show what two eyes see from the "
-        "viewer's position, which another program writes, one line of text at a time: x, or x and "
-        "y; y is not used. x is -1 at the left edge of the view cone, 0 in the middle, 1 at the "
-        "right edge as the viewer sees it. udp: from this computer only.",
+        "viewer's position. Another program sends it, one line of text at a time: x, or x and y (y "
+        "is not used). As the viewer sees it, x is -1 at the left edge of the view cone, 0 in the "
+        "middle and 1 at the right edge. A port accepts programs on this computer only.",
         "udp:PORT|stdin");
     addEyesOptions(commandLine, "show", false, false);
     addBridgeOptions(commandLine,

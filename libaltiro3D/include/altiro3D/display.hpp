@@ -184,10 +184,6 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// @return 0..views-1
     [[nodiscard]] int view(int x, int y, int colour, int views) const;
 
-    /// As view(), without the order of views. @param x, y, colour as there
-    /// @param slots number of slots @return 0..slots-1
-    [[nodiscard]] int slot(int x, int y, int colour, int slots) const;
-
     /// View that a phase belongs to: min(floor(phase * views), views - 1), docs/mathematics.md,
     /// (1.10). Arguments are not checked.
     /// @param phase z, 0..1, from phase()

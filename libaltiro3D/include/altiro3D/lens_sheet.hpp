@@ -57,7 +57,8 @@ struct BarrierNumbers {
 /// Makes the calibration of such a screen.
 /// @param numbers the screen
 /// @return the calibration; it is valid
-/// @throws Error InvalidArgument (the field of `numbers`, its value, what is expected)
+/// @throws Error InvalidArgument (the field of `numbers`, its value, what is expected), BadFormat
+///         (panel, order)
 [[nodiscard]] ALTIRO3D_EXPORT Calibration calibrationOf(const BarrierNumbers& numbers);
 
 /// Makes the calibration of a print or a lens sheet on a screen; its `sheet` keeps the numbers.

@@ -2,15 +2,19 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
+#include "altiro3D/lens_sheet.hpp"
 #include "base/image_format.hpp"
 #include "base/json_reader.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <optional>
+#include <type_traits>
 
 namespace altiro3D {
 
@@ -22,6 +26,7 @@ constexpr std::size_t kMaxCells = 16;
 constexpr std::size_t kMaxNumberBytes = 100; // bytes; longer texts are not read
 // Lens periods; larger values leave too few digits for the fraction.
 constexpr double kMaxCenter = 1e6;
+constexpr std::size_t kMaxOrderedViews = 64;
 
 [[noreturn]] void fail(const std::string& source, const std::string& problem) {
     throw Error(ErrorCode::BadFormat, source, problem);
@@ -29,6 +34,11 @@ constexpr double kMaxCenter = 1e6;
 
 std::string show(double value) {
     return numberText(value, 12);
+}
+
+void require(bool good, const std::string& source, const char* field, double value,
+             const std::string& expected) {
+    if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
 }
 
 Json parseDocument(const std::string& text, const std::string& source) {
@@ -46,20 +56,26 @@ Json parseInner(const std::string& text) {
     }
 }
 
-// Which spelling of a CubeVi's numbers an object has, perhaps not all of them; nothing for others.
-std::optional<int> cubeViSpelling(const Json& node) {
-    const auto has = [&](const char* key) { return node.contains(key) ? 1 : 0; };
-    if (!node.is_object() || node.contains("pitch")) return std::nullopt;
-    if (has("lineNumber") + has("obliquity") + has("deviation") > 0) return 0;
-    if (has("interval") + has("slope") + has("x0") > 1) return 1; // a slope alone is another's
-    return std::nullopt;
+// The keys of a CubeVi's three numbers, in both spellings.
+using CubeViKeys = std::array<const char*, 3>;
+constexpr CubeViKeys kCubeViSpellings[] = {{"lineNumber", "obliquity", "deviation"},
+                                           {"interval", "slope", "x0"}};
+
+// The keys of which an object has two at least; null for other objects.
+const CubeViKeys* cubeViKeys(const Json& node) {
+    if (!node.is_object() || node.contains("pitch")) return nullptr;
+    for (const CubeViKeys& keys : kCubeViSpellings) {
+        const auto has = [&](const char* key) { return node.contains(key); };
+        if (std::count_if(keys.begin(), keys.end(), has) > 1) return &keys;
+    }
+    return nullptr;
 }
 
 // Collects the objects that have pitch and slope, or the keys of a CubeVi: the document itself, or
 // objects up to three containers deep. A string that holds an object is treated as that object.
 void findCalibrations(const Json& node, int containersLeft, std::vector<Json>& found) {
     if ((node.is_object() && node.contains("pitch") && node.contains("slope")) ||
-        cubeViSpelling(node)) {
+        cubeViKeys(node) != nullptr) {
         found.push_back(node);
     } else if (node.is_string()) {
         const auto& text = node.get_ref<const std::string&>();
@@ -71,33 +87,124 @@ void findCalibrations(const Json& node, int containersLeft, std::vector<Json>& f
     }
 }
 
-// Reads the fields of one calibration object; errors name the field.
+// The range of a number, and what an error says is expected.
+struct Limits {
+    double low;
+    double high;
+    const char* expected;
+    bool isRequired = false; // in a file; the others keep the value that they have
+    bool zeroIsGood = false; // it stands for one that is not known
+};
+
+constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr double kAboveZero = std::numeric_limits<double>::denorm_min();
+constexpr Limits kAnyNumber{-kLargest, kLargest, "a finite number"};
+constexpr Limits kRequiredNumber{-kLargest, kLargest, "a finite number", true};
+constexpr Limits kSlope{-kLargest, kLargest, "a number other than 0", true};
+constexpr Limits kPattern{0, 4, "a whole number, 0..4"};
+constexpr Limits kSide{16, kMaxPanelSide, "whole px, 16..16384", true};
+constexpr Limits kPrintSide{16, kMaxPrintSide, "whole px, 16..40000", true};
+constexpr const char* kExpectedOrder = "each of the views 0..N-1 once, 2 to 64 of them";
+
+// forNumbers() describes the numbers of an object of a visual.json, in their order there, for
+// reading, checking and writing: visit(key, number, limits).
+template <class Visit>
+void forNumbers(Calibration& c, const Visit& visit) {
+    const Limits& side = c.sheet && c.sheet->isPrint ? kPrintSide : kSide;
+    visit("pitch", c.pitch, Limits{kAboveZero, kLargest, "lenses per inch, a number > 0", true});
+    visit("slope", c.slope, kSlope);
+    visit("center", c.center, kRequiredNumber);
+    visit("fringe", c.fringe, kAnyNumber);
+    visit("viewCone", c.viewCone, Limits{0, 180, "degrees, 0..180"});
+    visit("invView", c.invView, kAnyNumber);
+    visit("verticalAngle", c.verticalAngle, kAnyNumber);
+    visit("DPI", c.DPI, Limits{kAboveZero, kLargest, "px per inch, a number > 0", true});
+    visit("screenW", c.screenW, side);
+    visit("screenH", c.screenH, side);
+    visit("flipImageX", c.flipImageX, kAnyNumber);
+    visit("flipImageY", c.flipImageY, kAnyNumber);
+    visit("flipSubp", c.flipSubp, kAnyNumber);
+    visit("CellPatternMode", c.CellPatternMode, kPattern);
+}
+
+template <class Visit>
+void forNumbers(SubpixelCell& cell, const Visit& visit) {
+    constexpr const char* kNames[3][2] = {
+        {"ROffsetX", "ROffsetY"}, {"GOffsetX", "GOffsetY"}, {"BOffsetX", "BOffsetY"}};
+    constexpr Limits kOffset{-1, 1, "px, -1..1", true};
+    for (std::size_t k = 0; k < 3; ++k) {
+        visit(kNames[k][0], cell.x[k], kOffset);
+        visit(kNames[k][1], cell.y[k], kOffset);
+    }
+}
+
+template <class Visit>
+void forNumbers(LensSheet& sheet, const Visit& visit) {
+    const auto orZero = [](double low, double high, const char* expected) {
+        return Limits{low, high, expected, false, true};
+    };
+    visit("print", sheet.isPrint, Limits{0, 1, "true or false"});
+    visit("dpiDown", sheet.dpiDown, Limits{10, 10000, "px per inch, 10..10000"});
+    visit("views", sheet.views, orZero(2, kMaxSheetViews, "a whole number, 2..1024, or 0"));
+    visit("thickness", sheet.thickness, orZero(0.01, 100, "mm, 0.01..100, or 0"));
+    visit("index", sheet.index, orZero(1, 3, "a number, 1..3, or 0"));
+    visit("distance", sheet.distance, orZero(1, 1e6, "mm, 1..1e6, or 0"));
+}
+
+template <class Visit>
+void forNumbers(SubpixelLens& lens, const Visit& visit) {
+    const double steepest = lens.slopeInSubpixels ? 3 : 1;
+    visit("period", lens.period, Limits{2, 1000, "sub-pixels across a lens, 2..1000", true});
+    visit("slope", lens.slope,
+          Limits{-steepest, steepest, "px per row, -1..1, or sub-pixels per row, -3..3", true});
+    visit("offset", lens.offset, Limits{-1e4, 1e4, "sub-pixels, -10000..10000", true});
+    visit("slopeInSubpixels", lens.slopeInSubpixels, Limits{0, 1, "true or false"});
+}
+
+// Of the numbers of a CubeVi, in the order of CubeViKeys.
+constexpr Limits kCubeViLimits[] = {
+    {10, 40, "sub-pixels across a lens, 10..40", true},
+    {-0.4999999, 0.4999999, "px per row, above -0.5 and below 0.5", true},
+    {-100, 100, "sub-pixels, -100..100", true}};
+
+// Reads the fields of an object; errors name the field.
 class FieldReader {
   public:
     FieldReader(const Json& object, std::string source)
         : object_(object), source_(std::move(source)) {}
 
-    // @param fallback not given: the field is required
-    double read(const char* field, const std::string& expected,
-                std::optional<double> fallback = std::nullopt) const {
-        const Json* value = find(field);
-        if (value != nullptr) return number(*value, field, expected);
-        if (fallback) return *fallback;
-        fail(source_, std::string(field) + " is missing, expected " + expected);
+    template <class Number>
+    void read(const char* field, Number& number, const Limits& limits) const {
+        const Json* const value = find(field);
+        if (value == nullptr && !limits.isRequired) return;
+        if (value == nullptr)
+            fail(source_, std::string(field) + " is missing, expected " + limits.expected);
+        const double read = numberIn(*value, field, limits.expected);
+        if constexpr (std::is_same_v<Number, int>)
+            require(std::abs(read) <= 1e9 && read == std::floor(read), source_, field, read,
+                    limits.expected);
+        number = static_cast<Number>(read);
     }
 
-    int readInteger(const char* field, const std::string& expected,
-                    std::optional<double> fallback = std::nullopt) const {
-        const double value = read(field, expected, fallback);
-        if (!(std::abs(value) <= 1e9) || value != std::floor(value)) {
-            fail(source_, std::string(field) + " is " + show(value) + ", expected " + expected);
-        }
-        return static_cast<int>(value);
+    template <class Of>
+    void readNumbers(Of& of) const {
+        forNumbers(of, [this](const char* field, auto& number, const Limits& limits) {
+            read(field, number, limits);
+        });
     }
 
     std::string text(const char* field) const {
         const Json* value = find(field);
         return value != nullptr && value->is_string() ? value->get<std::string>() : std::string();
+    }
+
+    // @return nothing if there is none
+    std::optional<FieldReader> object(const char* field) const {
+        const Json* const value = find(field);
+        if (value == nullptr) return std::nullopt;
+        if (!value->is_object())
+            fail(source_, std::string(field) + " is " + shownJson(*value) + ", expected an object");
+        return FieldReader(*value, source_ + ": " + field);
     }
 
     const Json* find(const char* field) const {
@@ -108,7 +215,8 @@ class FieldReader {
         return value->is_null() ? nullptr : value;
     }
 
-    double number(const Json& value, const std::string& field, const std::string& expected) const {
+  private:
+    double numberIn(const Json& value, const char* field, const char* expected) const {
         if (value.is_number()) return value.get<double>();
         if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
         if (value.is_string()) { // "52.5" is a number, "52.5 lpi" is not, in every locale
@@ -118,93 +226,51 @@ class FieldReader {
                 if (inner.is_number()) return inner.get<double>();
             }
         }
-        fail(source_, field + " is " + shownJson(value) + ", expected " + expected);
+        fail(source_, std::string(field) + " is " + shownJson(value) + ", expected " + expected);
     }
 
-  private:
     const Json& object_;
     std::string source_;
 };
 
-constexpr const char* kExpectedPitch = "lenses per inch, a number > 0";
-constexpr const char* kExpectedSlope = "a number other than 0";
-constexpr const char* kExpectedNumber = "a finite number";
-constexpr const char* kExpectedCenter = "lens periods, -1e6..1e6";
-constexpr const char* kExpectedDpi = "px per inch, a number > 0";
-constexpr const char* kExpectedSide = "whole px, 16..16384";
-constexpr const char* kExpectedPrintSide = "whole px, 16..40000";
-constexpr const char* kExpectedCone = "degrees, 0..180";
-constexpr const char* kExpectedPattern = "a whole number, 0..4";
-constexpr const char* kExpectedOffset = "px, -1..1";
+void checkNumber(const char* field, double number, const Limits& limits,
+                 const std::string& source) {
+    const bool isInside = number >= limits.low && number <= limits.high;
+    require(isInside || (limits.zeroIsGood && number == 0), source, field, number, limits.expected);
+}
+
+template <class Of>
+void checkNumbers(Of of, const std::string& source) {
+    forNumbers(of, [&](const char* field, double number, const Limits& limits) {
+        checkNumber(field, number, limits, source);
+    });
+}
+
+// @param isWrapped each as {"value": number}
+template <class Of>
+Json jsonOf(Of of, bool isWrapped = false) {
+    Json json;
+    forNumbers(of, [&](const char* field, auto number, const Limits& /*limits*/) {
+        json[field] = isWrapped ? Json{{"value", number}} : Json(number);
+    });
+    return json;
+}
 
 std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string& source) {
     std::vector<SubpixelCell> cells;
     const Json* list = reader.find("subpixelCells");
     if (list == nullptr) return cells;
-    if (!list->is_array()) {
+    if (!list->is_array())
         fail(source, "subpixelCells is " + shownJson(*list) + ", expected a list of cells");
-    }
-    if (list->size() > kMaxCells) {
-        fail(source, "subpixelCells has " + std::to_string(list->size()) +
-                         " cells, expected at most " + std::to_string(kMaxCells));
-    }
-    constexpr const char* kNames[3][2] = {
-        {"ROffsetX", "ROffsetY"}, {"GOffsetX", "GOffsetY"}, {"BOffsetX", "BOffsetY"}};
     for (std::size_t i = 0; i < list->size(); ++i) {
         const std::string name = source + ": subpixelCells[" + std::to_string(i) + "]";
-        if (!(*list)[i].is_object()) {
-            fail(name,
-                 "is " + shownJson((*list)[i]) + ", expected an object with ROffsetX ... BOffsetY");
-        }
-        const FieldReader cellReader((*list)[i], name);
-        SubpixelCell cell;
-        for (std::size_t k = 0; k < 3; ++k) {
-            cell.x[k] = cellReader.read(kNames[k][0], kExpectedOffset);
-            cell.y[k] = cellReader.read(kNames[k][1], kExpectedOffset);
-        }
-        cells.push_back(cell);
+        const Json& cell = (*list)[i];
+        if (!cell.is_object())
+            fail(name, "is " + shownJson(cell) + ", expected an object with ROffsetX ... BOffsetY");
+        FieldReader(cell, name).readNumbers(cells.emplace_back());
     }
     return cells;
 }
-
-void require(bool good, const std::string& source, const char* field, double value,
-             const std::string& expected) {
-    if (!good) fail(source, std::string(field) + " is " + show(value) + ", expected " + expected);
-}
-
-// The range of each number of a sheet; 0 stands for one that is not known.
-struct SheetNumber {
-    const char* field;
-    double LensSheet::*number;
-    double low;
-    double high;
-    const char* expected;
-};
-constexpr SheetNumber kSheetNumbers[] = {
-    {"thickness", &LensSheet::thickness, 0.01, 100, "mm, 0.01..100, or 0"},
-    {"index", &LensSheet::index, 1, 3, "a number, 1..3, or 0"},
-    {"distance", &LensSheet::distance, 1, 1e6, "mm, 1..1e6, or 0"}};
-constexpr const char* kExpectedViews = "a whole number, 2..1024, or 0";
-
-std::optional<LensSheet> readSheet(const FieldReader& reader, double dpi,
-                                   const std::string& source) {
-    const Json* const object = reader.find("lensSheet");
-    if (object == nullptr) return std::nullopt;
-    if (!object->is_object())
-        fail(source, "lensSheet is " + shownJson(*object) + ", expected an object");
-    const FieldReader fields(*object, source + ": lensSheet");
-    LensSheet sheet;
-    sheet.isPrint = fields.read("print", "true or false", 0) >= 0.5;
-    sheet.dpiDown = fields.read("dpiDown", kExpectedDpi, dpi);
-    sheet.views = fields.readInteger("views", kExpectedViews, 0);
-    for (const SheetNumber& of : kSheetNumbers)
-        sheet.*of.number = fields.read(of.field, of.expected, 0);
-    return sheet;
-}
-
-constexpr std::size_t kMaxOrderedViews = 64;
-constexpr const char* kExpectedPeriod = "sub-pixels across a lens, 2..1000";
-constexpr const char* kExpectedOrder = "each of the views 0..N-1 once, 2 to 64 of them";
 
 bool isPermutation(std::vector<int> order) {
     std::sort(order.begin(), order.end());
@@ -213,46 +279,23 @@ bool isPermutation(std::vector<int> order) {
     return order.size() != 1 && order.size() <= kMaxOrderedViews;
 }
 
-// c has DPI and panel.
-void readLens(const FieldReader& reader, const std::string& source, Calibration& c) {
-    if (const Json* const order = reader.find("viewOrder")) {
-        if (!order->is_array() || order->size() > kMaxOrderedViews)
-            fail(source, "viewOrder is " + shownJson(*order) + ", expected " + kExpectedOrder);
-        for (const Json& view : *order)
-            c.viewOrder.push_back(view.is_number_unsigned() && view < 64 ? view.get<int>() : -1);
-    }
-    const Json* const object = reader.find("subpixelLens");
-    if (object == nullptr) return;
-    if (!object->is_object())
-        fail(source, "subpixelLens is " + shownJson(*object) + ", expected an object");
-    const FieldReader fields(*object, source + ": subpixelLens");
-    setLens(c, {fields.read("period", kExpectedPeriod), fields.read("slope", kExpectedNumber),
-                fields.read("offset", kExpectedNumber),
-                fields.read("slopeInSubpixels", "true or false", 0) >= 0.5});
+std::vector<int> readOrder(const FieldReader& reader, const std::string& source) {
+    const Json* const list = reader.find("viewOrder");
+    std::vector<int> order;
+    if (list == nullptr) return order;
+    if (!list->is_array() || list->size() > kMaxOrderedViews)
+        fail(source, "viewOrder is " + shownJson(*list) + ", expected " + kExpectedOrder);
+    for (const Json& view : *list)
+        order.push_back(view.is_number_unsigned() && view < 64 ? view.get<int>() : -1);
+    return order;
 }
 
-struct CubeViNumber {
-    const char* keys[2]; // two spellings
-    double low;
-    double high;
-    const char* expected;
-};
-constexpr CubeViNumber kCubeViNumbers[] = {
-    {{"lineNumber", "interval"}, 10, 40, "sub-pixels across a lens, 10..40"},
-    {{"obliquity", "slope"}, -0.4999999, 0.4999999, "px per row, above -0.5 and below 0.5"},
-    {{"deviation", "x0"}, -100, 100, "sub-pixels, -100..100"}};
-
-Calibration readCubeVi(const Json& object, int spelling, const std::string& source) {
+Calibration readCubeVi(const Json& object, const CubeViKeys& keys, const std::string& source) {
     constexpr double kInches = 5.7; // diagonal of the panel
-    const FieldReader reader(object, source);
-    double numbers[3];
+    double numbers[3] = {};
     for (std::size_t i = 0; i < 3; ++i) {
-        const CubeViNumber& of = kCubeViNumbers[i];
-        const char* const key = of.keys[spelling];
-        numbers[i] = reader.read(key, of.expected);
-        if (!(numbers[i] >= of.low && numbers[i] <= of.high) || !reader.find(key)->is_number())
-            fail(source, std::string(key) + " is " + shownJson(*reader.find(key)) + ", expected " +
-                             of.expected);
+        FieldReader(object, source).read(keys[i], numbers[i], kCubeViLimits[i]);
+        checkNumber(keys[i], numbers[i], kCubeViLimits[i], source);
     }
     Calibration c;
     c.serial = "cubevi-c1";
@@ -264,47 +307,27 @@ Calibration readCubeVi(const Json& object, int spelling, const std::string& sour
     return c;
 }
 
-void validateSheet(const LensSheet& sheet, const std::string& source) {
-    require(sheet.dpiDown >= 10 && sheet.dpiDown <= 10000, source, "dpiDown", sheet.dpiDown,
-            "px per inch, 10..10000");
-    require(sheet.views == 0 || (sheet.views >= 2 && sheet.views <= kMaxSheetViews), source,
-            "views", sheet.views, kExpectedViews);
-    for (const SheetNumber& of : kSheetNumbers) {
-        const double value = sheet.*of.number;
-        require(value == 0 || (value >= of.low && value <= of.high), source, of.field, value,
-                of.expected);
-    }
-    require((sheet.thickness == 0) == (sheet.index == 0), source, "index", sheet.index,
-            "thickness and index together");
-}
-
 Calibration readFields(const Json& object, const std::string& source) {
-    if (const auto spelling = cubeViSpelling(object)) return readCubeVi(object, *spelling, source);
+    if (const CubeViKeys* const keys = cubeViKeys(object)) return readCubeVi(object, *keys, source);
     const FieldReader reader(object, source);
     Calibration c;
     c.configVersion = reader.text("configVersion");
     c.serial = reader.text("serial");
-    c.pitch = reader.read("pitch", kExpectedPitch);
-    c.slope = reader.read("slope", kExpectedSlope);
-    c.center = reader.read("center", kExpectedNumber);
-    c.DPI = reader.read("DPI", kExpectedDpi);
-    c.screenW = reader.readInteger("screenW", kExpectedSide);
-    c.screenH = reader.readInteger("screenH", kExpectedSide);
-    c.fringe = reader.read("fringe", kExpectedNumber, c.fringe);
-    c.viewCone = reader.read("viewCone", kExpectedCone, c.viewCone);
-    c.invView = reader.read("invView", kExpectedNumber, c.invView);
-    c.verticalAngle = reader.read("verticalAngle", kExpectedNumber, c.verticalAngle);
-    c.flipImageX = reader.read("flipImageX", kExpectedNumber, c.flipImageX);
-    c.flipImageY = reader.read("flipImageY", kExpectedNumber, c.flipImageY);
-    c.flipSubp = reader.read("flipSubp", kExpectedNumber, c.flipSubp);
-    const char* pattern =
-        reader.find("CellPatternMode") != nullptr ? "CellPatternMode" : "cellPatternMode";
-    c.CellPatternMode = reader.readInteger(pattern, kExpectedPattern, c.CellPatternMode);
+    reader.read("cellPatternMode", c.CellPatternMode, kPattern); // another spelling
+    reader.readNumbers(c);
     c.subpixelCells = readCells(reader, source);
     for (const char* field : {"viewCone", "invView"})
         if (reader.find(field) == nullptr) c.missing.emplace_back(field);
-    c.sheet = readSheet(reader, c.DPI, source);
-    readLens(reader, source, c);
+    if (const auto sheet = reader.object("lensSheet")) {
+        c.sheet.emplace().dpiDown = c.DPI;
+        sheet->readNumbers(*c.sheet);
+    }
+    c.viewOrder = readOrder(reader, source);
+    if (const auto lens = reader.object("subpixelLens")) {
+        SubpixelLens numbers;
+        lens->readNumbers(numbers);
+        setLens(c, numbers);
+    }
     validate(c, source);
     return c;
 }
@@ -315,60 +338,36 @@ void validate(const Calibration& c, const std::string& source) {
     if (!isPermutation(c.viewOrder))
         fail(source, std::string("the order of views repeats a view or lacks one, expected ") +
                          kExpectedOrder);
-    if (c.lens) {
-        const SubpixelLens& lens = *c.lens;
-        const double steepest = lens.slopeInSubpixels ? 3 : 1;
-        require(lens.period >= 2 && lens.period <= 1000, source, "period of the lens", lens.period,
-                kExpectedPeriod);
-        require(std::abs(lens.slope) <= steepest, source, "slope of the lens", lens.slope,
-                lens.slopeInSubpixels ? "sub-pixels per row, -3..3" : "px per row, -1..1");
-        require(std::abs(lens.offset) <= 1e4, source, "offset of the lens", lens.offset,
-                "sub-pixels, -10000..10000");
+    if (c.lens) checkNumbers(*c.lens, source + ": subpixelLens");
+    checkNumbers(c, source);
+    require(c.slope != 0, source, "slope", c.slope, kSlope.expected);
+    require(std::abs(c.center) <= kMaxCenter, source, "center", c.center,
+            "lens periods, -1e6..1e6");
+    if (c.sheet) {
+        const std::string sheet = source + ": lensSheet";
+        checkNumbers(*c.sheet, sheet);
+        require((c.sheet->thickness == 0) == (c.sheet->index == 0), sheet, "index", c.sheet->index,
+                "thickness and index together");
     }
-    require(std::isfinite(c.pitch) && c.pitch > 0, source, "pitch", c.pitch, kExpectedPitch);
-    require(std::isfinite(c.slope) && c.slope != 0, source, "slope", c.slope, kExpectedSlope);
-    require(std::abs(c.center) <= kMaxCenter, source, "center", c.center, kExpectedCenter);
-    require(std::isfinite(c.DPI) && c.DPI > 0, source, "DPI", c.DPI, kExpectedDpi);
-    const bool isPrint = c.sheet && c.sheet->isPrint;
-    for (const auto& [field, side] : {std::pair("screenW", c.screenW), {"screenH", c.screenH}}) {
-        require(side >= 16 && side <= (isPrint ? kMaxPrintSide : kMaxPanelSide), source, field,
-                side, isPrint ? kExpectedPrintSide : kExpectedSide);
-    }
-    if (c.sheet) validateSheet(*c.sheet, source + ": lensSheet");
-    require(c.viewCone >= 0 && c.viewCone <= 180, source, "viewCone", c.viewCone, kExpectedCone);
-    const std::pair<const char*, double> plainNumbers[] = {{"fringe", c.fringe},
-                                                           {"invView", c.invView},
-                                                           {"verticalAngle", c.verticalAngle},
-                                                           {"flipImageX", c.flipImageX},
-                                                           {"flipImageY", c.flipImageY},
-                                                           {"flipSubp", c.flipSubp}};
-    for (const auto& [field, value] : plainNumbers) {
-        require(std::isfinite(value), source, field, value, kExpectedNumber);
-    }
-    require(c.CellPatternMode >= 0 && c.CellPatternMode <= 4, source, "CellPatternMode",
-            c.CellPatternMode, kExpectedPattern);
-    if (c.subpixelCells.size() > kMaxCells) {
+    if (c.subpixelCells.size() > kMaxCells)
         fail(source, "subpixelCells has " + std::to_string(c.subpixelCells.size()) +
                          " cells, expected at most " + std::to_string(kMaxCells));
-    }
     for (std::size_t i = 0; i < c.subpixelCells.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            for (double offset : {c.subpixelCells[i].x[k], c.subpixelCells[i].y[k]}) {
-                const std::string field = "subpixelCells[" + std::to_string(i) + "] offset";
-                require(std::abs(offset) <= 1, source, field.c_str(), offset, kExpectedOffset);
-            }
-        }
+        const std::string field = "subpixelCells[" + std::to_string(i) + "] offset";
+        SubpixelCell cell = c.subpixelCells[i];
+        forNumbers(cell, [&](const char* /*key*/, double offset, const Limits& limits) {
+            require(std::abs(offset) <= 1, source, field.c_str(), offset, limits.expected);
+        });
     }
     // Fields in range can still have a product that the mapping cannot resolve.
     const double periods = c.pitch * c.screenW / c.DPI;
     const double tilt = c.screenH / (c.screenW * std::abs(c.slope));
     const double down = tilt * periods * std::min(1.0, std::abs(c.slope)); // for horizontal lenses
-    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(down <= 1e6) || !(tilt <= 1e12)) {
+    if (!(periods >= 1e-3 && periods <= 3.0 * c.screenW) || !(down <= 1e6) || !(tilt <= 1e12))
         fail(source, "pitch " + show(c.pitch) + ", DPI " + show(c.DPI) + " and slope " +
                          show(c.slope) +
                          " describe no lens array, expected 0.001 periods to one per sub-pixel"
                          " across the panel");
-    }
 }
 
 std::vector<Calibration> parseCalibrations(const std::string& text, const std::string& source) {
@@ -376,11 +375,8 @@ std::vector<Calibration> parseCalibrations(const std::string& text, const std::s
     std::vector<Json> objects;
     findCalibrations(document, kMaxContainers, objects);
     if (objects.empty()) {
-        const bool half =
-            document.is_object() && (document.contains("pitch") || document.contains("slope"));
-        if (!half) {
+        if (!document.is_object() || !(document.contains("pitch") || document.contains("slope")))
             fail(source, "holds no calibration, expected an object with pitch, slope and center");
-        }
         objects.push_back(document); // the reader then names the missing field
     }
     std::vector<Calibration> calibrations;
@@ -400,6 +396,19 @@ Calibration readCalibration(const std::filesystem::path& file) {
     return readCalibrations(file).front();
 }
 
+std::string calibrationText(const Calibration& c) {
+    validate(c);
+    Json json = {{"configVersion", c.configVersion}, {"serial", c.serial}};
+    json.update(jsonOf(c, true));
+    json["subpixelCells"] = Json::array();
+    for (const SubpixelCell& cell : c.subpixelCells)
+        json["subpixelCells"].push_back(jsonOf(cell));
+    if (c.lens) json["subpixelLens"] = jsonOf(*c.lens);
+    if (!c.viewOrder.empty()) json["viewOrder"] = c.viewOrder;
+    if (c.sheet) json["lensSheet"] = jsonOf(*c.sheet);
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 std::uint64_t fingerprint(const Calibration& c) {
     std::uint64_t hash = 0xcbf29ce484222325; // FNV-1a, 64 bit
     const auto add = [&hash](double value) {
@@ -417,12 +426,8 @@ std::uint64_t fingerprint(const Calibration& c) {
                          cells ? double(c.CellPatternMode) : 0.0}) {
         add(value);
     }
-    for (const SubpixelCell& cell : c.subpixelCells) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            add(cell.x[k]);
-            add(cell.y[k]);
-        }
-    }
+    for (SubpixelCell cell : c.subpixelCells)
+        forNumbers(cell, [&](const char*, double offset, const Limits&) { add(offset); });
     if (c.lens) // its pitch, slope and center are rounded
         for (double value : {c.lens->period, c.lens->slope, c.lens->offset})
             add(value);
@@ -464,6 +469,12 @@ LensGeometry lensGeometry(const Calibration& c, InvertViews invert) {
     return g;
 }
 
+double SubpixelLens::wholePlace(int x, int y, int k) const {
+    // as published: the same roundings decide where a sub-pixel lies exactly between two views
+    if (slopeInSubpixels) return 3 * x + k + 0.5 + y * slope + offset;
+    return 3.0 * (x + 1 + (y + 1) * slope) + k + offset;
+}
+
 int LensGeometry::cellIndex(int x, int y) const {
     if (cells.empty()) return 0;
     const int fromBottom = panelHeight - 1 - y;
@@ -476,21 +487,34 @@ double LensGeometry::phase(int x, int y, int colour) const {
     const int k = blueFirst ? 2 - colour : colour;
     const double u = (x + 0.5) / panelWidth;
     const double v = 1 - (y + 0.5) / panelHeight;
-    double a = 0;
-    if (lens) {
-        a = lens->wholePlace(x, y, k) / lens->period;
-    } else if (cells.empty()) {
-        a = (u + k * subpixelStep + v * tilt) * periodsPerWidth - center;
-    } else {
+    double right = k * subpixelStep; // of the colour from the middle of the px
+    double up = 0;
+    if (!cells.empty()) {
         const SubpixelCell& cell = cells[static_cast<std::size_t>(cellIndex(x, y))];
         const auto c = static_cast<std::size_t>(k);
-        const double mirror = mirrorX ? -1 : 1; // same sign as the sub-pixel step
-        a = ((u + mirror * cell.x[c] / panelWidth) + (v + cell.y[c] / panelHeight) * tilt) *
-                periodsPerWidth -
-            center;
+        right = (mirrorX ? -1 : 1) * cell.x[c] / panelWidth; // same sign as the sub-pixel step
+        up = cell.y[c] / panelHeight;
     }
+    const double a = lens ? lens->wholePlace(x, y, k) / lens->period
+                          : ((u + right) + (v + up) * tilt) * periodsPerWidth - center;
     const double z = a - std::floor(a);
     return inverted ? 1 - z : z;
+}
+
+int LensGeometry::view(int x, int y, int colour, int views) const {
+    const auto viewInOrder = [&](int count) {
+        if (!lens) return viewOfPhase(phase(x, y, colour), count);
+        const int k = blueFirst ? 2 - colour : colour;
+        double place = std::fmod(lens->wholePlace(x, y, k), lens->period);
+        if (place < 0) place += lens->period;
+        const int fromLeft = std::min(static_cast<int>(count * place / lens->period), count - 1);
+        return inverted ? count - 1 - fromLeft : fromLeft;
+    };
+    const auto count = static_cast<int>(viewOrder.size());
+    if (count == 0) return viewInOrder(views);
+    if (count == views) return viewOrder[static_cast<std::size_t>(viewInOrder(count))];
+    const int fine = viewInOrder(count * views); // at most 64 * 2^20
+    return (viewOrder[static_cast<std::size_t>(fine / views)] * views + fine % views) / count;
 }
 
 int LensGeometry::viewOfPhase(double phase, int views) {

@@ -258,13 +258,14 @@ void LensPhases::fillViews(const Kernel& viewsOfPhases, int y, int colour, int v
             out[x] = static_cast<T>(geometry_.view(x, y, colour, views));
         return;
     }
-    if (viewsOfPhases(columns, highHalves, row, width, count, phaseError_, out)) {
-        for (int x = 0; x < geometry_.panelWidth; ++x)
-            if (nearBorder(columns[x] + row, count, phaseError_))
-                out[x] = static_cast<T>(geometry_.slot(x, y, colour, views));
+    const bool isUnsure = viewsOfPhases(columns, highHalves, row, width, count, phaseError_, out);
+    if (!isUnsure && order.empty()) return;
+    for (int x = 0; x < geometry_.panelWidth; ++x) {
+        if (isUnsure && nearBorder(columns[x] + row, count, phaseError_))
+            out[x] = static_cast<T>(geometry_.view(x, y, colour, views));
+        else if (!order.empty())
+            out[x] = static_cast<T>(order[out[x]]);
     }
-    for (std::size_t x = 0; !order.empty() && x < width; ++x)
-        out[x] = static_cast<T>(order[out[x]]);
 }
 
 void LensPhases::viewsOfRow(int y, int colour, int views, std::uint8_t* out) const {

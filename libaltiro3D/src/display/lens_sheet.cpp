@@ -1,7 +1,6 @@
 #include "altiro3D/lens_sheet.hpp"
 
 #include "base/checks.hpp"
-#include "base/json_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -99,47 +98,34 @@ Calibration calibrationOf(const LensNumbers& n) {
     return c;
 }
 
-std::string calibrationText(const Calibration& c) {
-    validate(c);
-    const auto wrapped = [](auto value) { return Json{{"value", value}}; };
-    Json json = {{"configVersion", c.configVersion},
-                 {"serial", c.serial},
-                 {"pitch", wrapped(c.pitch)},
-                 {"slope", wrapped(c.slope)},
-                 {"center", wrapped(c.center)},
-                 {"fringe", wrapped(c.fringe)},
-                 {"viewCone", wrapped(c.viewCone)},
-                 {"invView", wrapped(c.invView)},
-                 {"verticalAngle", wrapped(c.verticalAngle)},
-                 {"DPI", wrapped(c.DPI)},
-                 {"screenW", wrapped(c.screenW)},
-                 {"screenH", wrapped(c.screenH)},
-                 {"flipImageX", wrapped(c.flipImageX)},
-                 {"flipImageY", wrapped(c.flipImageY)},
-                 {"flipSubp", wrapped(c.flipSubp)},
-                 {"CellPatternMode", wrapped(c.CellPatternMode)}};
-    json["subpixelCells"] = Json::array();
-    for (const SubpixelCell& cell : c.subpixelCells) {
-        json["subpixelCells"].push_back({{"ROffsetX", cell.x[0]},
-                                         {"ROffsetY", cell.y[0]},
-                                         {"GOffsetX", cell.x[1]},
-                                         {"GOffsetY", cell.y[1]},
-                                         {"BOffsetX", cell.x[2]},
-                                         {"BOffsetY", cell.y[2]}});
-    }
-    if (c.lens) {
-        json["subpixelLens"] = {{"period", c.lens->period},
-                                {"slope", c.lens->slope},
-                                {"offset", c.lens->offset},
-                                {"slopeInSubpixels", c.lens->slopeInSubpixels}};
-    }
-    if (!c.viewOrder.empty()) json["viewOrder"] = c.viewOrder;
-    if (c.sheet) {
-        json["lensSheet"] = {{"print", c.sheet->isPrint}, {"dpiDown", c.sheet->dpiDown},
-                             {"views", c.sheet->views},   {"thickness", c.sheet->thickness},
-                             {"index", c.sheet->index},   {"distance", c.sheet->distance}};
-    }
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+void setLens(Calibration& c, const SubpixelLens& lens) {
+    const double row = lens.slopeInSubpixels ? lens.slope : 3 * lens.slope;
+    c.lens = lens;
+    c.slope = std::abs(row) * kVertical > 3 ? -3 / row : kVertical;
+    c.pitch = c.DPI * std::hypot(3, row) / lens.period;
+    c.center = (1.5 - row * (c.screenH - 0.5) - lens.wholePlace(0, 0, 0)) / lens.period;
+    c.center -= std::floor(c.center);
+}
+
+Calibration calibrationOf(const BarrierNumbers& n) {
+    checkRange("pitch", n.pitch, 2, 1000, " sub-pixels");
+    checkRange("slope", n.slope, -3, 3, " sub-pixels per row");
+    checkRange("offset", n.offset, -1e4, 1e4, " sub-pixels");
+    const auto ordered = static_cast<int>(n.order.size());
+    checkNumber(n.views == 0 || ordered == 0 || n.views == ordered, "views", n.views,
+                "as many as in order");
+    Calibration c;
+    c.configVersion = "1.0";
+    c.screenW = n.panel.width;
+    c.screenH = n.panel.height;
+    c.DPI = n.dpi;
+    c.viewOrder = n.order;
+    c.invView = n.order.empty() ? 1 : 0;
+    setSubpixels(c, n.isBgr ? SubpixelOrder::Bgr : SubpixelOrder::Rgb);
+    c.sheet = LensSheet{false, n.dpi, n.views == 0 ? ordered : n.views, 0, 0, 0};
+    setLens(c, {n.pitch, 0 - n.slope, 0 - n.offset, true});
+    validate(c, "lens");
+    return c;
 }
 
 LensFacts lensFacts(const Calibration& c) {

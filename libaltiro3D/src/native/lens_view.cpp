@@ -409,23 +409,21 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
           "blurs the light of sub-pixels, which a print has not, expected one without blur");
     if (calibration.sheet && g.isLying() && g.cells.size() < 2 && !g.mirrorX && !g.mirrorY)
         return simulateLying(native, calibration, eye, seen, g.inverted);
-    double phase = eye.phase;
+    LensEye shown = eye;
     if (const std::vector<int>& order = g.viewOrder; !order.empty()) { // where it has this view
-        const double place = (phase - std::floor(phase)) * static_cast<double>(order.size());
+        const auto count = static_cast<double>(order.size());
+        const double place = (eye.phase - std::floor(eye.phase)) * count;
         const auto slot = std::find(order.begin(), order.end(), static_cast<int>(place));
-        phase += (static_cast<double>(slot - order.begin()) - std::floor(place)) /
-                 static_cast<double>(order.size());
+        shown.phase += (static_cast<double>(slot - order.begin()) - std::floor(place)) / count;
     }
     const cv::Mat source = shareMemory(native, seen) ? native.clone() : native;
     seen.create(source.size(), source.type());
     if (eye.blur > 0) {
-        seeBlurred(source, phases, phase, eye.blur, seen);
+        seeBlurred(source, phases, shown.phase, eye.blur, seen);
     } else {
-        LensEye sharp = eye;
-        sharp.phase = phase;
         if (isPrint && eye.spot == 0) // between two px, both
-            sharp.spot = std::min(1.0, kPrintSpot * 3 / g.lensPeriodSubpixels);
-        const LitPhases lit = litPhases(sharp, phases);
+            shown.spot = std::min(1.0, kPrintSpot * 3 / g.lensPeriodSubpixels);
+        const LitPhases lit = litPhases(shown, phases);
         for (int channel = 0; channel < 3; ++channel)
             lightChannel(source, phases, lit, channel, seen);
     }

@@ -2,9 +2,12 @@
 
 #include "altiro3D/lens_view.hpp"
 #include "altiro3D/native_lut.hpp"
+#include "altiro3D/quilt2native.hpp"
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/files.hpp"
-#include "support/pixels.hpp"
+#include "support/random_pictures.hpp"
+#include "support/reference.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -37,38 +40,27 @@ int viewByPlace(const LensNumbers& n, double right, double up, int views) {
 }
 
 // Number of sub-pixels of the table whose view is another one than by their place on paper.
-int wrongViews(const LensNumbers& numbers) {
+int wrongPlaces(const LensNumbers& numbers) {
     const Calibration c = calibrationOf(numbers);
-    constexpr int kViews = 12;
-    const QuiltLayout layout{4, 3, {8, 8}, kViews};
-    const NativeLut lut(c, layout);
     const double dpiDown = numbers.dpiDown > 0 ? numbers.dpiDown : numbers.dpi;
-    int wrong = 0;
-    forPixels({c.screenW, c.screenH}, [&](int x, int y) {
-        const double right = (x + 0.5) / numbers.dpi;
-        const double up = (c.screenH - y - 0.5) / dpiDown;
-        const int view = viewByPlace(numbers, right, up, kViews);
-        for (int k = 0; k < 3; ++k) {
-            const auto at = lut.channel(k).at<cv::Vec<std::uint16_t, 2>>(y, x);
-            wrong += layout.tile(view).contains({at[0], at[1]}) ? 0 : 1;
-        }
+    return wrongViews(c, {4, 3, {8, 8}, 12}, [&](int x, int y, int /*colour*/) {
+        return viewByPlace(numbers, (x + 0.5) / numbers.dpi, (c.screenH - y - 0.5) / dpiDown, 12);
     });
-    return wrong;
 }
 
 TEST(LensSheet, ViewsAreThoseOfThePlaceOnPaper) {
     LensNumbers numbers = smallPrint();
-    EXPECT_EQ(wrongViews(numbers), 0) << "vertical";
+    EXPECT_EQ(wrongPlaces(numbers), 0) << "vertical";
     numbers.dpiDown = 360;
-    EXPECT_EQ(wrongViews(numbers), 0) << "unequal dpi";
+    EXPECT_EQ(wrongPlaces(numbers), 0) << "unequal dpi";
     for (const double angle : {-45.0, -11.0, 7.5, 45.0}) {
         numbers.angle = angle;
-        EXPECT_EQ(wrongViews(numbers), 0) << angle;
+        EXPECT_EQ(wrongPlaces(numbers), 0) << angle;
     }
     numbers.isHorizontal = true;
     for (const double angle : {-3.0, 0.0, 20.0}) {
         numbers.angle = angle;
-        EXPECT_EQ(wrongViews(numbers), 0) << "lying, " << angle;
+        EXPECT_EQ(wrongPlaces(numbers), 0) << "lying, " << angle;
     }
 }
 
@@ -168,15 +160,7 @@ TEST(LensSheet, TheFileIsReadAsItWasWritten) {
     const std::string text = calibrationText(written);
     const Calibration read = parseCalibrations(text, "lens.json").front();
     EXPECT_EQ(fingerprint(read), fingerprint(written));
-    EXPECT_EQ(read.viewCone, written.viewCone);
-    ASSERT_TRUE(read.sheet);
-    EXPECT_TRUE(read.sheet->isPrint);
-    EXPECT_EQ(read.sheet->dpiDown, 1440);
-    EXPECT_EQ(read.sheet->views, 5);
-    EXPECT_EQ(read.sheet->thickness, 0.9);
-    EXPECT_EQ(read.sheet->index, 1.56);
-    EXPECT_EQ(read.sheet->distance, 500);
-
+    EXPECT_EQ(calibrationText(read), text);
     const auto error = [&](const std::string& from, const std::string& to) {
         std::string changed = text;
         changed.replace(changed.find(from), from.size(), to);
@@ -224,27 +208,180 @@ TEST(LensSheet, BadNumbersAreNamed) {
     EXPECT_EQ(error([](LensNumbers& n) { n.views = 1; }), "views: is 1, expected 2..1024");
 }
 
+// An eye in the direction of a view sees that view alone.
+void expectViewsInTheirDirections(const Calibration& c, int views) {
+    const LensGeometry g = lensGeometry(c);
+    const cv::Mat native = pictureOf<cv::Vec3b>({c.screenW, c.screenH}, [&](int x, int y) {
+        cv::Vec3b px;
+        for (int k = 0; k < 3; ++k)
+            px[2 - k] = static_cast<uchar>(30 * g.view(x, y, k, views));
+        return px;
+    });
+    for (int view = 0; view < views; ++view) {
+        cv::Mat seen;
+        simulateView(native, c, eyeAtView(view, views), seen);
+        EXPECT_TRUE(samePicture(seen, cv::Mat(native.size(), CV_8UC3, cv::Scalar::all(30 * view))))
+            << view;
+    }
+}
+
 // A lens that lies is one that stands, of the turned picture.
 TEST(LensSheet, TheSimulatorSeesLensesThatLie) {
     LensNumbers numbers = smallPrint();
     numbers.isHorizontal = true;
     for (const double angle : {0.0, 2.0, -2.0}) {
         numbers.angle = angle;
-        const Calibration c = calibrationOf(numbers);
-        const LensGeometry g = lensGeometry(c);
-        constexpr int kViews = 8;
-        cv::Mat native(c.screenH, c.screenW, CV_8UC3);
-        native.forEach<cv::Vec3b>([&](cv::Vec3b& px, const int* at) {
-            const int view = LensGeometry::viewOfPhase(g.phase(at[1], at[0], 0), kViews);
-            px = cv::Vec3b::all(static_cast<uchar>(30 * view));
-        });
-        for (int view = 0; view < kViews; ++view) {
-            cv::Mat seen;
-            simulateView(native, c, eyeAtView(view, kViews), seen);
-            EXPECT_TRUE(
-                samePicture(seen, cv::Mat(native.size(), CV_8UC3, cv::Scalar::all(30 * view))))
-                << angle << ", view " << view;
+        expectViewsInTheirDirections(calibrationOf(numbers), 8);
+    }
+}
+
+Calibration read(const std::string& text) {
+    return parseCalibrations(text, "c1.json").front();
+}
+
+std::string cubeVi(double interval, double slope, double x0) {
+    return "{\"lineNumber\":" + std::to_string(interval) +
+           ",\"obliquity\":" + std::to_string(slope) + ",\"deviation\":" + std::to_string(x0) + "}";
+}
+
+BarrierNumbers barrier(cv::Size panel, double pitch, double slope, double offset,
+                       const std::vector<int>& order) {
+    return {panel, 100, pitch, slope, offset, false, 0, order};
+}
+
+// By the table of the default quilt, whose columns and rows are those of the published formula.
+TEST(CubeVi, EverySubpixelHasTheViewOfThePublishedFormula) {
+    const double known[][3] = {{19.6138, .09878, -1.951725},
+                               {19.625, .1057, 8.89},
+                               {10, -.49, 100},
+                               {40, .49, -100},
+                               {19.5, 0, 0},
+                               {12.34567, -.09878, -33.3}};
+    for (const auto& [interval, slope, x0] : known) {
+        const Display display = displayOf(read(cubeVi(interval, slope, x0)));
+        EXPECT_EQ(findDisplayModel(display.calibration)->name, "CubeVi C1");
+        EXPECT_EQ(display.panelSize(), cv::Size(1440, 2560));
+        EXPECT_EQ(display.quilt, (QuiltLayout{8, 5, {540, 960}, 40}));
+        const auto published = [i = interval, s = slope, o = x0](int x, int y, int k) {
+            return 39 - referenceCubeViView(i, s, o, x, y, k); // view 0 is our leftmost camera
+        };
+        EXPECT_EQ(wrongViews(display.calibration, display.quilt, published), 0) << interval;
+        Calibration plain = display.calibration; // pitch, slope and centre say the same: (1.15)
+        plain.lens.reset();
+        for (const cv::Point at : {cv::Point(0, 0), {1439, 0}, {0, 2559}, {700, 1300}}) {
+            const double off = lensGeometry(plain).phase(at.x, at.y, 1) -
+                               lensGeometry(display.calibration).phase(at.x, at.y, 1);
+            EXPECT_NEAR(off, std::round(off), 1e-6) << at; // a vertical lens has slope 1e9
         }
+    }
+}
+
+TEST(CubeVi, BothSpellingsAreReadAndWrittenAgain) {
+    const Calibration c = read(cubeVi(19.625, .1057, 8.89));
+    const Calibration nested = read(
+        R"({"response_data":{"config":{"interval":19.625,"slope":0.1057,"x0":8.89,"y":"?"}}})");
+    EXPECT_EQ(fingerprint(nested), fingerprint(c));
+    EXPECT_EQ(nested.serial, "cubevi-c1");
+    EXPECT_EQ(fingerprint(read(calibrationText(c))), fingerprint(c));
+    EXPECT_EQ(parseQuiltName("a_CV.png")->grid.columns, 8);
+    EXPECT_FALSE(parseQuiltName("cv.png"));
+    const std::pair<std::string, const char*> wrong[] = {
+        {cubeVi(9.99, .1, 0), "lineNumber is 9.99, expected sub-pixels across a lens, 10..40"},
+        {cubeVi(20, .5, 0), "obliquity is 0.5, expected px per row"},
+        {cubeVi(20, .1, -100.5), "deviation is -100.5, expected sub-pixels, -100..100"},
+        {R"({"lineNumber":20,"obliquity":0.1})", "deviation is missing"},
+        {R"({"interval":20,"slope":"NaN","x0":0})", "slope is \"NaN\", expected"},
+        {R"({"interval":1e999,"slope":0.1,"x0":0})", "c1.json"}};
+    for (const auto& [text, message] : wrong)
+        EXPECT_TRUE(contains(errorOf([text = text] { read(text); }), message)) << text;
+}
+
+// Three made panels; in the second one many sub-pixels lie exactly between two views.
+TEST(Barrier, EverySubpixelHasItsViewInOrder) {
+    for (BarrierNumbers n : {barrier({1920, 1080}, 4.6667, 1, 0, {0, 2, 1, 3}),
+                             barrier({1366, 768}, 4.5, -1, 2.25, {8, 6, 4, 2, 0, 1, 3, 5, 7}),
+                             barrier({2560, 1440}, 17.9213, .3333, -7.1, {})}) {
+        const int views = n.order.empty() ? 48 : static_cast<int>(n.order.size());
+        for (const bool isBgr : {false, views == 4}) {
+            n.isBgr = isBgr;
+            const Display display = displayOf(calibrationOf(n));
+            ASSERT_EQ(display.quilt.viewCount, views);
+            const auto twin = [&](int x, int y, int k) {
+                return referenceBarrierView(n.pitch, n.slope, n.offset, n.order, views,
+                                            3 * x + (n.isBgr ? 2 - k : k), y);
+            };
+            EXPECT_EQ(wrongViews(display.calibration, display.quilt, twin), 0) << n.pitch;
+        }
+    }
+}
+
+// Table, .map file, quilt with and without blending, and other numbers of views agree.
+TEST(Barrier, EveryPathHasTheOrder) {
+    const BarrierNumbers n = barrier({96, 64}, 4.5, 1, .3, {0, 2, 1, 3});
+    const Calibration c = calibrationOf(n);
+    TemporaryDirectory directory;
+    for (const int views : {4, 8, 48}) {
+        const QuiltLayout layout{views / 4, 4, {11, 7}, views};
+        const cv::Mat quilt = randomPhoto(layout.size());
+        NativeLut(c, layout).save(directory / "a.map");
+        cv::Mat expected;
+        cv::Mat native;
+        Quilt2Native(NativeLut::load(directory / "a.map")).render(quilt, expected);
+        for (const auto& sampling : {QuiltSampling(), QuiltSampling{ViewFilter::Linear, {}}}) {
+            Quilt2Native(c, layout, sampling).render(quilt, native);
+            EXPECT_TRUE(samePicture(native, expected)) << views;
+        }
+        forPixels(native.size(), [&, g = lensGeometry(c)](int x, int y) {
+            EXPECT_EQ(g.view(x, y, 1, views) * 4 / views,
+                      referenceBarrierView(n.pitch, n.slope, n.offset, n.order, 4, 3 * x + 1, y));
+        });
+    }
+}
+
+TEST(Barrier, ViewsInAnotherOrderAreSeenInTheirDirections) {
+    expectViewsInTheirDirections(calibrationOf(barrier({160, 90}, 12, 1, 0, {0, 2, 1, 3})), 4);
+}
+
+TEST(Barrier, WhatIsOutOfRangeIsNamed) {
+    std::pair<BarrierNumbers, const char*> wrong[] = {
+        {barrier({96, 64}, 1.9, 1, 0, {}), "pitch: is 1.9, expected 2..1000 sub-pixels"},
+        {barrier({96, 64}, NAN, 1, 0, {}), "pitch: is nan"},
+        {barrier({96, 64}, 4, 3.5, 0, {}), "slope: is 3.5, expected -3..3 sub-pixels per row"},
+        {barrier({96, 64}, 4, 3, -2e4, {}), "offset: is -20000, expected -10000..10000 sub-pixels"},
+        {barrier({9, 64}, 4, 0, 0, {}), "lens: screenW is 9"},
+        {barrier({96, 64}, 4, 1, 0, {1, 0}), "views: is 4, expected as many as in order"}};
+    std::end(wrong)[-1].first.views = 4;
+    for (const auto& [numbers, message] : wrong)
+        EXPECT_TRUE(contains(errorOf([n = numbers] { calibrationOf(n); }), message)) << message;
+    for (const std::vector<int>& order :
+         {std::vector<int>{0}, {0, 0}, {0, 2}, {-1, 0}, std::vector<int>(65, 0)})
+        EXPECT_TRUE(contains(errorOf([&] {
+                                 calibrationOf(barrier({96, 64}, 4, 1, 0, order));
+                             }),
+                             "the order of views repeats a view or lacks one"));
+}
+
+// Seen through the lenses, an eye on either side of the viewer sees its own picture alone. With
+// views in another order, the border stays in the middle.
+TEST(EyesToNative, TheBorderBetweenTheEyesFollowsTheViewer) {
+    for (const Calibration& c : {read(cubeVi(19.6138, .09878, -1.951725)), stripePanel(192, 128),
+                                 calibrationOf(barrier({160, 90}, 8.97, 1, 0, {})),
+                                 calibrationOf(barrier({160, 90}, 12, 1, 0, {0, 2, 1, 3}))}) {
+        const Display display = displayOf(c);
+        const cv::Mat left(display.panelSize(), CV_8UC3, cv::Scalar(10, 20, 30));
+        const cv::Mat right(display.panelSize(), CV_8UC3, cv::Scalar(210, 220, 230));
+        cv::Mat native;
+        cv::Mat seen;
+        for (const double position : {-.8, 0.0, .6}) {
+            eyesToNative(left, right, display, position, native);
+            const double border = c.viewOrder.empty() ? .5 + position / 2 : .5;
+            for (const auto& [eye, picture] : {std::pair(-.2, &left), {.2, &right}}) {
+                simulateView(native, c, {border + eye, .1}, seen);
+                EXPECT_TRUE(samePicture(seen, *picture)) << position << ' ' << eye;
+            }
+        }
+        EXPECT_TRUE(contains(errorOf([&] { eyesToNative(left, right, display, NAN, native); }),
+                             "position: is nan"));
     }
 }
 

@@ -44,54 +44,41 @@ TEST(JoinEyes, HalfPicturesAreMeansOfTwoPixels) {
     const cv::Mat stacked = joined(left, right, EyesPicture::TopBottomHalf);
     ASSERT_EQ(beside.size(), left.size());
     ASSERT_EQ(stacked.size(), left.size());
-    const auto mean = [](const cv::Vec3b& a, const cv::Vec3b& b, int c) {
-        return (a[c] + b[c]) / 2.0;
+    const auto isMean = [](const cv::Vec3b& mean, const cv::Mat& eye, cv::Point a, cv::Point b) {
+        const auto sum = cv::Vec3i(eye.at<cv::Vec3b>(a)) + cv::Vec3i(eye.at<cv::Vec3b>(b));
+        return cv::norm(2 * cv::Vec3i(mean) - sum, cv::NORM_INF) <= 1; // rounded
     };
-    for (int y = 0; y < 20; ++y) {
-        for (int x = 0; x < 30; ++x) {
-            const cv::Mat& wide = x < 15 ? left : right;
-            const cv::Mat& high = y < 10 ? left : right;
-            for (int c = 0; c < 3; ++c) {
-                const int from = x % 15 * 2;
-                EXPECT_NEAR(beside.at<cv::Vec3b>(y, x)[c],
-                            mean(wide.at<cv::Vec3b>(y, from), wide.at<cv::Vec3b>(y, from + 1), c),
-                            .51);
-                const int above = y % 10 * 2;
-                EXPECT_NEAR(stacked.at<cv::Vec3b>(y, x)[c],
-                            mean(high.at<cv::Vec3b>(above, x), high.at<cv::Vec3b>(above + 1, x), c),
-                            .51);
-            }
-        }
-    }
+    forPixels(left.size(), [&](int x, int y) {
+        const cv::Point wide(x % 15 * 2, y);
+        const cv::Point high(x, y % 10 * 2);
+        EXPECT_TRUE(isMean(beside.at<cv::Vec3b>(y, x), x < 15 ? left : right, wide,
+                           wide + cv::Point(1, 0)));
+        EXPECT_TRUE(isMean(stacked.at<cv::Vec3b>(y, x), y < 10 ? left : right, high,
+                           high + cv::Point(0, 1)));
+    });
     EXPECT_EQ(eyesSize({31, 21}, EyesPicture::SideBySideHalf), cv::Size(32, 21));
     EXPECT_EQ(eyesSize({31, 21}, EyesPicture::TopBottomHalf), cv::Size(31, 22));
     EXPECT_EQ(joined(randomPhoto({1, 1}), randomPhoto({1, 1}), EyesPicture::SideBySideHalf).size(),
               cv::Size(2, 1));
 }
 
-TEST(JoinEyes, RowsAreThoseOfTheLeftEyeFirst) {
-    const cv::Mat left = randomPhoto({9, 5}, 1);
-    const cv::Mat right = randomPhoto({9, 5}, 2);
-    const cv::Mat rows = joined(left, right, EyesPicture::Rows);
-    for (int y = 0; y < 5; ++y)
-        EXPECT_TRUE(samePicture(rows.row(y), (y % 2 == 0 ? left : right).row(y)));
-}
-
-TEST(JoinEyes, ColumnsAndCheckerboardBeginWithTheLeftEye) {
+TEST(JoinEyes, InterlacedPicturesBeginWithTheLeftEye) {
+    struct Kind {
+        EyesPicture picture;
+        int across; // 1: the eyes change from px to px
+        int down;
+    };
     for (const cv::Size size : {cv::Size(9, 5), cv::Size(1366, 768), cv::Size(2, 1)}) {
         const cv::Mat left = randomPhoto(size, 1);
         const cv::Mat right = randomPhoto(size, 2);
-        const cv::Mat columns = joined(left, right, EyesPicture::Columns);
-        const cv::Mat board = joined(left, right, EyesPicture::Checkerboard);
-        int wrong = 0;
-        forPixels(size, [&](int x, int y) {
-            const auto of = [&](bool isLeft) {
+        for (const Kind& kind : {Kind{EyesPicture::Rows, 0, 1}, Kind{EyesPicture::Columns, 1, 0},
+                                 Kind{EyesPicture::Checkerboard, 1, 1}}) {
+            const cv::Mat expected = pictureOf<cv::Vec3b>(size, [&](int x, int y) {
+                const bool isLeft = (kind.across * x + kind.down * y) % 2 == 0;
                 return (isLeft ? left : right).at<cv::Vec3b>(y, x);
-            };
-            wrong += columns.at<cv::Vec3b>(y, x) == of(x % 2 == 0) ? 0 : 1;
-            wrong += board.at<cv::Vec3b>(y, x) == of((x % 2 == 0) == (y % 2 == 0)) ? 0 : 1;
-        });
-        EXPECT_EQ(wrong, 0) << size;
+            });
+            EXPECT_TRUE(samePicture(joined(left, right, kind.picture), expected)) << size;
+        }
     }
 }
 
@@ -174,8 +161,8 @@ TEST(EyesNames, TagsThatPlayersKnowAreFound) {
         {"a_RGBD.png", EyesPicture::SideBySide}, {"a.png", EyesPicture::Anaglyph}};
     for (const auto& [name, picture] : unknown)
         EXPECT_FALSE(hasEyesTag(name, picture)) << name;
-    for (int i = 0; i <= static_cast<int>(EyesPicture::Checkerboard);
-         ++i) { // our own tags are known
+    // our own tags are known
+    for (int i = 0; i <= static_cast<int>(EyesPicture::Checkerboard); ++i) {
         const auto picture = static_cast<EyesPicture>(i);
         EXPECT_TRUE(hasEyesTag(std::string("a_") + nameOf(picture).tag + ".png", picture)) << i;
     }

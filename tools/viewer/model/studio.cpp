@@ -64,12 +64,11 @@ cv::Size limited(cv::Size size, double most) {
     return {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
 }
 
-// Of an eye that sees every second px of a row or column, or half of the sub-pixels.
-cv::Size halved(cv::Size eye, const Request& request) {
-    const bool isRows = !request.throughLens && request.eyes.picture == EyesPicture::Rows;
-    if (!request.throughLens && !isInterlaced(request.eyes.picture)) return eye;
-    return isRows ? cv::Size(eye.width, (eye.height + 1) / 2)
-                  : cv::Size((eye.width + 1) / 2, eye.height);
+// Of an eye that sees every second px of a row or column.
+cv::Size halved(cv::Size eye, EyesPicture picture) {
+    if (!isInterlaced(picture)) return eye;
+    return picture == EyesPicture::Rows ? cv::Size(eye.width, (eye.height + 1) / 2)
+                                        : cv::Size((eye.width + 1) / 2, eye.height);
 }
 
 // On black. @param size not smaller
@@ -167,8 +166,9 @@ struct Studio::State {
         });
     }
 
-    // For the window, with painted depth: only the depth changes from stroke to stroke.
-    const Scene& fittedPainted(const Setup& setup, cv::Size size) {
+    // For the window. With painted depth, only the depth changes from stroke to stroke.
+    const Scene& fittedPreview(const Setup& setup, cv::Size size) {
+        if (setup.painted.depth.empty()) return fittedScene(preview, setup, size);
         return preview.scene.get(fitKey(setup.from, setup, size), [&] {
             return fitted(setup, size, photo.get(fitKey({}, setup, size), [&] {
                 return fittedPhoto(setup, size);
@@ -237,6 +237,18 @@ struct Studio::State {
         return quilt.get(keyOf(setup), [&] { return makeQuilt(setup, fittedTiles(setup)); });
     }
 
+    // @param position -1 leftmost .. +1 rightmost
+    void viewOf(const Setup& setup, double position, cv::Size size, cv::Mat& view) {
+        if (setup.document->kind != Kind::Quilt)
+            return views.get({keyOf(setup), cv::Point(size)}, [&] {
+                return photoViews(fittedPreview(setup, size), setup.knobs.views);
+            })(position, view);
+        const QuiltLayout layout = quiltLayout(setup);
+        const double place = (position + 1) / 2 * (layout.viewCount - 1);
+        const int index = std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
+        view = sized(setup.document->picture(layout.tile(index)), size);
+    }
+
     StereoPair eyesOf(const Setup& setup, cv::Size size) {
         if (setup.document->kind == Kind::Quilt) {
             const StereoPair eyes = makeEyes(setup);
@@ -253,18 +265,8 @@ struct Studio::State {
         Setup whole = forEyes(setup);
         whole.knobs.views.strengthPercent = setup.knobs.views.strengthPercent;
         StereoPair eyes;
-        for (auto [eye, position] :
-             {std::pair(&eyes.left, middle - kApart), {&eyes.right, middle + kApart}}) {
-            if (setup.document->kind == Kind::Quilt) {
-                const QuiltLayout layout = quiltLayout(setup);
-                const int view = cvRound((position + 1) / 2 * (layout.viewCount - 1));
-                *eye = sized(setup.document->picture(layout.tile(view)), size);
-            } else {
-                views.get({keyOf(whole), cv::Point(size)}, [&] {
-                    return photoViews(fittedScene(preview, whole, size), whole.knobs.views);
-                })(position, *eye);
-            }
-        }
+        viewOf(whole, middle - kApart, size, eyes.left);
+        viewOf(whole, middle + kApart, size, eyes.right);
         return eyes;
     }
 
@@ -346,26 +348,13 @@ Frame Studio::render(const Request& request) {
     switch (request.mode) {
     case Mode::Sway:
     case Mode::Depth: {
-        if (setup.document->splats) frame.depth = sized(setup.document->depth, size);
-        if (kind == Kind::Quilt && request.mode == Mode::Sway) {
-            const QuiltLayout layout = quiltLayout(setup);
-            const double place = (request.position + 1) / 2 * (layout.viewCount - 1);
-            const int view =
-                std::clamp(static_cast<int>(std::lround(place)), 0, layout.viewCount - 1);
-            frame.picture = sized(setup.document->picture(layout.tile(view)), size);
+        if (setup.document->splats)
+            frame.depth = sized(setup.document->depth, size);
+        else if (kind == Kind::Scene)
+            frame.depth = shownDepth(state_->fittedPreview(setup, size));
+        if (request.mode == Mode::Sway) {
+            state_->viewOf(setup, request.position, size, frame.picture);
             break;
-        }
-        if (!setup.document->splats) {
-            const Scene& fitted = request.painted.depth.empty()
-                                      ? state_->fittedScene(state_->preview, setup, size)
-                                      : state_->fittedPainted(setup, size);
-            frame.depth = shownDepth(fitted);
-            if (request.mode == Mode::Sway) {
-                state_->views.get({state_->keyOf(setup), cv::Point(size)}, [&] {
-                    return photoViews(fitted, setup.knobs.views);
-                })(request.position, frame.picture);
-                break;
-            }
         }
         cv::Mat grey;
         frame.depth.convertTo(grey, CV_8U, 255);
@@ -395,31 +384,31 @@ Frame Studio::render(const Request& request) {
         break;
     }
     case Mode::Stereo: {
+        // half of the sub-pixels under the lenses are those of an eye
+        const EyesPicture picture =
+            request.throughLens ? EyesPicture::Columns : request.eyes.picture;
         // how often an eye's picture goes into the whole one, across and down
-        const cv::Size parts =
-            request.throughLens ? cv::Size(1, 1) : eyesSize({2, 2}, request.eyes.picture) / 2;
+        const cv::Size parts = eyesSize({2, 2}, picture) / 2;
         const cv::Size part(std::max(1, request.area.width / parts.width),
                             std::max(1, request.area.height / parts.height));
         cv::Size eye = inside(part, eyesAspect(setup));
-        frame.target = eyesSize(eye, request.eyes.picture);
+        frame.target = eyesSize(eye, picture);
         // enlarged rows would belong to no eye
-        if (!request.fills && !isInterlaced(request.eyes.picture))
-            eye = limited(eye, kMaxPreviewPixels);
-        StereoPair eyes = request.follows ? state_->eyesAround(setup, halved(eye, request))
+        if (!request.fills && !isInterlaced(picture)) eye = limited(eye, kMaxPreviewPixels);
+        StereoPair eyes = request.follows ? state_->eyesAround(setup, halved(eye, picture))
                                           : state_->eyesOf(setup, eye);
         const bool isStretched = request.follows && !request.throughLens;
         for (cv::Mat* half : {&eyes.left, &eyes.right})
             if (isStretched) cv::resize(*half, *half, eye, 0, 0, cv::INTER_NEAREST);
         if (request.fills) {
-            const cv::Size whole = request.throughLens ? halved(part, request) : part;
+            const cv::Size whole = request.throughLens ? halved(part, picture) : part;
             eyes = {inMiddle(eyes.left, whole), inMiddle(eyes.right, whole), {}};
-            frame.target = eyesSize(part, request.eyes.picture);
+            frame.target = eyesSize(part, picture);
         }
-        if (request.throughLens) {
+        if (request.throughLens)
             eyesToNative(eyes.left, eyes.right, *request.display, request.position, frame.picture);
-            break;
-        }
-        frame.picture = tools::joinedEyes(eyes, request.eyes);
+        else
+            frame.picture = tools::joinedEyes(eyes, request.eyes);
         break;
     }
     }

@@ -2,12 +2,12 @@
 
 #include "altiro3D/error.hpp"
 #include "cli/run_tool.hpp"
-#include "cli/system.hpp"
 
 #include <QNetworkDatagram>
 #include <QSocketNotifier>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace altiro3D::viewer {
 
@@ -34,6 +34,7 @@ EyeSource::EyeSource(quint16 port) {
     if (port == 0) {
         auto* const input = new QSocketNotifier(0, QSocketNotifier::Read, this);
         connect(input, &QSocketNotifier::activated, this, &EyeSource::readInput);
+        input_.open(0, QIODevice::ReadOnly | QIODevice::Unbuffered);
         return;
     }
     connect(&socket_, &QUdpSocket::readyRead, this, &EyeSource::readPort);
@@ -63,13 +64,12 @@ void EyeSource::readPort() {
 }
 
 void EyeSource::readInput() {
-    QByteArray bytes(65536, 0);
-    bytes.resize(static_cast<int>(tools::readInput(bytes.data(), 65536)));
-    if (bytes.isEmpty()) static_cast<QSocketNotifier*>(sender())->setEnabled(false);
-    begun_ += bytes.isEmpty() ? "\n" : bytes;
-    const int end = begun_.lastIndexOf('\n') + 1;
-    take(begun_.left(end));
-    begun_ = begun_.mid(end, kLongestLine + 1); // what is too long stays so
+    char byte = '\n';
+    if (!input_.getChar(&byte)) static_cast<QSocketNotifier*>(sender())->setEnabled(false);
+    if (byte == '\n')
+        take(std::exchange(line_, {}));
+    else if (line_.size() <= kLongestLine) // what is too long stays so
+        line_ += byte;
 }
 
 void EyeSource::take(const QByteArray& lines) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <QFile>
 #include <QObject>
 #include <QUdpSocket>
 #include <optional>
@@ -32,7 +33,8 @@ class EyeSource : public QObject {
     void take(const QByteArray& lines);
 
     QUdpSocket socket_;
-    QByteArray begun_; // of a line of standard input
+    QFile input_;
+    QByteArray line_; // of standard input
     int ignored_ = 0;
 };
 

@@ -208,9 +208,13 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
         screenFor(job, found.files.empty() ? "calibration" : found.files.front().string(),
                   hasLens ? found.panelSize() : cv::Size(), hasLens, messages);
     messages.flushWarnings();
-    std::shared_ptr<EyesShow> eyes;
-    if (job.eyes || job.viewFrom) eyes = std::make_shared<EyesShow>();
-    if (eyes) eyes->layout = job.eyes;
+    std::optional<Request> eyes;
+    if (job.eyes || job.viewFrom) {
+        eyes.emplace().mode = Mode::Stereo;
+        eyes->eyes = job.eyes.value_or(tools::EyesOptions());
+        eyes->throughLens = !job.eyes;
+        eyes->fills = eyes->follows = true;
+    }
     std::string problem;
     SlidePresenter presenter(
         settings, files, hasLens || eyes ? std::make_shared<const Display>(found) : nullptr,
@@ -234,8 +238,8 @@ int presentFiles(int& argc, char** argv, const ShowJob& job, tools::Messages& me
     presenter.start(screen);
     const int status = QApplication::exec();
     if (source && source->ignoredLines() > 0) {
-        messages.warn("--view-from: " + std::to_string(source->ignoredLines()) +
-                      " lines were ignored, expected x or x and y in each");
+        messages.warn("--view-from: " + tools::counted(source->ignoredLines(), "line") +
+                      " ignored, expected x, or x and y, in each");
         messages.flushWarnings();
     }
     const VideoPlayer::Counts counts = presenter.counts();

@@ -57,11 +57,10 @@ SlidePresenter::SlidePresenter(const SlideShow::Settings& settings, ShowFiles fi
                                std::shared_ptr<const Display> display,
                                const qt::ScreenFacts& screen,
                                std::function<void(const std::string&)> report,
-                               std::shared_ptr<EyesShow> eyes)
+                               const std::optional<Request>& eyes)
     : files_(std::move(files)), report_(std::move(report)),
       show_(settings, {[this](const Source& source) { make(source); }, report_}),
-      eyes_(std::move(eyes)),
-      maker_(std::make_shared<SlideMaker>(std::move(display), screen, eyes_)),
+      maker_(std::make_shared<SlideMaker>(std::move(display), screen, eyes)),
       worker_(std::make_unique<Worker>()) {
     playSettings_.atEnd = AtEnd::Finish;
     show_.setFiles(files_.files());
@@ -100,13 +99,12 @@ void SlidePresenter::start(QScreen& screen) {
 }
 
 void SlidePresenter::moveEyes(double position) {
-    if (!eyes_) return;
-    eyes_->position = position;
+    eyesAt_ = position;
     const Slide* const slide = show_.shown();
     if (slide == nullptr || !slide->pictureFrom) return;
-    worker_->post(1, [this, make = slide->pictureFrom, eyes = eyes_, change = change_] {
+    worker_->post(1, [this, make = slide->pictureFrom, position, change = change_] {
         try {
-            later(this, [this, picture = make(eyes->position), change] {
+            later(this, [this, picture = make(position), change] {
                 if (change != show_.changes()) return;
                 native_ = picture;
                 draw();
@@ -173,8 +171,8 @@ bool SlidePresenter::onKey(const QKeyEvent& event) {
 }
 
 void SlidePresenter::make(const Source& source) {
-    worker_->post(0, [this, source, maker = maker_] {
-        const Slide slide = maker->make(source);
+    worker_->post(0, [this, source, maker = maker_, position = eyesAt_] {
+        const Slide slide = maker->make(source, position);
         later(this, [this, slide] { show_.put(slide); });
     });
 }
@@ -200,6 +198,7 @@ void SlidePresenter::tick() {
 void SlidePresenter::begin(const Slide& slide) {
     endPlayer();
     native_ = slide.native;
+    moveEyes(eyesAt_); // it was made for where the viewer was
     if (!slide.isVideo()) return;
     player_ = std::make_unique<VideoPlayer>(
         slide.source.file,
@@ -246,17 +245,22 @@ void SlidePresenter::refresh() {
 }
 
 SlideMaker::SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen,
-                       std::shared_ptr<const EyesShow> eyes)
-    : display_(std::move(display)), screen_(std::move(screen)), eyes_(std::move(eyes)),
-      depthMaker_(std::make_shared<DepthMaker>()), studio_(depthMaker_) {}
+                       const std::optional<Request>& eyes)
+    : screen_(std::move(screen)), request_(eyes.value_or(Request())),
+      depthMaker_(std::make_shared<DepthMaker>()), studio_(depthMaker_) {
+    request_.display = std::move(display);
+    if (!request_.display) return;
+    if (!eyes) request_.mode = Mode::Native;
+    request_.area = eyes && !eyes->throughLens ? screen_.size : request_.display->panelSize();
+}
 
-Slide SlideMaker::make(const Source& source) {
+Slide SlideMaker::make(const Source& source, double position) {
     Slide slide;
     slide.source = source;
     const bool isVideo = isVideoName(source.file);
     const auto asItIs = [](const cv::Mat& frame, double /*seconds*/) { return frame; };
     try {
-        if (!display_) {
+        if (!request_.display) {
             slide.native = firstPicture(source.file);
             if (!qt::hasSize(screen_, slide.native.size()))
                 throw Error(ErrorCode::Mismatch, source.file.string(),
@@ -267,54 +271,37 @@ Slide SlideMaker::make(const Source& source) {
             if (isVideo) slide.nativeOfFrame = asItIs;
             return slide;
         }
-        const auto document = std::make_shared<const Document>(readDocument(source, *display_));
-        if (eyes_) {
-            addEyes(document, slide);
+        const Display& display = *request_.display;
+        const auto document = std::make_shared<const Document>(readDocument(source, display));
+        Request request = request_;
+        request.document = document;
+        if (request.mode == Mode::Stereo) {
+            if (document->kind == Kind::Native || document->video)
+                throw Error(ErrorCode::Unsupported, source.file.string(),
+                            "is a Native or a video, expected a photo or a quilt for two eyes");
+            // a studio of its own keeps the fitted scene
+            slide.pictureFrom =
+                [request, studio = std::make_shared<Studio>(depthMaker_)](double at) mutable {
+                    request.position = at;
+                    return studio->render(request).picture;
+                };
+            slide.native = slide.pictureFrom(position);
             return slide;
         }
-        slide.native = nativeOf(document);
+        if (document->video) request.knobs = ofVideo(request.knobs);
+        // without the studio's copies of the document
+        slide.native = studio_.render(request).picture.clone();
         if (isVideo && document->kind == Kind::Native) slide.nativeOfFrame = asItIs;
         if (isVideo && document->kind == Kind::Quilt)
             slide.nativeOfFrame =
-                [convert = quiltConverter(source.file, document->layout, *display_, true)](
+                [convert = quiltConverter(source.file, document->layout, display, true)](
                     const cv::Mat& frame, double /*seconds*/) { return convert(frame); };
         if (isVideo && document->kind == Kind::Scene)
-            slide.nativeOfFrame = sceneConverter(*document, *display_, depthMaker_);
+            slide.nativeOfFrame = sceneConverter(*document, display, depthMaker_);
     } catch (const std::exception& error) {
-        return {source, {}, nullptr, nullptr, tools::sentenceOf(error)};
+        slide = {source, {}, nullptr, nullptr, tools::sentenceOf(error)};
     }
     return slide;
-}
-
-void SlideMaker::addEyes(const std::shared_ptr<const Document>& document, Slide& slide) {
-    if (document->kind == Kind::Native || document->video)
-        throw Error(ErrorCode::Unsupported, slide.source.file.string(),
-                    "is a Native or a video, expected a photo or a quilt for two eyes");
-    Request request;
-    request.document = document;
-    request.mode = Mode::Stereo;
-    request.display = display_;
-    request.area = eyes_->layout ? screen_.size : display_->panelSize();
-    request.fills = request.follows = true;
-    request.throughLens = !eyes_->layout;
-    if (eyes_->layout) request.eyes = *eyes_->layout;
-    // a studio of its own keeps the fitted scene
-    slide.pictureFrom = [request,
-                         studio = std::make_shared<Studio>(depthMaker_)](double position) mutable {
-        request.position = position;
-        return studio->render(request).picture;
-    };
-    slide.native = slide.pictureFrom(eyes_->position);
-}
-
-cv::Mat SlideMaker::nativeOf(const std::shared_ptr<const Document>& document) {
-    Request request;
-    request.document = document;
-    if (document->video) request.knobs = ofVideo(request.knobs);
-    request.display = display_;
-    request.mode = Mode::Native;
-    request.area = display_->panelSize();
-    return studio_.render(request).picture.clone(); // without the studio's copies of the document
 }
 
 } // namespace altiro3D::viewer

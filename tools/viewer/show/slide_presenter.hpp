@@ -22,32 +22,24 @@ class QScreen;
 
 namespace altiro3D::viewer {
 
-/// A show for two eyes.
-struct EyesShow {
-    std::optional<tools::EyesOptions> layout; ///< Nothing: through the lenses of the display.
-    std::atomic<double> position{0};          ///< Of the viewer, see EyeSource.
-};
-
 /// Makes the slides of a show: the Native of each file as the window makes it without changed
 /// settings. One thread at a time.
 class SlideMaker {
   public:
     /// @param display the display; nothing if its calibration is not known: then only Natives can
     ///        be shown
-    /// @param eyes null: Natives of all views
+    /// @param eyes what is wanted for two eyes, of mode Stereo, without display, document and area;
+    ///        nothing: Natives of all views
     SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen,
-               std::shared_ptr<const EyesShow> eyes = nullptr);
+               const std::optional<Request>& eyes = {});
 
+    /// @param position of the viewer of a show for two eyes, see EyeSource
     /// @return a slide with a picture of the screen's size, or with a problem
-    Slide make(const Source& source);
+    Slide make(const Source& source, double position = 0);
 
   private:
-    cv::Mat nativeOf(const std::shared_ptr<const Document>& document);
-    void addEyes(const std::shared_ptr<const Document>& document, Slide& slide);
-
-    std::shared_ptr<const Display> display_;
     qt::ScreenFacts screen_;
-    std::shared_ptr<const EyesShow> eyes_;
+    Request request_; // without document
     std::shared_ptr<DepthMaker> depthMaker_;
     Studio studio_;
 };
@@ -58,12 +50,12 @@ class SlidePresenter : public QObject {
     Q_OBJECT
   public:
     /// @param files must have at least one file
-    /// @param display as for SlideMaker
+    /// @param display, eyes as for SlideMaker
     /// @param report receives why a file is not shown, or not to its end
     SlidePresenter(const SlideShow::Settings& settings, ShowFiles files,
                    std::shared_ptr<const Display> display, const qt::ScreenFacts& screen,
                    std::function<void(const std::string&)> report,
-                   std::shared_ptr<EyesShow> eyes = nullptr);
+                   const std::optional<Request>& eyes = {});
     ~SlidePresenter() override;
 
     /// How videos are played; each is shown once.
@@ -110,7 +102,7 @@ class SlidePresenter : public QObject {
     std::atomic<qint64> deliveredAt_{0}; // ms of clock_, of the frame that arrives next
     Arrivals arrivals_;
     std::unique_ptr<VideoPlayer> player_;
-    std::shared_ptr<EyesShow> eyes_;
+    double eyesAt_ = 0; // where the viewer of a show for two eyes is
     std::shared_ptr<SlideMaker> maker_;
     std::unique_ptr<Worker> worker_; // last: it uses the others
 };

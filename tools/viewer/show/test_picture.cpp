@@ -21,6 +21,20 @@ const cv::Scalar kLeft(30, 20, 220);
 const cv::Scalar kCentre(40, 170, 30);
 const cv::Scalar kRight(220, 70, 20);
 
+// Words in the middle of a line. @param y px of the line
+// @param below the part of the letters that lies below it
+void write(cv::Mat& picture, const std::string& words, double scale, double y, double below = 0) {
+    const int thickness = std::max(1, static_cast<int>(scale * 2));
+    const cv::Size size =
+        cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, nullptr);
+    const double fit = std::min(1.0, 0.9 * picture.cols / std::max(1, size.width));
+    cv::putText(picture, words,
+                {static_cast<int>((picture.cols - fit * size.width) / 2),
+                 static_cast<int>(y + below * size.height)},
+                cv::FONT_HERSHEY_SIMPLEX, fit * scale, cv::Scalar::all(255), thickness,
+                cv::LINE_AA);
+}
+
 cv::Mat colouredQuilt(const QuiltLayout& layout) {
     cv::Mat quilt(layout.size(), CV_8UC3, cv::Scalar::all(0));
     for (int view = 0; view < layout.viewCount; ++view) {
@@ -30,29 +44,11 @@ cv::Mat colouredQuilt(const QuiltLayout& layout) {
             position < -kMiddle ? kLeft : (position > kMiddle ? kRight : kCentre);
         cv::Mat tile = quilt(layout.tile(view));
         tile.setTo(colour);
-        if (layout.viewCount > kMostNumbered) continue;
-        const double scale = std::min(tile.rows, tile.cols) / 60.0;
-        const int thickness = std::max(1, static_cast<int>(scale * 2));
-        const std::string number = std::to_string(view);
-        const cv::Size size =
-            cv::getTextSize(number, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, nullptr);
-        cv::putText(tile, number, {(tile.cols - size.width) / 2, (tile.rows + size.height) / 2},
-                    cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar::all(255), thickness, cv::LINE_AA);
+        if (layout.viewCount <= kMostNumbered)
+            write(tile, std::to_string(view), std::min(tile.rows, tile.cols) / 60.0,
+                  tile.rows / 2.0, 0.5);
     }
     return quilt;
-}
-
-// Words in the middle of a line of the panel.
-void write(cv::Mat& native, const std::string& words, double height, double y) {
-    const double scale = height * native.rows / 22;
-    const int thickness = std::max(1, static_cast<int>(scale * 2));
-    const cv::Size size =
-        cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, scale, thickness, nullptr);
-    const double fit = std::min(1.0, 0.9 * native.cols / std::max(1, size.width));
-    cv::putText(
-        native, words,
-        {static_cast<int>((native.cols - fit * size.width) / 2), static_cast<int>(y * native.rows)},
-        cv::FONT_HERSHEY_SIMPLEX, fit * scale, cv::Scalar::all(255), thickness, cv::LINE_AA);
 }
 
 void drawStrip(cv::Mat& native) {
@@ -86,9 +82,10 @@ cv::Mat makeTestPicture(const Display& display) {
     cv::Mat native;
     Quilt2Native(lut).render(colouredQuilt(display.quilt), native);
     drawStrip(native);
-    write(native, "from the left: red", 0.025, 0.1);
-    write(native, "from the middle: green", 0.025, 0.15);
-    write(native, "from the right: blue", 0.025, 0.2);
+    const double scale = 0.025 * native.rows / 22;
+    write(native, "from the left: red", scale, 0.1 * native.rows);
+    write(native, "from the middle: green", scale, 0.15 * native.rows);
+    write(native, "from the right: blue", scale, 0.2 * native.rows);
     cv::rectangle(native, {{0, 0}, native.size()}, cv::Scalar::all(255), 1);
     cv::rectangle(native, {{1, 1}, native.size() - cv::Size(2, 2)}, cv::Scalar::all(0), 1);
     return native;
@@ -105,8 +102,8 @@ std::vector<std::string> testPictureAdvice() {
             ("The square of fine lines is brighter or darker than the grey one beside it, or the "
              "steps have a colour: a colour profile or a night light changes the picture; switch "
              "it off."),
-            ("Up to 16 views show their numbers: from the left to the right, they must grow one by "
-             "one; if they do not, the order of the views is another one.")};
+            ("Up to 16 views show their numbers. From left to right they must grow one by one, "
+             "else the order of the views is wrong.")};
 }
 
 } // namespace altiro3D::viewer

@@ -91,6 +91,9 @@ SplatJob splatJob(const CommandLine& commandLine) {
         commandLine.failNames(job.go ? "SCENE" : "SCENE and OUT", job.go ? 1 : 2);
     job.inputs.assign(names.begin(), names.end() - (isAlone ? 0 : 1));
     if (!isAlone) job.outputs.native = names.back();
+    if (isStandardStream(job.outputs.native))
+        throw UsageError("- stands for standard output, expected the name of a file");
+    job.makesNative = !job.isSheet;
     return job;
 }
 
@@ -241,7 +244,7 @@ int runScenes(const SplatJob& job, Messages& messages) {
     PhotoInputs inputs;
     inputs.files = listNamed(job.inputs, search, inputs.leftOut,
                              "no scenes of splats, expected .ply, .splat or .spz", messages);
-    inputs.batch = job.inputs.size() > 1 || isDirectory(job.inputs.front());
+    inputs.batch = job.go || job.inputs.size() > 1 || isDirectory(job.inputs.front());
     if (inputs.batch && job.isSheet) throw UsageError("--yaw sheet shows one scene, expected one");
     if (inputs.batch && !job.outputs.native.empty())
         requireDirectoryName(job.outputs.native, job.things);

@@ -60,6 +60,12 @@ TEST_F(Splat2Native, OptionsMoveTheCamera) {
     EXPECT_FALSE(samePicture(viewsOf("--focus 0").first, left));
 }
 
+TEST_F(Splat2Native, AGoGetsOneSceneToo) {
+    EXPECT_TRUE(isDone(studio_.run("splat2native", "--go go scan.ply")));
+    EXPECT_FALSE(fs::is_empty(studio_ / "go/LKG/Content/1"));
+    EXPECT_TRUE(fails(convert("scan.ply -"), 2, "expected the name of a file"));
+}
+
 TEST_F(Splat2Native, ASceneWhoseNativeExistsIsSkipped) {
     spill(studio_ / "n.png", "an older one");
     EXPECT_TRUE(holds(convert("--skip-existing scan.ply n.png").out, "skipped, as n.png exists"));
@@ -89,6 +95,7 @@ TEST_F(Splat2Native, FoldersAreConvertedAndReported) {
 TEST_F(Splat2Native, ASheetAVideoAndPicturesForEyesAreMade) {
     EXPECT_TRUE(isDone(convert("--yaw sheet scan.ply sheet.png")));
     EXPECT_EQ(readBack(studio_ / "sheet.png").size(), cv::Size(4 * 30, 2 * 40));
+    EXPECT_TRUE(fails(convert("--yaw sheet scan.ply sheet.png"), 2, "sheet.png: exists"));
     EXPECT_TRUE(isDone(convert("--lg o.mp4 --orbit 40 --seconds 0.2 --turns 1 scan.ply")));
     EXPECT_TRUE(isDone(convert("--save-stereo e_LRF.png scan.ply")));
     EXPECT_TRUE(fails(convert("--yaw sheet --save-quilt q.png scan.ply"), 2, "--save-quilt"));

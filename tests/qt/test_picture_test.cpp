@@ -153,21 +153,29 @@ TEST(ViewerTestPicture, SmallPanelsAndSingleViewsAreNoProblem) {
     EXPECT_EQ(makeTestPicture(display).size(), cv::Size(16, 16));
 }
 
-TEST(ViewerTestPicture, FewViewsShowTheirNumbers) {
-    BarrierNumbers numbers;
-    numbers.panel = {240, 160};
-    numbers.pitch = 12;
-    const auto white = [&](int view, int views) {
-        numbers.views = views;
-        const Display display = displayOf(calibrationOf(numbers));
-        cv::Mat seen;
-        simulateView(makeTestPicture(display), display.calibration, eyeAtView(view, views), seen);
-        const cv::Mat number = seen(cv::Rect(80, 55, 80, 50)).clone(); // without words and strip
-        return cv::countNonZero(number.reshape(1) == 255);
+TEST(ViewerTestPicture, TheEyeSeesNumbersOneByOneWhateverTheOrderUnderTheLens) {
+    const auto numbersIn = [](const std::vector<int>& order) {
+        BarrierNumbers screen;
+        screen.panel = {240, 160};
+        screen.pitch = 12;
+        screen.order = order;
+        const Display display = displayOf(calibrationOf(screen));
+        const cv::Mat native = makeTestPicture(display);
+        std::vector<cv::Mat> numbers(4);
+        for (std::size_t view = 0; view < 4; ++view) {
+            simulateView(native, display.calibration, eyeAtView(double(view), 4), numbers[view]);
+            numbers[view] = numbers[view](cv::Rect(80, 55, 80, 50)); // without words and strip
+        }
+        return numbers;
     };
-    EXPECT_GT(white(1, 4), 300);
-    EXPECT_GT(white(0, 4), white(1, 4)) << "a 1 is thin";
-    EXPECT_EQ(white(1, 17), 0);
+    const std::vector<cv::Mat> plain = numbersIn({0, 1, 2, 3});
+    const std::vector<cv::Mat> mixed = numbersIn({2, 0, 3, 1});
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_GT(cv::countNonZero(mixed[i].clone().reshape(1) == 255), 300) << i;
+        for (std::size_t k = 1; k < 4; ++k)
+            EXPECT_GT(cv::norm(plain[(i + k) % 4], mixed[i], cv::NORM_L1),
+                      1.5 * cv::norm(plain[i], mixed[i], cv::NORM_L1));
+    }
 }
 
 } // namespace

@@ -16,12 +16,12 @@ namespace {
 
 constexpr int kLayouts = static_cast<int>(EyesPicture::Checkerboard) + 1;
 
-// As EyesPicture, and then "files".
-std::vector<std::string> layoutNames() {
+// As EyesPicture, and then "files" if that exists.
+std::vector<std::string> layoutNames(bool files) {
     std::vector<std::string> names;
     for (int i = 0; i < kLayouts; ++i)
         names.emplace_back(nameOf(static_cast<EyesPicture>(i)).option);
-    names.emplace_back("files");
+    if (files) names.emplace_back("files");
     return names;
 }
 
@@ -37,11 +37,7 @@ void addEyesOptions(CommandLine& commandLine, const std::string& output, bool fi
             (files ? ", " : " or ") + "checkerboard (of a DLP television)" +
             (files ? ", or files: two pictures, FILE_L and FILE_R" : "") +
             ". Each eye of sbs-half and tb-half is squeezed to half.",
-        "LAYOUT", [files] {
-            std::vector<std::string> names = layoutNames();
-            if (!files) names.pop_back();
-            return names;
-        });
+        "LAYOUT", [files] { return layoutNames(files); });
     if (keep) {
         commandLine.addAdvanced({"stereo-keep"},
                                 "left: the left eye sees the photo itself, and only the right "
@@ -51,12 +47,12 @@ void addEyesOptions(CommandLine& commandLine, const std::string& output, bool fi
     commandLine.addAdvanced({"stereo-swap"}, "Exchange the pictures of the eyes.");
 }
 
-EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output) {
+EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output, bool files) {
     constexpr std::pair<const char*, EyesFrom> kKeeps[] = {{"left", EyesFrom::KeepLeft}};
     commandLine.refuseWithout(output, {"stereo-layout", "stereo-keep", "stereo-swap"},
                               " describes --" + output + ", expected that option with it");
     EyesOptions options;
-    const std::size_t layout = commandLine.choice("stereo-layout", layoutNames()).value_or(0);
+    const std::size_t layout = commandLine.choice("stereo-layout", layoutNames(files)).value_or(0);
     options.areFiles = layout == static_cast<std::size_t>(kLayouts);
     if (!options.areFiles) options.picture = static_cast<EyesPicture>(layout);
     std::string strength;
@@ -121,7 +117,7 @@ void EyesFiles::add(CommandLine& commandLine, const std::string& of, bool keep) 
 }
 
 EyesFiles::EyesFiles(const CommandLine& commandLine)
-    : options_(eyesOptions(commandLine, "save-stereo")) {
+    : options_(eyesOptions(commandLine, "save-stereo", true)) {
     commandLine.take({{"save-stereo", file_}});
 }
 

@@ -27,9 +27,10 @@ struct EyesOptions {
 /// @param keep whether --stereo-keep exists
 void addEyesOptions(CommandLine& commandLine, const std::string& output, bool files,
                     bool keep = true);
-/// @param output the option that asks for the file; without it, the others are refused
+/// @param output, files as above; without `output`, the others are refused
 /// @throws UsageError
-EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output);
+EyesOptions eyesOptions(const CommandLine& commandLine, const std::string& output,
+                        bool files = false);
 
 /// The end of the names of such files: "_LRF.png".
 std::string eyesEnding(const EyesOptions& options);

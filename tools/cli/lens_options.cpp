@@ -173,11 +173,11 @@ Calibration lensOption(const CommandLine& commandLine) {
 std::string subpixelLensText(const Calibration& c) {
     const SubpixelLens& lens = *c.lens;
     const auto text = [](const char* key, double number) { return key + numberText(number + 0.0); };
-    if (!lens.slopeInSubpixels)
-        return text("lineNumber ", lens.period) + text(", obliquity ", lens.slope) +
-               text(", deviation ", lens.offset);
-    std::string all = text("pitch ", lens.period) + text(", slope ", -lens.slope) + // (1.16)
-                      text(", offset ", -lens.offset) + " sub-pixels";
+    std::string all = text("lineNumber ", lens.period) + text(", obliquity ", lens.slope) +
+                      text(", deviation ", lens.offset);
+    if (lens.slopeInSubpixels) // (1.16)
+        all = text("pitch ", lens.period) + text(", slope ", -lens.slope) +
+              text(", offset ", -lens.offset) + " sub-pixels";
     for (std::size_t i = 0; i < c.viewOrder.size(); ++i)
         all += (i == 0 ? ", order " : ":") + std::to_string(c.viewOrder[i]);
     return all;

@@ -382,7 +382,7 @@ Outputs checkedOutputs(const OutputJob& job, PhotoPlan& plan, const ChosenDispla
             outputs.addDirectory(item.quilt.parent_path());
         for (const fs::path& file : files) {
             if (plan.batch) outputs.addDirectory(file.parent_path());
-            if (file == item.native && !plan.batch) {
+            if (file == item.native && !plan.batch && job.makesNative) {
                 outputs.addNative(file);
             } else {
                 outputs.addOutputs({file});

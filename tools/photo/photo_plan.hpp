@@ -33,7 +33,7 @@ struct PhotoOutputs {
     std::filesystem::path video;          ///< the swaying video
     std::filesystem::path views;          ///< a directory
     std::filesystem::path splats;         ///< See PhotoJob::splatSide.
-    std::filesystem::path page;           ///< See PhotoJob::page.
+    std::filesystem::path page;           ///< See OutputJob::page.
     std::filesystem::path stereo;         ///< See EyesFiles.
 
     /// Whether depth is written, alone or with the photo.
@@ -57,6 +57,7 @@ struct OutputJob {
     /// Views have the shape of the display: the name of a quilt does not choose another one, and
     /// quilts that only Bridge needs lie in the cache.
     bool hasOwnViews = false;
+    bool makesNative = true; ///< PhotoOutputs::native is one, not another picture.
     std::vector<std::filesystem::path> inputs; ///< Names of photos and folders.
     PhotoOutputs outputs; ///< As they are named: of several photos, folders for them.
     PageOptions page;     ///< What PhotoOutputs::page shows.
@@ -73,7 +74,7 @@ struct OutputJob {
     EyesFiles eyes; ///< How pictures for two eyes are made; named as PhotoOutputs::stereo.
     std::optional<PrintOptions> print;
     SwayOptions sway;
-    cv::Size swaySize; ///< The swaying video's; empty: the photo's.
+    cv::Size swaySize; ///< The swaying video's; empty: chosen by the picture.
 
     /// Whether something else than the Native is asked for.
     bool hasOthers() const;
@@ -136,7 +137,7 @@ PhotoPlan planPhotos(const OutputJob& job, const ChosenDisplay& display, const Q
                      const PhotoInputs& inputs);
 
 /// Checks every name before any work, see Outputs::check(). The result creates the directories.
-/// With PhotoJob::skipExisting, marks the photos whose outputs all exist.
+/// With OutputJob::skipExisting, marks the photos whose outputs all exist.
 /// @param views number of views that `--save-views` writes
 /// @param alsoRead further files that are read
 /// @throws UsageError, Error

@@ -277,8 +277,6 @@ VideoJob videoJob(const CommandLine& commandLine, VideoJob job) {
                 "--center, --zoom and auto apply to views that are made of frames, expected no ") +
             (job.fromQuilt ? "--from-quilt" : "--rgbd-out") + " with them");
     if (!job.fromQuilt) job.eyes = eyesOptions(commandLine, "stereo-out");
-    if (job.eyes.areFiles)
-        commandLine.failValue("stereo-layout", "a layout of one video; files is for pictures");
     if (isRgbd)
         commandLine.refuse({"depth-curve"}, " is for views, but --rgbd-out writes depth as it is");
     if (job.product == VideoProduct::Stereo)

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <zlib.h>
 
 namespace altiro3D {
@@ -128,7 +129,8 @@ inline Inflated inflated(std::string_view packed, std::uint64_t most, int window
 inline std::string inflated(std::string_view packed, std::size_t maxBytes) {
     constexpr int kWindow = 15; // the largest
     Inflated result = inflated(packed, maxBytes + 1, kWindow);
-    return result.isWhole && result.bytes.size() <= maxBytes ? result.bytes : std::string();
+    if (!result.isWhole || result.bytes.size() > maxBytes) result.bytes.clear();
+    return std::move(result.bytes);
 }
 
 } // namespace altiro3D

@@ -61,12 +61,13 @@ using CubeViKeys = std::array<const char*, 3>;
 constexpr CubeViKeys kCubeViSpellings[] = {{"lineNumber", "obliquity", "deviation"},
                                            {"interval", "slope", "x0"}};
 
-// The keys of which an object has two at least; null for other objects.
+// The spelling of which an object has keys; null for other objects.
 const CubeViKeys* cubeViKeys(const Json& node) {
     if (!node.is_object() || node.contains("pitch")) return nullptr;
     for (const CubeViKeys& keys : kCubeViSpellings) {
         const auto has = [&](const char* key) { return node.contains(key); };
-        if (std::count_if(keys.begin(), keys.end(), has) > 1) return &keys;
+        const int least = &keys == kCubeViSpellings ? 1 : 2; // a slope alone is another's
+        if (std::count_if(keys.begin(), keys.end(), has) >= least) return &keys;
     }
     return nullptr;
 }
@@ -156,7 +157,8 @@ void forNumbers(SubpixelLens& lens, const Visit& visit) {
     const double steepest = lens.slopeInSubpixels ? 3 : 1;
     visit("period", lens.period, Limits{2, 1000, "sub-pixels across a lens, 2..1000", true});
     visit("slope", lens.slope,
-          Limits{-steepest, steepest, "px per row, -1..1, or sub-pixels per row, -3..3", true});
+          Limits{-steepest, steepest,
+                 lens.slopeInSubpixels ? "sub-pixels per row, -3..3" : "px per row, -1..1", true});
     visit("offset", lens.offset, Limits{-1e4, 1e4, "sub-pixels, -10000..10000", true});
     visit("slopeInSubpixels", lens.slopeInSubpixels, Limits{0, 1, "true or false"});
 }
@@ -183,7 +185,10 @@ class FieldReader {
         if constexpr (std::is_same_v<Number, int>)
             require(std::abs(read) <= 1e9 && read == std::floor(read), source_, field, read,
                     limits.expected);
-        number = static_cast<Number>(read);
+        if constexpr (std::is_same_v<Number, bool>)
+            number = read >= 0.5;
+        else
+            number = static_cast<Number>(read);
     }
 
     template <class Of>
@@ -256,12 +261,19 @@ Json jsonOf(Of of, bool isWrapped = false) {
     return json;
 }
 
+void checkCellCount(std::size_t count, const std::string& source) {
+    if (count > kMaxCells)
+        fail(source, "subpixelCells has " + std::to_string(count) + " cells, expected at most " +
+                         std::to_string(kMaxCells));
+}
+
 std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string& source) {
     std::vector<SubpixelCell> cells;
     const Json* list = reader.find("subpixelCells");
     if (list == nullptr) return cells;
     if (!list->is_array())
         fail(source, "subpixelCells is " + shownJson(*list) + ", expected a list of cells");
+    checkCellCount(list->size(), source);
     for (std::size_t i = 0; i < list->size(); ++i) {
         const std::string name = source + ": subpixelCells[" + std::to_string(i) + "]";
         const Json& cell = (*list)[i];
@@ -294,8 +306,12 @@ Calibration readCubeVi(const Json& object, const CubeViKeys& keys, const std::st
     constexpr double kInches = 5.7; // diagonal of the panel
     double numbers[3] = {};
     for (std::size_t i = 0; i < 3; ++i) {
-        FieldReader(object, source).read(keys[i], numbers[i], kCubeViLimits[i]);
+        const FieldReader reader(object, source);
+        reader.read(keys[i], numbers[i], kCubeViLimits[i]);
         checkNumber(keys[i], numbers[i], kCubeViLimits[i], source);
+        if (const Json& number = *reader.find(keys[i]); !number.is_number())
+            fail(source, std::string(keys[i]) + " is " + shownJson(number) + ", expected " +
+                             kCubeViLimits[i].expected);
     }
     Calibration c;
     c.serial = "cubevi-c1";
@@ -313,7 +329,8 @@ Calibration readFields(const Json& object, const std::string& source) {
     Calibration c;
     c.configVersion = reader.text("configVersion");
     c.serial = reader.text("serial");
-    reader.read("cellPatternMode", c.CellPatternMode, kPattern); // another spelling
+    if (reader.find("CellPatternMode") == nullptr) // another spelling
+        reader.read("cellPatternMode", c.CellPatternMode, kPattern);
     reader.readNumbers(c);
     c.subpixelCells = readCells(reader, source);
     for (const char* field : {"viewCone", "invView"})
@@ -349,9 +366,7 @@ void validate(const Calibration& c, const std::string& source) {
         require((c.sheet->thickness == 0) == (c.sheet->index == 0), sheet, "index", c.sheet->index,
                 "thickness and index together");
     }
-    if (c.subpixelCells.size() > kMaxCells)
-        fail(source, "subpixelCells has " + std::to_string(c.subpixelCells.size()) +
-                         " cells, expected at most " + std::to_string(kMaxCells));
+    checkCellCount(c.subpixelCells.size(), source);
     for (std::size_t i = 0; i < c.subpixelCells.size(); ++i) {
         const std::string field = "subpixelCells[" + std::to_string(i) + "] offset";
         SubpixelCell cell = c.subpixelCells[i];

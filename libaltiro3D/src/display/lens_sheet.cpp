@@ -111,6 +111,7 @@ Calibration calibrationOf(const BarrierNumbers& n) {
     checkRange("pitch", n.pitch, 2, 1000, " sub-pixels");
     checkRange("slope", n.slope, -3, 3, " sub-pixels per row");
     checkRange("offset", n.offset, -1e4, 1e4, " sub-pixels");
+    checkRange("dpi", n.dpi, 10, 10000, " px per inch");
     const auto ordered = static_cast<int>(n.order.size());
     checkNumber(n.views == 0 || ordered == 0 || n.views == ordered, "views", n.views,
                 "as many as in order");

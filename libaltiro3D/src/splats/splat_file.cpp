@@ -118,7 +118,9 @@ void takeCameras(const fs::path& file, SplatScene& scene, Notes* notes) {
         camera.intrinsics = {one.at("fx").get<double>(), one.at("fy").get<double>(),
                              (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
         camera.eye = cv::Vec3d(one.at("position").get<Place>().data());
-        camera.axes = cv::Matx33d(rotation[0].data()).t();
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 3; ++column)
+                camera.axes(column, row) = rotation.at(row).at(column);
         requireCamera(camera);
         scene.camera = camera;
     } catch (const std::exception& problem) {

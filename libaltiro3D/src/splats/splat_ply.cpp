@@ -8,7 +8,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <iterator>
+#include <limits>
 #include <map>
+#include <optional>
 #include <sstream>
 
 namespace altiro3D {
@@ -96,7 +98,8 @@ class PlyFile {
             while (k < fields.size() &&
                    (fields[k].name != property.name || property.length != nullptr))
                 ++k;
-            places.push_back(&row[k]);
+            const bool isTaken = std::count(places.begin(), places.end(), &row[k]) > 0;
+            places.push_back(isTaken ? &row.back() : &row[k]); // the first of a name counts
         }
         for (std::uint64_t i = 0; i < element.count && !places.empty(); ++i) {
             if (readRow(element, places)) {

@@ -4,6 +4,7 @@
 #include "splats/splat_kernels.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <hwy/cache_control.h>
 #include <limits>
 #include <numeric>
@@ -142,7 +143,8 @@ struct SplatRenderer::Impl {
                 return static_cast<double>(one.first) > least && one.first < kLargest;
             };
         };
-        order.erase(std::stable_partition(order.begin(), order.end(), isFar(kLeast)), order.end());
+        order.erase(std::remove_if(order.begin(), order.end(), std::not_fn(isFar(kLeast))),
+                    order.end());
         std::stable_sort(order.begin(), order.end(),
                          [](const auto& a, const auto& b) { return a.first < b.first; });
         if (!order.empty())

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <numeric>
 #include <zlib.h>
 #ifdef ALTIRO3D_HAVE_ZSTD
@@ -102,7 +103,13 @@ std::string unpacked4(std::string_view bytes, const SpzHeader& header, const std
     std::uint64_t entry = reader.u32(16); // of the table
     std::uint64_t at = entry + std::uint64_t{16} * header.streams;
     std::uint32_t streams = 0;
+    std::uint64_t whole = 0;
+    for (const std::uint64_t size : header.sizes())
+        whole += size;
+    constexpr std::uint64_t kMostPacked = 1040; // as deflate, so that small files stay small
+    if (whole / kMostPacked > bytes.size()) tellDamage(name);
     std::string result;
+    result.reserve(whole);
     for (const std::uint64_t size : header.sizes()) {
         if (size == 0) continue;
         const std::uint64_t packed = reader.u64(entry);
@@ -141,6 +148,16 @@ std::optional<SplatAxes> axesRecord(std::string_view bytes, const std::string& n
                         ", expected RUB (4) or RDF (6)");
     }
     return std::nullopt;
+}
+
+// OpenCV has no type for it on every processor.
+float halfFloat(std::uint32_t bits) {
+    const auto exponent = static_cast<int>(bits >> 10 & 31U);
+    const auto fraction = static_cast<float>(bits & 1023U) / 1024;
+    const float size = exponent == 0    ? std::ldexp(fraction, -14)
+                       : exponent == 31 ? std::numeric_limits<float>::quiet_NaN()
+                                        : std::ldexp(1 + fraction, exponent - 15);
+    return (bits & 0x8000U) != 0 ? -size : size;
 }
 
 // The rotation of versions 1 and 2: x, y and z.
@@ -196,8 +213,7 @@ SplatScene parseSpz(std::string_view bytes, const std::string& name, SplatAxes a
         for (int k = 0; k < 3; ++k) {
             const std::uint64_t n = 3 * i + static_cast<std::uint64_t>(k);
             if (header.version == 1) {
-                const auto half = static_cast<ushort>(positions.u16(2 * n));
-                splat.centre[k] = cv::float16_t::fromBits(half);
+                splat.centre[k] = halfFloat(positions.u16(2 * n));
             } else {
                 const auto raw = static_cast<std::int32_t>(positions.number(3 * n, 3) << 8);
                 const std::int32_t steps = raw / 256; // with its sign

@@ -64,13 +64,22 @@ void append(Bytes& bytes, T number) {
     std::memcpy(bytes.data() + bytes.size() - sizeof(T), &number, sizeof(T));
 }
 
+// The bits of a half float. OpenCV has no type for it on every processor.
+std::uint16_t halfOf(double number) {
+    cv::Mat half;
+    cv::Mat1f(1, 1, static_cast<float>(number)).convertTo(half, CV_16F);
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, half.data, sizeof bits);
+    return bits;
+}
+
 // Samples of a row, as libtiff takes them.
 Bytes packed(const std::vector<double>& row, const Kind& kind) {
     Bytes bytes;
     unsigned bit = 0;
     for (const double number : row) {
         if (kind.format == SAMPLEFORMAT_IEEEFP) {
-            if (kind.bits == 16) append(bytes, cv::float16_t(static_cast<float>(number)));
+            if (kind.bits == 16) append(bytes, halfOf(number));
             if (kind.bits == 32) append(bytes, static_cast<float>(number));
             if (kind.bits == 64) append(bytes, number);
             if (kind.bits == 24) bytes.resize(bytes.size() + 3);

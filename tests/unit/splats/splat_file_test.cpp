@@ -236,6 +236,10 @@ TEST(SplatFile, TheMiddleOneOfTheCamerasBesideAFileIsTaken) {
 
 TEST(SplatFile, SpzIsWrittenAndReadWithinItsSteps) {
     SplatScene scene = randomSplats(500, 3);
+    for (Splat& splat : scene.splats)
+        splat.centre *= 18; // to some 90
+    for (float& value : scene.harmonics)
+        value *= 4.5F;
     const TemporaryDirectory directory;
     writeSplats(directory / "a.spz", scene);
     const SplatScene back = readSplats(directory / "a.spz");

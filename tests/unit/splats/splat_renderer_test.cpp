@@ -71,6 +71,29 @@ TEST(SplatRenderer, ASplatIsAGaussianOfItsSizeWithTheLowPass) {
     EXPECT_TRUE(std::isnan(view.distance.at<float>(0, 0)));
 }
 
+TEST(SplatRenderer, ViewsOfParallelCamerasCrossAtTheFocus) {
+    SplatScene scene;
+    scene.splats = {splatAt({0, 0, 2}, 0.01F, {1, 1, 1}, 0.9F),
+                    splatAt({0, 0.5F, 4}, 0.02F, {1, 1, 1}, 0.9F)};
+    const SplatRenderer renderer(scene, cameraOf({101, 101}, 100));
+    const auto centreIn = [&](double shift, const cv::Range& rows) {
+        cv::Mat picture;
+        renderer.render(shift, 2, picture);
+        double sum = 0;
+        double weighted = 0;
+        for (int y = rows.start; y < rows.end; ++y)
+            for (int x = 0; x < picture.cols; ++x) {
+                sum += picture.at<cv::Vec3b>(y, x)[1];
+                weighted += x * picture.at<cv::Vec3b>(y, x)[1];
+            }
+        return weighted / sum;
+    };
+    for (const double shift : {-0.4, 0.0, 0.4}) {
+        EXPECT_NEAR(centreIn(shift, {44, 56}), 50, 0.02); // at the focus
+        EXPECT_NEAR(centreIn(shift, {57, 70}), 50 - 100 * shift * (0.25 - 0.5), 0.05); // (9.2)
+    }
+}
+
 TEST(SplatRenderer, EqualsTheFormulaInDoublePrecision) {
     const SplatCamera camera = turnedCamera({150, 110}, 90);
     for (const int degree : {0, 1, 3})

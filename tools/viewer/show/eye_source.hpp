@@ -11,7 +11,7 @@ namespace altiro3D::viewer {
 /// `--view-from udp:PORT|stdin`. @return the port; 0: standard input @throws UsageError
 quint16 eyePort(const std::string& text);
 
-/// Positions of a viewer, as another program writes them: one line of text a time, x and perhaps y.
+/// Positions of a viewer, as another program writes them: one line of text at a time, x or x and y.
 /// x is -1 at the left edge of the view cone, as the viewer sees it, and +1 at the right edge.
 class EyeSource : public QObject {
     Q_OBJECT
@@ -24,7 +24,7 @@ class EyeSource : public QObject {
     static std::optional<double> positionOf(const QByteArray& line);
 
   signals:
-    /// The newest of the positions that have come since the last one.
+    /// A position has come. Of datagrams that come at once, only the newest one is told.
     void moved(double x);
 
   private:

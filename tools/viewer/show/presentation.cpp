@@ -345,13 +345,13 @@ ShowJob showJob(const tools::CommandLine& commandLine) {
         commandLine.oneOf<bool>("player", {{"viewer", false}, {"mpv", true}}).value_or(false);
     if (commandLine.has("stereo-layout") || commandLine.has("stereo-swap"))
         job.eyes = tools::eyesOptions(commandLine, "show");
-    if (job.eyes && job.eyes->areFiles)
-        commandLine.failValue("stereo-layout", "a layout of one picture");
     if (const auto from = commandLine.value("view-from")) job.viewFrom = eyePort(*from);
     const bool isStream = !job.files.empty() && job.files.front() == "-";
     if (job.byMpv || job.bridge || isStream)
-        commandLine.refuse({"view-from", "stereo-layout", "stereo-swap"},
-                           " is for files that the viewer shows");
+        commandLine.refuse(
+            {"view-from", "stereo-layout", "stereo-swap"},
+            " is for files that the viewer shows, expected names without --player mpv, "
+            "--bridge and -");
     if ((job.byMpv || job.bridge) && isStream)
         throw tools::UsageError((job.byMpv ? "--player mpv" : "--bridge") +
                                 std::string(" plays files, expected names instead of -"));

@@ -198,7 +198,7 @@ void SlidePresenter::tick() {
 void SlidePresenter::begin(const Slide& slide) {
     endPlayer();
     native_ = slide.native;
-    moveEyes(eyesAt_); // it was made for where the viewer was
+    if (slide.madeFrom != eyesAt_) moveEyes(eyesAt_); // the viewer has moved since
     if (!slide.isVideo()) return;
     player_ = std::make_unique<VideoPlayer>(
         slide.source.file,
@@ -286,6 +286,7 @@ Slide SlideMaker::make(const Source& source, double position) {
                     return studio->render(request).picture;
                 };
             slide.native = slide.pictureFrom(position);
+            slide.madeFrom = position;
             return slide;
         }
         if (document->video) request.knobs = ofVideo(request.knobs);

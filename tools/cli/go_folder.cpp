@@ -23,8 +23,9 @@ struct Playing {
     Json json = {{"model", "toolkit"}, {"schema", "0.1"}, {"playlists", Json::array()}};
 };
 
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{1} << 20;
+
 Playing readPlaying(const fs::path& storage) {
-    constexpr std::uintmax_t kMaxBytes = std::uintmax_t{1} << 20;
     Playing playing{storage / "currentlyPlaying.json"};
     playing.isThere = isThere(playing.file);
     if (!playing.isThere) return playing;
@@ -139,8 +140,7 @@ void GoFolder::finish(const std::vector<fs::path>& quilts, Messages& messages) c
     writeFile(playlist, list);
     Playing playing = readPlaying(storage_);
     if (playing.isThere)
-        fs::copy_file(playing.file, playing.file.string() + ".bak",
-                      fs::copy_options::overwrite_existing);
+        writeFile(playing.file.string() + ".bak", readFile(playing.file, kMaxBytes));
     playing.json["playlists"].push_back(
         {{"title", "altiro3D " + number_}, {"path", "/LKG/Content/" + number_ + "/playlist.m3u"}});
     writeFile(playing.file,

@@ -9,7 +9,7 @@ namespace altiro3D {
 namespace fs = std::filesystem;
 
 fs::path prefixOf(const fs::path& file, const fs::path& place) {
-    if (place.is_absolute() || place.empty()) return {};
+    if (place.has_root_directory() || place.empty()) return {};
     fs::path directory = file.parent_path();
     for (fs::path part = place; !part.empty(); part = part.parent_path()) {
         if (part.filename() != directory.filename()) return {};

@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t kReadStepBytes = std::size_t{1} << 20;
 
 [[noreturn]] void failRead(const fs::path& path, int number) {
+    if (number == EISDIR)
+        throw Error(ErrorCode::ReadFailed, path.string(), "is a directory, expected a file");
     throw Error(ErrorCode::ReadFailed, path.string(), "cannot be read: " + reasonOf(number));
 }
 
@@ -81,9 +83,7 @@ std::string readFile(const fs::path& path, std::uintmax_t maxBytes) {
     }
     const FileState state = stateOf(file);
     if (!state.exists()) failRead(path, state.error);
-    if (state.isDirectory()) {
-        throw Error(ErrorCode::ReadFailed, path.string(), "is a directory, expected a file");
-    }
+    if (state.isDirectory()) failRead(path, EISDIR);
     const std::uintmax_t length = state.isRegular() ? state.size : 0;
     if (length > maxBytes) failTooLarge(path, std::to_string(length), maxBytes);
 

@@ -2,6 +2,7 @@
 #include "altiro3D/error.hpp"
 #include "altiro3D/file_io.hpp"
 #include "base/json_reader.hpp"
+#include "base/system_file.hpp"
 #include "base/system_process.hpp"
 #include "base/text.hpp"
 
@@ -311,7 +312,7 @@ std::vector<fs::path> modelSearchPath() {
         if (!fs::is_directory(candidate, error)) continue;
         const bool known =
             std::any_of(directories.begin(), directories.end(), [&](const fs::path& earlier) {
-                return fs::equivalent(earlier, candidate, error);
+                return stateOf(earlier).id == stateOf(candidate).id;
             });
         if (!known) directories.push_back(candidate);
     }

@@ -2,6 +2,9 @@
 
 namespace altiro3D {
 
+const char kShellQuote = '\'';
+const char* const kQuoteInShellQuotes = "'\\''";
+
 std::tm localTime(std::time_t time) {
     std::tm local{};
     localtime_r(&time, &local);

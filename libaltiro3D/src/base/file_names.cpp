@@ -2,6 +2,7 @@
 // same letters. Quoting of names for a shell.
 
 #include "altiro3D/file_io.hpp"
+#include "base/system_process.hpp"
 #include "base/text.hpp"
 
 #include <algorithm>
@@ -100,10 +101,10 @@ std::string shellWord(const std::string& text) {
                std::string_view("-_./,=:%@+").find(c) != std::string_view::npos;
     });
     if (isPlain) return text;
-    std::string word = "'";
+    std::string word(1, kShellQuote);
     for (const char c : text)
-        word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return word + "'";
+        word += c == kShellQuote ? kQuoteInShellQuotes : std::string(1, c);
+    return word + kShellQuote;
 }
 
 } // namespace altiro3D

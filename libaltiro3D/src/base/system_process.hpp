@@ -36,6 +36,11 @@ ApartEnd runApart(const std::function<void()>& work, const std::vector<std::stri
 std::string environmentOf(const char* name);
 /// What separates the entries of a list of directories in the environment.
 extern const char kListSeparator;
+
+/// What a shell's word stands between that has other characters than letters, and what stands for
+/// it inside.
+extern const char kShellQuote;
+extern const char* const kQuoteInShellQuotes;
 /// Where programs keep their data for this user. @return empty if it is not known
 std::filesystem::path userDataDirectory();
 

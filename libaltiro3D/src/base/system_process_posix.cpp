@@ -122,6 +122,8 @@ std::string environmentOf(const char* name) {
 }
 
 const char kListSeparator = ':';
+const char kShellQuote = '\'';
+const char* const kQuoteInShellQuotes = "'\\''";
 
 std::filesystem::path userDataDirectory() {
     // The XDG base directory specification requires that a relative $XDG_DATA_HOME is ignored.

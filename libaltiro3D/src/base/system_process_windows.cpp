@@ -119,6 +119,8 @@ std::string environmentOf(const char* name) {
 }
 
 const char kListSeparator = ';';
+const char kShellQuote = '"';
+const char* const kQuoteInShellQuotes = "\\\"";
 
 std::filesystem::path userDataDirectory() {
     return environmentOf("LOCALAPPDATA");

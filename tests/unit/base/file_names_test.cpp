@@ -68,7 +68,14 @@ TEST(ComparableName, DiffersForOtherLettersAndBytes) {
 TEST(ShellWord, IsQuotedIfItNeedsIt) {
     EXPECT_EQ(shellWord("film_2.mp4"), "film_2.mp4");
     EXPECT_EQ(shellWord(u8"Caf\u00e9.mp4"), u8"Caf\u00e9.mp4");
+#ifdef _WIN32
+    EXPECT_EQ(shellWord("a b"), "\"a b\"");
+    EXPECT_EQ(shellWord("it's"), "\"it's\"");
+    EXPECT_EQ(shellWord("C:\\a\"b"), "\"C:\\a\\\"b\"");
+    EXPECT_EQ(shellWord(""), "\"\"");
+#else
     EXPECT_EQ(shellWord("a b"), "'a b'");
     EXPECT_EQ(shellWord("it's"), "'it'\\''s'");
     EXPECT_EQ(shellWord(""), "''");
+#endif
 }

@@ -254,8 +254,9 @@ void VideoWriter::Impl::openEncoder() {
     const char* const name = entryOf(kCodecs, options_.codec).encoder;
     const AVCodec* const codec = avcodec_find_encoder_by_name(name);
     if (codec == nullptr) {
-        throw Error(ErrorCode::Unsupported, "codec",
-                    std::string("needs the encoder ") + name + ", which this FFmpeg lacks");
+        throw Error(ErrorCode::Unsupported, path_.string(),
+                    std::string("needs the encoder ") + name +
+                        ", which this FFmpeg lacks, expected the codec ffv1 or prores");
     }
     if (avformat_query_codec(&container_.kind(), codec->id, FF_COMPLIANCE_NORMAL) <= 0) {
         const char* const advice = options_.codec == VideoCodec::ProRes

@@ -18,7 +18,8 @@ libraries=$out/libraries
 variant=
 [[ ${WINDOWS_X264:-yes} == yes ]] || variant=-without-x264
 tools=$out/tools$variant
-export ALTIRO3D_WINDOWS_LIBRARIES=$libraries PKG_CONFIG_LIBDIR=$libraries/lib/pkgconfig PKG_CONFIG_PATH=
+export ALTIRO3D_WINDOWS_LIBRARIES=$libraries PKG_CONFIG_LIBDIR=$libraries/lib/pkgconfig
+export PKG_CONFIG_PATH=${variant:+$libraries/without-x264/lib/pkgconfig} # before those
 # shellcheck source=scripts/log.sh
 . scripts/log.sh
 log_to "$out/log"

@@ -5,7 +5,8 @@
 #   scripts/windows-libraries.sh             all of them
 #   scripts/windows-libraries.sh LIBRARY...  some: opencv, ffmpeg, qt ... (the functions below)
 #
-# WINDOWS_X264=no builds FFmpeg without x264, whose licence is the GPL: there is no encoder of H.264 then.
+# WINDOWS_X264=no builds FFmpeg without x264, whose licence is the GPL, into libraries/without-x264: there is no
+# encoder of H.264 then.
 set -euo pipefail
 # shellcheck source=scripts/usage.sh
 . "$(dirname "$0")/usage.sh"
@@ -57,6 +58,7 @@ build_json() { # only headers
     mkdir -p "$libraries/share/cmake"
     cp -r /usr/share/cmake/nlohmann_json "$libraries/share/cmake/"
 }
+build_gtest() { by_cmake /usr/src/googletest -DBUILD_GMOCK=OFF; } # the unit tests' (scripts/check-windows.sh)
 build_png() { by_cmake "$(source_of libpng1.6)" -DPNG_{SHARED,TESTS}=OFF; }
 build_jpeg() { by_cmake "$(source_of libjpeg-turbo)" -DENABLE_SHARED=OFF -DREQUIRE_SIMD=ON; }
 build_webp() {
@@ -118,20 +120,22 @@ build_heif() {
         -DWITH_{DAV1D,LIBDE265}=ON -DWITH_AOM_{DECODER,ENCODER}=OFF -DWITH_{DAV1D,LIBDE265}_PLUGIN=OFF \
         -DBUILD_TESTING=OFF -DCMAKE_CXX_FLAGS="-DLIBDE265_STATIC_BUILD $vectors"
 }
-build_ffmpeg() { # all it reads, and what the tools write
-    local x264=(--enable-gpl --enable-libx264 "--enable-encoder=libx264,libx264rgb")
-    [[ ${WINDOWS_X264:-yes} == yes ]] || x264=()
+ffmpeg_into() { # folder option... : all it reads, and what the tools write
+    local folder=$1
+    shift
     "$(source_of ffmpeg)/configure" --arch=x86_64 --target-os=mingw32 --cross-prefix=$host- --enable-cross-compile \
-        --cc=$host-gcc-posix --cxx=$host-g++-posix --prefix="$libraries" --pkg-config=pkg-config \
+        --cc=$host-gcc-posix --cxx=$host-g++-posix --prefix="$folder" --pkg-config=pkg-config \
         --pkg-config-flags=--static --extra-cflags="-I$libraries/include $vectors" --extra-ldflags="-L$libraries/lib" \
         --enable-static --disable-{shared,autodetect,programs,doc,debug,network,encoders,muxers,filters,protocols,outdevs,indevs} \
         --enable-{libdav1d,zlib} \
         --enable-encoder=ffv1,prores_ks,rawvideo,mjpeg,png,aac,flac,'pcm_*',ass,ssa,subrip,srt,mov_text,webvtt \
         --enable-muxer=mov,mp4,matroska,webm,avi,yuv4mpegpipe,rawvideo,wav,null \
         --enable-protocol=file,pipe,fd,crypto,data,concat,subfile \
-        --enable-filter=bwdif,scale,format,buffer,buffersink,null,aresample,aformat --enable-indev=dshow,gdigrab "${x264[@]}"
+        --enable-filter=bwdif,scale,format,buffer,buffersink,null,aresample,aformat --enable-indev=dshow,gdigrab "$@"
     make -j "$jobs" install
 }
+build_ffmpeg() { ffmpeg_into "$libraries" --enable-gpl --enable-libx264 "--enable-encoder=libx264,libx264rgb"; }
+build_ffmpeg-without-x264() { ffmpeg_into "$libraries/without-x264"; }
 build_sdl2() { # the viewer's sound, loaded when it is needed
     by_cmake "$(source_of libsdl2)" -DSDL_{SHARED=ON,STATIC=OFF,TEST=OFF,JOYSTICK=OFF,HAPTIC=OFF,SENSOR=OFF}
     sed -i 's/-lmingw32 -mwindows -lSDL2main//; s/-Dmain=SDL_main//' "$libraries/lib/pkgconfig/sdl2.pc" # Qt has the begin
@@ -164,15 +168,16 @@ if [[ ! -e $libraries/done/sources ]]; then
     debian_sources "$sources" "${packages[@]}"
     touch "$libraries/done/sources"
 fi
+ffmpeg=(x264 ffmpeg)
+[[ ${WINDOWS_X264:-yes} == yes ]] || ffmpeg=(ffmpeg-without-x264)
 wanted=("$@")
-[[ $# -gt 0 ]] || wanted=(qt sdl2 zlib json png jpeg webp tiff lcms2 expat highway imath openexr protobuf
-                          opencv dav1d de265 heif x264 ffmpeg)
+[[ $# -gt 0 ]] || wanted=(qt sdl2 zlib json gtest png jpeg webp tiff lcms2 expat highway imath openexr protobuf
+                          opencv dav1d de265 heif "${ffmpeg[@]}")
 for library in "${wanted[@]}"; do
     stamp=$libraries/done/$library
-    [[ $library != ffmpeg || ${WINDOWS_X264:-yes} == yes ]] || stamp+=-without-x264
     [[ ! -e $stamp ]] || continue
     begin=$SECONDS
-    rm -rf -- "$out/objects/$library" "$libraries/done/$library"*
+    rm -rf -- "$out/objects/$library"
     echo "Building $library"
     # a process of its own: the shell ends a function at the first failed command only outside of a condition
     logged "$PWD/scripts/windows-libraries.sh" --one "$library"

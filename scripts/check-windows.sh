@@ -20,6 +20,7 @@ fi
 scripts/install-dependencies.sh windows
 out=$PWD/build/windows
 folder=$(echo "$out"/altiro3D-*-windows-x64/)
+export ALTIRO3D_WINDOWS_LIBRARIES=$out/libraries PKG_CONFIG_LIBDIR=$out/libraries/lib/pkgconfig PKG_CONFIG_PATH=
 export WINEPREFIX=$out/wine WINEDEBUG=-all WINEDLLOVERRIDES='mscoree=;mshtml='
 # shellcheck source=scripts/log.sh
 . scripts/log.sh
@@ -47,7 +48,14 @@ for program in "$folder"/bin/*.exe; do
 done
 scripts/compare-results.sh "$linux" "$out/by-wine"
 
-# 3. Names, standard streams, errors
+# 3. The unit tests, but for those that need POSIX. Those that run the programs ffmpeg and ffprobe skip themselves.
+scripts/windows-libraries.sh gtest
+logged cmake -G Ninja -S . -B "$out/tests" -DCMAKE_TOOLCHAIN_FILE="$PWD/cmake/windows.cmake" -DCMAKE_BUILD_TYPE=Release \
+    -DALTIRO3D_BUILD_{TOOLS,QT,BENCHMARKS,PYTHON}=OFF -DALTIRO3D_WITH_ONNXRUNTIME=OFF -DCMAKE_CROSSCOMPILING_EMULATOR=wine
+logged cmake --build "$out/tests" --target altiro3D_unit_tests
+ctest --test-dir "$out/tests" -L unit -j "$(nproc)" --output-on-failure
+
+# 4. Names, standard streams, errors
 work=$(mktemp -d)
 server=
 trap 'wineserver --kill || true; [[ -z $server ]] || kill "$server" || true; rm -rf "$work"' EXIT
@@ -71,7 +79,7 @@ grep -q 'Windows keeps for a device' <<<"$said"
 said=$(tool photo2native "${display[@]}" nowhere.jpg o.png 2>&1 >/dev/null) && fail "a missing photo was accepted"
 [[ $(wc -l <<<"$said") == 1 ]] || fail "an error has several lines: $said"
 
-# 4. Two runs with one output; a run that is ended by TerminateProcess, as by the task manager, and resumed
+# 5. Two runs with one output; a run that is ended by TerminateProcess, as by the task manager, and resumed
 tool photo2native "${display[@]}" --seconds 8 --size 640x360 --lg clip.mp4 -d sample.jpg sample-depth.png other.png
 run=(tool video2native "${display[@]}" -y -q 3x4 -r 280x210)
 "${run[@]}" clip.mp4 whole.mkv
@@ -85,7 +93,7 @@ wait || true
 cmp whole.mkv part.mkv
 [[ ! -e part.mkv.parts ]] || fail "part.mkv.parts was left"
 
-# 5. A full disk, where a small one can be made
+# 6. A full disk, where a small one can be made
 mkdir full
 if mount -t tmpfs -o size=64k tmpfs full 2>/dev/null; then
     said=$(tool photo2native "${display[@]}" -d sample.jpg sample-depth.png full/native.png 2>&1 >/dev/null) &&
@@ -95,7 +103,7 @@ if mount -t tmpfs -o size=64k tmpfs full 2>/dev/null; then
     [[ $(wc -l <<<"$said") == 1 && -z $left ]] || fail "on a full disk: $said; left: $left"
 fi
 
-# 6. The window, on a screen as the display's: it exports what the tool makes, also after a change that is
+# 7. The window, on a screen as the display's: it exports what the tool makes, also after a change that is
 # undone, and a show has the Native's pixels
 wineserver --wait
 rm -rf "$WINEPREFIX"/drive_c/users/*/AppData/Local/altiro3D # what it remembers of photos
@@ -135,7 +143,7 @@ sleep 15
 xdotool key Escape
 wait $viewer || fail "the show ends with an error"
 
-# 7. The installer
+# 8. The installer
 wine "${folder%/}-setup.exe" /S
 installed=$(find "$WINEPREFIX/drive_c/users" -path '*/Programs/altiro3D' -prune)
 wine "$installed/bin/photo2native.exe" "${display[@]}" -d sample.jpg sample-depth.png installed.png

@@ -33,7 +33,7 @@ packages=(lintian debootstrap dpkg-dev file git)
 archive=(patchelf xz-utils)
 windows=(g++-mingw-w64-x86-64-posix mingw-w64-tools libz-mingw-w64-dev nasm meson ninja-build cmake make pkg-config
          dpkg-dev protobuf-compiler qtbase5-dev-tools nlohmann-json3-dev pandoc
-         librsvg2-bin nsis zip wine wine64 xvfb xdotool ffmpeg)
+         librsvg2-bin nsis zip libgtest-dev wine wine64 xvfb xdotool ffmpeg)
 optional=(libonnxruntime-dev) # where the distribution has them
 
 case "${1:-build}" in

@@ -1,10 +1,11 @@
 #include "support/files.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
-#include <fcntl.h>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <stdexcept>
 #include <unistd.h>
 
@@ -44,9 +45,10 @@ fs::path sourcePath(const std::string& relative) {
 }
 
 TemporaryDirectory::TemporaryDirectory() {
-    std::string name = (fs::temp_directory_path() / "altiro3D-test-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make " + name);
-    path_ = name;
+    std::random_device random;
+    do
+        path_ = fs::temp_directory_path() / ("altiro3D-test-" + std::to_string(random()));
+    while (!fs::create_directory(path_));
 }
 
 TemporaryDirectory::~TemporaryDirectory() {
@@ -55,9 +57,9 @@ TemporaryDirectory::~TemporaryDirectory() {
 }
 
 StandardInput::StandardInput(const fs::path& file) : before_(dup(0)) {
-    const int opened = open(file.c_str(), O_RDONLY);
-    EXPECT_GE(dup2(opened, 0), 0);
-    close(opened);
+    std::FILE* const opened = std::fopen(file.string().c_str(), "rb");
+    EXPECT_GE(dup2(fileno(opened), 0), 0);
+    std::fclose(opened);
 }
 
 StandardInput::~StandardInput() {

@@ -1,13 +1,16 @@
 #pragma once
 
+#include <cstdint>
 #include <fstream>
 #include <gtest/gtest.h>
+#ifndef _WIN32
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
+#endif
 
 /// Skips the test if a limit of the address space cannot work: sanitizers reserve terabytes, and
-/// the emulator QEMU ignores it.
+/// the emulator QEMU ignores it. Windows has none.
 #ifdef ALTIRO3D_SANITIZED
 #define ALTIRO3D_REQUIRE_MEMORY_LIMITS() GTEST_SKIP() << "a sanitizer has the memory"
 #else
@@ -17,10 +20,23 @@
 
 namespace altiro3D::test {
 
+#ifdef _WIN32
+
+class MemoryLimit {
+  public:
+    explicit MemoryLimit(std::uint64_t /*megabytes*/) {}
+};
+
+inline bool memoryLimitsHold() {
+    return false;
+}
+
+#else
+
 /// Limits the memory that the process can allocate further, while the object exists.
 class MemoryLimit {
   public:
-    explicit MemoryLimit(rlim_t megabytes) {
+    explicit MemoryLimit(std::uint64_t megabytes) {
         rlim_t pages = 0;
         std::ifstream("/proc/self/statm") >> pages;
         getrlimit(RLIMIT_AS, &before_);
@@ -44,5 +60,7 @@ inline bool memoryLimitsHold() {
     munmap(block, bytes);
     return false;
 }
+
+#endif
 
 } // namespace altiro3D::test

@@ -1,11 +1,16 @@
 #pragma once
 
 #include <cstdint>
+#include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <vector>
 #include <zlib.h>
+
+/// Skips the test where OpenCV was built without a format, as EXR and JPEG 2000 on Windows.
+#define ALTIRO3D_REQUIRE_WRITER(extension)                                                         \
+    if (!cv::haveImageWriter(extension)) GTEST_SKIP() << "OpenCV does not write " << (extension)
 
 /// Files of pictures, byte by byte.
 namespace altiro3D::test {

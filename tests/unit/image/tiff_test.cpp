@@ -53,7 +53,7 @@ struct Close {
 using File = std::unique_ptr<TIFF, Close>;
 
 File create(const std::filesystem::path& path, const std::string& mode = "w") {
-    File file(TIFFOpen(path.c_str(), mode.c_str()));
+    File file(TIFFOpen(path.string().c_str(), mode.c_str()));
     EXPECT_TRUE(file);
     return file;
 }

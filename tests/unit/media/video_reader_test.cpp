@@ -9,20 +9,13 @@
 #include "support/video.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <linux/videodev2.h>
 #include <opencv2/core.hpp>
-#include <sys/ioctl.h>
-#include <sys/stat.h>
-#include <thread>
 #include <tuple>
-#include <unistd.h>
 
 namespace altiro3D::test {
 namespace {
@@ -491,52 +484,6 @@ TEST_F(VideoReaderTest, DecodersOfLivePicturesHoldNoFramesBack) {
     EXPECT_EQ(device.decoder->thread_type, FF_THREAD_SLICE);
 }
 
-class VideoReaderInput : public FileTest {};
-
-// Whether drivers of devices are asked if they are cameras: the emulator QEMU does not pass it on.
-bool asksDevices() {
-    const int device = open("/dev/null", O_RDWR);
-    v4l2_capability answer{};
-    const bool asks = ioctl(device, VIDIOC_QUERYCAP, &answer) == 0 || errno != ENOSYS;
-    close(device);
-    return asks;
-}
-
-TEST_F(VideoReaderInput, CharacterDevicesAreCamerasWhateverTheirNames) {
-    EXPECT_EQ(openError("/dev/null", "matroska"), "is not a video that FFmpeg can read");
-    if (!asksDevices()) GTEST_SKIP() << "devices cannot be asked whether they are cameras";
-    const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-    ASSERT_GE(terminal, 0);
-    ASSERT_EQ(grantpt(terminal), 0);
-    ASSERT_EQ(unlockpt(terminal), 0);
-    const int other = open(ptsname(terminal), O_RDWR | O_NOCTTY);
-    int number = 0;
-    for (const std::string& device :
-         std::vector<std::string>{"/dev/null", "/dev/urandom", ptsname(terminal)}) {
-        const fs::path link = directory / ("usb-camera-" + std::to_string(++number));
-        const fs::path linkToLink = directory / ("camera" + std::to_string(number) + ".mp4");
-        fs::create_symlink(device, link);
-        fs::create_symlink(link, linkToLink);
-        for (const fs::path& path : {fs::path(device), link, linkToLink})
-            EXPECT_EQ(openError(path), "is a device but not a camera, expected a video file, a "
-                                       "camera, or the name of the device's format");
-    }
-    close(other);
-    close(terminal);
-}
-
-TEST_F(VideoReaderInput, FilesAreFilesWhateverTheirNamesAndHoweverTheyAreReached) {
-    fs::create_directories(directory / "dev");
-    const fs::path file = directory / "dev/video0";
-    spill(file, std::string(5000, '\x5a'));
-    fs::create_symlink(file, directory / "camera-of-a-file");
-    for (const fs::path& path : {file, directory / "camera-of-a-file"})
-        EXPECT_EQ(openError(path), "is not a video that FFmpeg can read");
-    EXPECT_EQ(openError(directory / "dev"), "is a directory, expected a video file");
-    fs::create_symlink("nowhere", directory / "video1");
-    EXPECT_EQ(openError(directory / "video1"), "does not exist, expected a video file");
-}
-
 TEST_F(VideoReaderTest, FramesBeforeAPartAreCounted) {
     ALTIRO3D_TAKES(6);
     const std::string varying = "-vf 'settb=1/1000,setpts=if(lt(N\\,20)\\,N*100\\,2000+(N-20)*33)' "
@@ -592,45 +539,6 @@ TEST_F(VideoReaderTest, FramesBeforeAPartOfWhatIsReadOnceAreCounted) {
     const std::vector<VideoFrame> frames = allFrames(reader);
     ASSERT_EQ(frames.size(), 8u);
     EXPECT_EQ(frames[0].pts, 0);
-    const std::string bytes = slurp(makeClip("clip.mkv"));
-    ASSERT_EQ(mkfifo((directory / "pipe").c_str(), 0600), 0);
-    std::thread feeder([&] { std::ofstream(directory / "pipe", std::ios::binary) << bytes; });
-    options.format = "";
-    VideoReader piped(directory / "pipe", options);
-    EXPECT_EQ(piped.framesBefore(), 30);
-    EXPECT_EQ(allFrames(piped).size(), 20u);
-    feeder.join();
-}
-
-TEST_F(VideoReaderTest, FilesComeThroughPipesAsTheyAre) {
-    const fs::path pipe = directory / "pipe";
-    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    const std::pair<const char*, const char*> clips[] = {
-        {"end.mp4", ""}, // its index
-        {"start.mp4", "-movflags faststart"},
-        {"parts.mp4", "-movflags frag_keyframe+empty_moov"},
-        {"a.mov", ""},
-        {"a.mkv", ""},
-        {"a.ts", ""}};
-    for (const auto& [name, options] : clips) {
-        const fs::path file = makeClip(name, options);
-        std::thread feeder([&] { std::ofstream(pipe, std::ios::binary) << slurp(file); });
-        EXPECT_TRUE(sameFrames(allFrames(pipe), allFrames(file))) << name;
-        feeder.join();
-    }
-    // also one that is already open, as of a shell's <(...)
-    const std::string bytes = slurp(directory / "end.mp4");
-    int ends[2];
-    ASSERT_EQ(::pipe(ends), 0);
-    std::thread feeder([&, to = ends[1]] {
-        for (std::size_t at = 0; at < bytes.size();)
-            at += static_cast<std::size_t>(::write(to, bytes.data() + at, bytes.size() - at));
-        ::close(to);
-    });
-    EXPECT_TRUE(sameFrames(allFrames("/dev/fd/" + std::to_string(ends[0])),
-                           allFrames(directory / "end.mp4")));
-    feeder.join();
-    ::close(ends[0]);
 }
 
 TEST_F(VideoReaderTest, ColoursAndDepthAreTheirOwnTracksInAnyOrder) {
@@ -1238,6 +1146,8 @@ TEST_F(VideoReaderTest, DamagedFramesAreLeftOutAndCounted) {
             EXPECT_EQ(frames[i].pts + frames[i].duration, frames[i + 1].pts);
     }
 }
+
+class VideoReaderInput : public FileTest {};
 
 TEST_F(VideoReaderInput, BadInputIsNamed) {
     const std::string text = "This is no video, but a text of some length.\nAnd another line.\n";

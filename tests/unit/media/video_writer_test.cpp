@@ -6,7 +6,6 @@
 #include "media/video_container.hpp"
 #include "media/video_input.hpp"
 #include "media/video_packets.hpp"
-#include "support/child.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
@@ -878,6 +877,7 @@ TEST_F(VideoWriterTest, RealClipsKeepTheirSoundAndTimes) {
 TEST_F(VideoWriterFile, EqualFramesGiveEqualBytes) {
     for (const VideoCodec codec :
          {VideoCodec::H264, VideoCodec::Hevc, VideoCodec::Ffv1, VideoCodec::ProRes}) {
+        if (codec == VideoCodec::Hevc && !haveHevc()) continue;
         for (const char* const extension : {".mkv", ".mov"}) {
             if (codec == VideoCodec::Ffv1 && std::string(extension) == ".mov") continue;
             VideoWriterOptions options = smallOptions();
@@ -907,57 +907,10 @@ TEST_F(VideoWriterFile, TheNameAppearsOnlyWhenTheFileIsWhole) {
     EXPECT_EQ(slurp(file), "old");
     EXPECT_EQ(filesIn(directory.path()), 1u);
     spill(directory / "clip.mkv.part", "left by a crash");
-    fs::permissions(file, static_cast<fs::perms>(0604));
     writeClip(file, smallOptions(), 3);
     EXPECT_EQ(filesIn(directory.path()), 1u);
-    EXPECT_EQ(static_cast<int>(fs::status(file).permissions()), 0604);
     VideoReader reader(file);
     EXPECT_EQ(allFrames(reader).size(), 3u);
-}
-
-TEST_F(VideoWriterFile, LinksAreFollowedAndDevicesRefused) {
-    fs::create_directory(directory / "sub");
-    fs::create_symlink("sub/clip.mkv", directory / "link.mkv");
-    writeClip(directory / "link.mkv", smallOptions(), 2);
-    EXPECT_TRUE(fs::is_symlink(directory / "link.mkv"));
-    EXPECT_TRUE(fs::is_regular_file(directory / "sub" / "clip.mkv"));
-    fs::create_symlink("/dev/null", directory / "null.mkv");
-    fs::create_directory(directory / "folder.mkv");
-    const auto problem = [&](const char* name) {
-        return problemOf(directory / name, [&] { VideoWriter(directory / name, smallOptions()); });
-    };
-    EXPECT_TRUE(contains(problem("null.mkv"), "is a device or pipe"));
-    EXPECT_TRUE(fs::is_character_file("/dev/null"));
-    EXPECT_TRUE(contains(problem("folder.mkv"), "is a directory"));
-    EXPECT_EQ(problem("no/clip.mkv"),
-              "cannot be written: No such file or directory; its directory must exist");
-}
-
-// A file at its size limit fails in the same way as one on a full disk.
-TEST_F(VideoWriterFile, AFileThatCannotGrowIsNamedAndRemoved) {
-    const struct {
-        rlim_t limit;
-        const char* name;
-        VideoCodec codec;
-        int frames;
-    } cases[] = {{4, "clip.mkv", VideoCodec::H264, 0}, // before the first frame
-                 {4, "clip.mp4", VideoCodec::H264, 0},
-                 {200000, "clip.mkv", VideoCodec::Ffv1, 200},
-                 {200000, "clip.mov", VideoCodec::ProRes, 200}};
-    for (const auto& one : cases) {
-        VideoWriterOptions options = smallOptions();
-        options.codec = one.codec;
-        const fs::path file = directory / one.name;
-        EXPECT_EQ(withFileLimit(one.limit,
-                                [&] {
-                                    return problemOf(file, [&] {
-                                        if (one.frames == 0) VideoWriter(file, options);
-                                        if (one.frames > 0) writeClip(file, options, one.frames);
-                                    });
-                                }),
-                  "cannot be written: File too large");
-        EXPECT_EQ(filesIn(directory.path()), 0u) << one.name;
-    }
 }
 
 TEST_F(VideoWriterFile, FramesAreChecked) {

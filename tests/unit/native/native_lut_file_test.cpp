@@ -5,10 +5,7 @@
 #include "support/files.hpp"
 
 #include <cstring>
-#include <fstream>
 #include <gtest/gtest.h>
-#include <sys/stat.h>
-#include <thread>
 
 namespace altiro3D::test {
 namespace {
@@ -110,12 +107,6 @@ TEST_F(NativeLutFile, TruncatedForeignAndOversizeFilesAreRefusedWithASentence) {
         contains(errorOf([&] { NativeLut::load(directory / "none.map"); }), "does not exist"));
     EXPECT_TRUE(
         contains(errorOf([&] { NativeLut::load(directory.path()); }), "is not a regular file"));
-    const std::filesystem::path pipe = directory / "pipe.map";
-    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    std::thread feeder([&] { std::ofstream(pipe, std::ios::binary) << bytes; });
-    NativeLut::load(pipe).save(directory / "again.map");
-    feeder.join();
-    EXPECT_EQ(slurp(directory / "again.map"), bytes);
 }
 
 TEST_F(NativeLutFile, ForgedHeadersAreRefusedBeforeAllocation) {
@@ -141,16 +132,6 @@ TEST_F(NativeLutFile, CoordinatesOutsideTheQuiltAreRefused) {
     broken[129] = '\0'; // only the checksum is wrong
     EXPECT_TRUE(contains(errorWith(broken),
                          "its checksum does not match, expected a table that is built anew"));
-}
-
-TEST_F(NativeLutFile, ReadErrorsNameTheirCause) {
-    std::filesystem::create_symlink("loop.map", directory / "loop.map");
-    EXPECT_EQ(errorOf([&] { NativeLut::load(directory / "loop.map"); }),
-              (directory / "loop.map").string() +
-                  ": cannot be read: Too many levels of symbolic links, expected a .map file");
-    const std::string longName = (directory / std::string(300, 'a')).string();
-    EXPECT_EQ(errorOf([&] { NativeLut::load(longName); }),
-              longName + ": cannot be read: File name too long, expected a .map file");
 }
 
 TEST_F(NativeLutFile, AnExistingMapSurvivesAFailedSave) {

@@ -94,7 +94,7 @@ TEST(RowFile, HasAPhysicalSize) {
     EXPECT_TRUE(contains(png, "sRGB"));
 
     writeRows(folder / "a.tif", picture, 48);
-    TIFF* const tiff = TIFFOpen((folder / "a.tif").c_str(), "r");
+    TIFF* const tiff = TIFFOpen((folder / "a.tif").string().c_str(), "r");
     ASSERT_NE(tiff, nullptr);
     float across = 0;
     float down = 0;

@@ -321,7 +321,9 @@ TEST(SplatFile, RealFilesOfAllFormatsAgree) {
     }
     EXPECT_LE(worst, 0.07); // signs of the half turn are right
     EXPECT_EQ(read("minimal4_v2.spz").splats.size(), 4U);
-    EXPECT_EQ(read("minimal4_v4.spz").splats.size(), 4U); // by libzstd
+    const std::string error =
+        errorOf([&] { EXPECT_EQ(read("minimal4_v4.spz").splats.size(), 4U); });
+    EXPECT_TRUE(error == "(no error)" || contains(error, "lacks libzstd"));
     EXPECT_EQ(read("axes16_sh3.ply").degree, 3);
     const SplatScene biker = read("biker.compressed.ply");
     EXPECT_EQ(biker.splats.size(), 152'746U);

@@ -485,10 +485,12 @@ TEST_F(VideoChunksTest, CancellingLeavesNothing) {
 
 TEST_F(VideoChunksTest, AnInputThatCanBeReadOnceIsRefused) {
     writeClip(directory / "clip.mkv", kFewScenes);
-    change = [](VideoConversion& all) { all.input = "/dev/null"; };
-    EXPECT_TRUE(
-        contains(errorOf([&] { plan(30); }), "/dev/null: can be read only once, expected a file"));
-    change = {};
+    if (fs::is_character_file("/dev/null")) {
+        change = [](VideoConversion& all) { all.input = "/dev/null"; };
+        EXPECT_TRUE(contains(errorOf([&] { plan(30); }),
+                             "/dev/null: can be read only once, expected a file"));
+        change = {};
+    }
     EXPECT_TRUE(contains(errorOf([&] { plan(0); }), "seconds: is 0, expected 1..86400"));
 }
 

@@ -66,8 +66,8 @@ struct Slide {
     std::function<cv::Mat(const cv::Mat&, double)> nativeOfFrame;
     /// Makes the picture for eyes at another place, see EyeSource; empty: it stays.
     std::function<cv::Mat(double)> pictureFrom;
-    double madeFrom = 0; ///< The place that `native` is made for.
     std::string problem; ///< Why it cannot be shown; empty: it can.
+    double madeFrom = 0; ///< With pictureFrom: the place that `native` is made for.
 
     bool isVideo() const { return static_cast<bool>(nativeOfFrame); }
 };

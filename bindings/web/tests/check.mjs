@@ -340,13 +340,17 @@ const checks = {
     writeFileSync(file("turned.jpg"), withSegment(phone, 0xe1, exif(6)));
     writeFileSync(file("linear.jpg"), withSegment(left, 0xe1, gDepth(greyPng(30, 40, (x, y) => 257 * (6 * y + x % 5)))));
     writeFileSync(file("eyes.mpo"), mpo(left, right));
+    const marked = readFileSync(file("pair_LRF.png")); // the mark is the chunk tEXt behind IHDR
+    const [ihdrEnd, markEnd] = [33, 33 + 12 + marked.readUInt32BE(33)];
+    writeFileSync(file("named_LRF.png"), Buffer.concat([marked.subarray(0, ihdrEnd), marked.subarray(markEnd)]));
     writeFileSync(file("odd_LR.png"), readFileSync(file("photo.png"))); // not a pair, in spite of its name
     for (const [name, expected] of [
       ["phone.jpg", "depth in the photo's file (Dynamic Depth, "],
       ["turned.jpg", "depth in the photo's file (Dynamic Depth, "],
       ["linear.jpg", "depth in the photo's file (Google lens blur, 30 x 40 px)"],
       ["eyes.mpo", "stereo pair (MPO), depth by matching; "],
-      ["pair_LRF.png", "stereo pair (left and right half, by its name, LRF), depth by matching; "],
+      ["pair_LRF.png", "stereo pair (mark of altiro3D), depth by matching; "],
+      ["named_LRF.png", "stereo pair (left and right half, by its name, LRF), depth by matching; "],
       ["odd_LR.png", ""],
     ]) {
       if (expected) run("-c", calibration, file(name), file("native.png"));
@@ -376,7 +380,7 @@ const checks = {
     const context = await browser.newContext();
     const opened = await openedPage(context);
     await choose(opened, "photo", file("pair_LRF.png"));
-    assert.match(await text(opened, "status"), /pair_LRF.png: .* s; stereo pair \(left and right half, by its name, LRF\)/);
+    assert.match(await text(opened, "status"), /pair_LRF.png: .* s; stereo pair \(mark of altiro3D\)/);
     const download = opened.waitForEvent("download");
     await opened.click("[data-save=rgbd]");
     await (await download).saveAs(file("pair_rgbd.png"));

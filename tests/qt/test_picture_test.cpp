@@ -161,10 +161,11 @@ TEST(ViewerTestPicture, TheEyeSeesNumbersOneByOneWhateverTheOrderUnderTheLens) {
         screen.order = order;
         const Display display = displayOf(calibrationOf(screen));
         const cv::Mat native = makeTestPicture(display);
-        std::vector<cv::Mat> numbers(4);
-        for (std::size_t view = 0; view < 4; ++view) {
-            simulateView(native, display.calibration, eyeAtView(double(view), 4), numbers[view]);
-            numbers[view] = numbers[view](cv::Rect(80, 55, 80, 50)); // without words and strip
+        std::vector<cv::Mat> numbers;
+        for (int view = 0; view < 4; ++view) {
+            cv::Mat seen;
+            simulateView(native, display.calibration, eyeAtView(view, 4), seen);
+            numbers.push_back(seen(cv::Rect(80, 55, 80, 50))); // without words and strip
         }
         return numbers;
     };

@@ -1,6 +1,4 @@
 #include "support/video.hpp"
-
-#include "media/ffmpeg.hpp"
 #include "support/pixels.hpp"
 
 #include <algorithm>
@@ -50,10 +48,6 @@ bool haveFfmpeg() {
         // NOLINTNEXTLINE(cert-env33-c): a fixed command
         std::system("ffmpeg -version >/dev/null 2>&1 && ffprobe -version >/dev/null 2>&1") == 0;
     return have;
-}
-
-bool haveHevc() {
-    return avcodec_find_encoder_by_name("libx265") != nullptr;
 }
 
 std::string ffmpeg(const std::string& arguments) {

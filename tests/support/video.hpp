@@ -18,9 +18,6 @@ namespace altiro3D::test {
 /// Whether the programs ffmpeg and ffprobe are there.
 bool haveFfmpeg();
 
-/// Whether the library can write H.265, as not on Windows.
-bool haveHevc();
-
 /// A suite whose tests write files and need those programs.
 class FfmpegTest : public FileTest {
   protected:

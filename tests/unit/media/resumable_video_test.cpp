@@ -1,6 +1,7 @@
 #include "media/resumable_video.hpp"
 
 #include "altiro3D/error.hpp"
+#include "media/ffmpeg.hpp"
 #include "support/files.hpp"
 #include "support/slow.hpp"
 #include "support/video.hpp"
@@ -369,7 +370,8 @@ TEST_F(ResumableVideoFiles, EveryCodecIsJoined) {
         {VideoCodec::Hevc, "b.mkv"},    {VideoCodec::Ffv1, "c.mkv"},
         {VideoCodec::ProRes, "d.mov"},  {VideoCodec::ProRes, "d.mkv"}};
     for (const auto& [codec, name] : cases) {
-        if (codec == VideoCodec::Hevc && !haveHevc()) continue;
+        const bool isThere = avcodec_find_encoder_by_name("libx265") != nullptr; // not on Windows
+        if (codec == VideoCodec::Hevc && !isThere) continue;
         VideoWriterOptions options = plainOptions();
         options.codec = codec;
         const fs::path out = directory / name;

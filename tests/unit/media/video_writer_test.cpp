@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/native_maker.hpp"
+#include "media/ffmpeg.hpp"
 #include "media/other_streams.hpp"
 #include "media/video_container.hpp"
 #include "media/video_input.hpp"
@@ -877,7 +878,8 @@ TEST_F(VideoWriterTest, RealClipsKeepTheirSoundAndTimes) {
 TEST_F(VideoWriterFile, EqualFramesGiveEqualBytes) {
     for (const VideoCodec codec :
          {VideoCodec::H264, VideoCodec::Hevc, VideoCodec::Ffv1, VideoCodec::ProRes}) {
-        if (codec == VideoCodec::Hevc && !haveHevc()) continue;
+        const bool isThere = avcodec_find_encoder_by_name("libx265") != nullptr; // not on Windows
+        if (codec == VideoCodec::Hevc && !isThere) continue;
         for (const char* const extension : {".mkv", ".mov"}) {
             if (codec == VideoCodec::Ffv1 && std::string(extension) == ".mov") continue;
             VideoWriterOptions options = smallOptions();

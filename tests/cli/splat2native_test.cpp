@@ -95,7 +95,7 @@ TEST_F(Splat2Native, FoldersAreConvertedAndReported) {
 TEST_F(Splat2Native, ASheetAVideoAndPicturesForEyesAreMade) {
     EXPECT_TRUE(isDone(convert("--yaw sheet scan.ply sheet.png")));
     EXPECT_EQ(readBack(studio_ / "sheet.png").size(), cv::Size(4 * 30, 2 * 40));
-    EXPECT_TRUE(fails(convert("--yaw sheet scan.ply sheet.png"), 2, "sheet.png: exists"));
+    EXPECT_TRUE(fails(convert("--yaw sheet scan.ply sheet.png"), 1, "exists, expected a new name"));
     EXPECT_TRUE(isDone(convert("--lg o.mp4 --orbit 40 --seconds 0.2 --turns 1 scan.ply")));
     EXPECT_TRUE(isDone(convert("--save-stereo e_LRF.png scan.ply")));
     EXPECT_TRUE(fails(convert("--yaw sheet --save-quilt q.png scan.ply"), 2, "--save-quilt"));

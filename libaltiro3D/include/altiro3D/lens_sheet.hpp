@@ -54,9 +54,7 @@ struct BarrierNumbers {
     std::vector<int> order;
 };
 
-/// Makes the calibration of such a screen.
-/// @param numbers the screen
-/// @return the calibration; it is valid
+/// Makes the calibration of such a screen. @param numbers the screen @return it; it is valid
 /// @throws Error InvalidArgument (the field of `numbers`, its value, what is expected), BadFormat
 ///         (panel, order)
 [[nodiscard]] ALTIRO3D_EXPORT Calibration calibrationOf(const BarrierNumbers& numbers);

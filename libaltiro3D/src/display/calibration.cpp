@@ -154,11 +154,10 @@ void forNumbers(LensSheet& sheet, const Visit& visit) {
 
 template <class Visit>
 void forNumbers(SubpixelLens& lens, const Visit& visit) {
-    const double steepest = lens.slopeInSubpixels ? 3 : 1;
     visit("period", lens.period, Limits{2, 1000, "sub-pixels across a lens, 2..1000", true});
     visit("slope", lens.slope,
-          Limits{-steepest, steepest,
-                 lens.slopeInSubpixels ? "sub-pixels per row, -3..3" : "px per row, -1..1", true});
+          lens.slopeInSubpixels ? Limits{-3, 3, "sub-pixels per row, -3..3", true}
+                                : Limits{-1, 1, "px per row, -1..1", true});
     visit("offset", lens.offset, Limits{-1e4, 1e4, "sub-pixels, -10000..10000", true});
     visit("slopeInSubpixels", lens.slopeInSubpixels, Limits{0, 1, "true or false"});
 }
@@ -261,20 +260,14 @@ Json jsonOf(Of of, bool isWrapped = false) {
     return json;
 }
 
-void checkCellCount(std::size_t count, const std::string& source) {
-    if (count > kMaxCells)
-        fail(source, "subpixelCells has " + std::to_string(count) + " cells, expected at most " +
-                         std::to_string(kMaxCells));
-}
-
 std::vector<SubpixelCell> readCells(const FieldReader& reader, const std::string& source) {
     std::vector<SubpixelCell> cells;
     const Json* list = reader.find("subpixelCells");
     if (list == nullptr) return cells;
     if (!list->is_array())
         fail(source, "subpixelCells is " + shownJson(*list) + ", expected a list of cells");
-    checkCellCount(list->size(), source);
-    for (std::size_t i = 0; i < list->size(); ++i) {
+    if (list->size() > kMaxCells) cells.resize(list->size()); // validate() refuses them
+    for (std::size_t i = cells.size(); i < list->size(); ++i) {
         const std::string name = source + ": subpixelCells[" + std::to_string(i) + "]";
         const Json& cell = (*list)[i];
         if (!cell.is_object())
@@ -298,7 +291,8 @@ std::vector<int> readOrder(const FieldReader& reader, const std::string& source)
     if (!list->is_array() || list->size() > kMaxOrderedViews)
         fail(source, "viewOrder is " + shownJson(*list) + ", expected " + kExpectedOrder);
     for (const Json& view : *list)
-        order.push_back(view.is_number_unsigned() && view < 64 ? view.get<int>() : -1);
+        order.push_back(view.is_number_unsigned() && view < kMaxOrderedViews ? view.get<int>()
+                                                                             : -1);
     return order;
 }
 
@@ -306,12 +300,8 @@ Calibration readCubeVi(const Json& object, const CubeViKeys& keys, const std::st
     constexpr double kInches = 5.7; // diagonal of the panel
     double numbers[3] = {};
     for (std::size_t i = 0; i < 3; ++i) {
-        const FieldReader reader(object, source);
-        reader.read(keys[i], numbers[i], kCubeViLimits[i]);
+        FieldReader(object, source).read(keys[i], numbers[i], kCubeViLimits[i]);
         checkNumber(keys[i], numbers[i], kCubeViLimits[i], source);
-        if (const Json& number = *reader.find(keys[i]); !number.is_number())
-            fail(source, std::string(keys[i]) + " is " + shownJson(number) + ", expected " +
-                             kCubeViLimits[i].expected);
     }
     Calibration c;
     c.serial = "cubevi-c1";
@@ -366,7 +356,9 @@ void validate(const Calibration& c, const std::string& source) {
         require((c.sheet->thickness == 0) == (c.sheet->index == 0), sheet, "index", c.sheet->index,
                 "thickness and index together");
     }
-    checkCellCount(c.subpixelCells.size(), source);
+    if (c.subpixelCells.size() > kMaxCells)
+        fail(source, "subpixelCells has " + std::to_string(c.subpixelCells.size()) +
+                         " cells, expected at most " + std::to_string(kMaxCells));
     for (std::size_t i = 0; i < c.subpixelCells.size(); ++i) {
         const std::string field = "subpixelCells[" + std::to_string(i) + "] offset";
         SubpixelCell cell = c.subpixelCells[i];

@@ -194,9 +194,10 @@ class PlyFile {
     bool readRow(const PlyElement& element, const std::vector<double*>& places) {
         for (std::size_t k = 0; k < places.size(); ++k) {
             const PlyProperty& property = element.properties[k];
-            double entries = 1;
-            if (property.length != nullptr && !next(*property.length, entries)) return false;
-            for (; entries >= 1; --entries)
+            double length = 1;
+            if (property.length != nullptr && !next(*property.length, length)) return false;
+            auto entries = length >= 1 ? static_cast<std::uint64_t>(std::min(length, 1e18)) : 0;
+            for (; entries > 0; --entries)
                 if (!next(*property.type, *places[k])) return false;
         }
         return true;

@@ -304,7 +304,8 @@ std::string spzBytes(const SplatScene& whole, const std::string& name) {
         const int step = i / 3 % count < 3 ? 8 : 16;
         const int value =
             static_cast<int>(std::lround(static_cast<double>(scene.harmonics[i]) * 128)) + 128;
-        arrays[5] += codeOf((value + step / 2) / step * step);
+        const int steps = (value + step / 2) / step;
+        arrays[5] += codeOf(steps * step);
     }
     std::string bytes = "NGSP";
     addBytes(bytes, std::uint32_t{3});

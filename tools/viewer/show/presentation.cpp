@@ -348,10 +348,8 @@ ShowJob showJob(const tools::CommandLine& commandLine) {
     if (const auto from = commandLine.value("view-from")) job.viewFrom = eyePort(*from);
     const bool isStream = !job.files.empty() && job.files.front() == "-";
     if (job.byMpv || job.bridge || isStream)
-        commandLine.refuse(
-            {"view-from", "stereo-layout", "stereo-swap"},
-            " is for files that the viewer shows, expected names without --player mpv, "
-            "--bridge and -");
+        commandLine.refuse({"view-from", "stereo-layout", "stereo-swap"},
+                           " needs the viewer and files, expected no --player mpv, --bridge or -");
     if ((job.byMpv || job.bridge) && isStream)
         throw tools::UsageError((job.byMpv ? "--player mpv" : "--bridge") +
                                 std::string(" plays files, expected names instead of -"));

@@ -83,6 +83,8 @@ Note only(const Notes& notes);
 /// How many files and folders a folder holds.
 std::size_t filesIn(const std::filesystem::path& folder);
 
+/// The contents of a file of some size, hard to compress.
+std::string someBytes(std::size_t size);
 /// Whole contents of a file; throws if it does not exist, so that two missing files are not equal.
 std::string slurp(const std::filesystem::path& file);
 

@@ -92,6 +92,24 @@ std::vector<cv::Mat> ffmpegFrames(const fs::path& file, cv::Size size, const std
     return frames;
 }
 
+VideoWriterOptions smallOptions() {
+    VideoWriterOptions options;
+    options.size = {64, 48};
+    options.preset = EncoderPreset::UltraFast;
+    options.timeBase = {1, 25};
+    options.frameRate = {25, 1};
+    options.constantRate = true;
+    options.threads = 1;
+    return options;
+}
+
+void writeClip(const fs::path& file, const VideoWriterOptions& options, int count) {
+    VideoWriter writer(file, options);
+    for (int i = 0; i < count; ++i)
+        writer.write({movingPicture(options.size, i), i, 1});
+    writer.finish();
+}
+
 void writeClip(const fs::path& file, const std::vector<cv::Mat>& pictures, int rate) {
     VideoWriterOptions options;
     options.size = pictures.front().size();

@@ -53,6 +53,10 @@ std::vector<std::string> lines(const std::string& text);
 std::vector<cv::Mat> ffmpegFrames(const std::filesystem::path& file, cv::Size size,
                                   const std::string& filter = "", int most = 1000000);
 
+/// Options of a video of 64 x 48 px with 25 pictures a second.
+VideoWriterOptions smallOptions();
+/// Writes a clip of so many of movingPicture().
+void writeClip(const std::filesystem::path& file, const VideoWriterOptions& options, int count);
 /// Writes a lossless clip (FFV1). @param rate frames per second, a divisor of 1000
 void writeClip(const std::filesystem::path& file, const std::vector<cv::Mat>& pictures,
                int rate = 2);

@@ -29,13 +29,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMuch = 1u << 24;
 
-std::string someBytes(std::size_t size) {
-    std::string bytes(size, '\0');
-    for (std::size_t i = 0; i < size; ++i)
-        bytes[i] = static_cast<char>(i * 7919 >> 3);
-    return bytes;
-}
-
 // Links, permissions, devices, pipes with names, and limits of a process: what Windows has not, or
 // has otherwise.
 class FilesOnPosix : public FileTest {};

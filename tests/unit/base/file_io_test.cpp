@@ -12,13 +12,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMuch = 1u << 24;
 
-std::string someBytes(std::size_t size) {
-    std::string bytes(size, '\0');
-    for (std::size_t i = 0; i < size; ++i)
-        bytes[i] = static_cast<char>(i * 7919 >> 3);
-    return bytes;
-}
-
 class FileIo : public FileTest {};
 
 TEST_F(FileIo, ReadsBackWhatItWrote) {

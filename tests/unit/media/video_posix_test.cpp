@@ -33,24 +33,6 @@ class VideosOnPosix : public FileTest {
     }
 };
 
-VideoWriterOptions smallOptions() {
-    VideoWriterOptions options;
-    options.size = {64, 48};
-    options.preset = EncoderPreset::UltraFast;
-    options.timeBase = {1, 25};
-    options.frameRate = {25, 1};
-    options.constantRate = true;
-    options.threads = 1;
-    return options;
-}
-
-void writeClip(const fs::path& file, const VideoWriterOptions& options, int count) {
-    VideoWriter writer(file, options);
-    for (int i = 0; i < count; ++i)
-        writer.write({movingPicture(options.size, i), i, 1});
-    writer.finish();
-}
-
 // What is said of a file that cannot be opened.
 std::string openError(const fs::path& path, const std::string& format = "") {
     VideoReaderOptions options;

@@ -35,24 +35,6 @@ namespace fs = std::filesystem;
 
 const cv::Size kSize(64, 48);
 
-VideoWriterOptions smallOptions() {
-    VideoWriterOptions options;
-    options.size = kSize;
-    options.preset = EncoderPreset::UltraFast;
-    options.timeBase = {1, 25};
-    options.frameRate = {25, 1};
-    options.constantRate = true;
-    options.threads = 1;
-    return options;
-}
-
-void writeClip(const fs::path& file, const VideoWriterOptions& options, int count) {
-    VideoWriter writer(file, options);
-    for (int i = 0; i < count; ++i)
-        writer.write({movingPicture(options.size, i), i, 1});
-    writer.finish();
-}
-
 // The check sum of the packets of each stream of a kind ("a", "s"), in their order.
 std::vector<std::string> streamHashes(const fs::path& file, const std::string& kind) {
     std::vector<std::string> sums;

@@ -237,9 +237,10 @@ void makeQuilt(const NativeMaker& maker, const Scene& scene, const PlacedPhoto& 
 
 // Writes the video that swings through the views; returns its size.
 // @param part of the photo that it shows; nothing: all of it
-cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, PlacementOptions options,
+cv::Size saveVideo(const PhotoItem& item, const PhotoRun& run, const PlacementOptions& placed,
                    const PhotoScene& scene, const std::optional<cv::Rect>& part,
                    Messages& messages) {
+    PlacementOptions options = placed;
     const PhotoFit fit = swayFitOf(scene.photo.size(), options, part, run.job.swaySize);
     options.views = run.job.camera.apply(options.views, fit, messages);
     writeSwayFile(item.video, fit.size, run.job.sway, swayViewsOf(scene, options, fit));

@@ -193,7 +193,7 @@ class FieldReader {
     template <class Of>
     void readNumbers(Of& of) const {
         forNumbers(of, [this](const char* field, auto& number, const Limits& limits) {
-            read(field, number, limits);
+            this->read(field, number, limits); // Clang 14 does not see it without `this`
         });
     }
 

@@ -112,15 +112,14 @@ void takeCameras(const fs::path& file, SplatScene& scene, Notes* notes) {
         const Json list = parseJson(readFile(file, kMaxBytes), file.string(), "a list of cameras");
         const Json& one = list.at(list.size() / 2);
         using Place = std::array<double, 3>;
-        const auto rotation = one.at("rotation").get<std::array<Place, 3>>(); // camera to world
+        const auto r = one.at("rotation").get<std::array<Place, 3>>(); // camera to world
         SplatCamera camera;
         camera.size = {one.at("width").get<int>(), one.at("height").get<int>()};
         camera.intrinsics = {one.at("fx").get<double>(), one.at("fy").get<double>(),
                              (camera.size.width - 1) / 2.0, (camera.size.height - 1) / 2.0};
         camera.eye = cv::Vec3d(one.at("position").get<Place>().data());
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 3; ++column)
-                camera.axes(column, row) = rotation.at(row).at(column);
+        camera.axes = {r[0][0], r[1][0], r[2][0], r[0][1], r[1][1],
+                       r[2][1], r[0][2], r[1][2], r[2][2]};
         requireCamera(camera);
         scene.camera = camera;
     } catch (const std::exception& problem) {

@@ -128,11 +128,11 @@ std::optional<Pose> poseAtOrigin(const SplatScene& scene, double aspect) {
     pose.pivot = {0, 0, z[1]};
     pose.viewTangent =
         std::clamp(std::min(sides[1], sides[0] / aspect), tangent(1), tangent(kWidestDegrees));
-    pose.how = "at the origin, before which the scene lies";
+    pose.how = "at the origin, in front of which the scene lies";
     return pose;
 }
 
-// A camera before the middle of what is opaque, which fills the panel.
+// A camera in front of the middle of the opaque part, which fills the panel.
 Pose poseBefore(const SplatScene& scene, double aspect, const SplatCameraOptions& options) {
     Pose pose;
     for (int i = 0; i < 3; ++i) {
@@ -158,7 +158,7 @@ Pose poseBefore(const SplatScene& scene, double aspect, const SplatCameraOptions
     const double distance =
         kMargin * std::max(reach[1], reach[0] / aspect) / pose.viewTangent + reach[2];
     pose.eye = pose.pivot - std::max(distance, 1e-6) * row(pose.axes, 2);
-    pose.how = "before the middle of what is opaque";
+    pose.how = "in front of the middle of the opaque part";
     return pose;
 }
 
@@ -206,7 +206,7 @@ ChosenSplatCamera chooseSplatCamera(const SplatScene& scene, cv::Size size, doub
     camera.intrinsics.cx = (size.width - 1) / 2.0 + pose->offset[0] * size.width / aspect;
     camera.intrinsics.cy = (size.height - 1) / 2.0 + pose->offset[1] * size.height;
     requireCamera(camera);
-    chosen.how = pose->how + ", " + fixed(degreesOf(pose->viewTangent), 0) + " degrees high";
+    chosen.how = pose->how + ", view angle " + fixed(degreesOf(pose->viewTangent), 0) + " degrees";
     return chosen;
 }
 

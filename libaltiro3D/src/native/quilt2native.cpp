@@ -321,7 +321,8 @@ cv::Mat QuiltShape::apply(const cv::Mat& picture) const try {
 }
 
 cv::Mat filterForLens(const cv::Mat& quilt, const QuiltLayout& layout,
-                      const Calibration& calibration) {
+                      const Calibration& calibration) try {
+    validate(layout);
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     checkSize(quilt.size(), layout.size(), "quilt");
     const LensGeometry lens = lensGeometry(calibration);
@@ -336,6 +337,8 @@ cv::Mat filterForLens(const cv::Mat& quilt, const QuiltLayout& layout,
         }
     });
     return result;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

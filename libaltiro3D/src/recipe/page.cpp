@@ -264,7 +264,7 @@ std::string writtenPage(const Json& scene, const std::vector<PagePicture>& pictu
 } // namespace
 
 std::string photoPage(const Scene& scene, const PlacementOptions& options, const PageText& text,
-                      const std::optional<cv::Rect>& part, int side) {
+                      const std::optional<cv::Rect>& part, int side) try {
     const cv::Rect shown = part.value_or(cv::Rect({}, scene.photo.size()));
     check(!shown.empty() && (shown & cv::Rect({}, scene.photo.size())) == shown, "part",
           "is not inside the photo, expected a part of its px");
@@ -310,10 +310,12 @@ std::string photoPage(const Scene& scene, const PlacementOptions& options, const
                         pageJpeg(layers.background(), kBackgroundQuality),
                         encodePng(layers.depth()), encodePng(layers.range())},
                        text);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 std::string quiltPage(const cv::Mat& quilt, const QuiltLayout& layout, double aspect,
-                      const PageText& text, int side) {
+                      const PageText& text, int side) try {
     validate(layout);
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     checkSize(quilt.size(), layout.size(), "quilt");
@@ -350,6 +352,8 @@ std::string quiltPage(const cv::Mat& quilt, const QuiltLayout& layout, double as
         {"columns", columns},        {"rows", rows},
         {"views", layout.viewCount}, {"perMetre", positionsPerMetre(kUsualStrength)}};
     return writtenPage(description, sheets, text);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 bool isPageFileName(const std::filesystem::path& file) {

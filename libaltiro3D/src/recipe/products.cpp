@@ -37,12 +37,14 @@ Placement placeFrame(const Scene& frame, double aspect, cv::Size size,
     return placed;
 }
 
-cv::Mat savedDepth(Scene scene, int longerSide) {
+cv::Mat savedDepth(Scene scene, int longerSide) try {
     const cv::Mat guide = smallerPhoto(scene.photo, longerSide);
     scene.photo.release();
     cv::Mat depth;
     fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)}, guide, depth);
     return depth;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 StereoPair photoEyes(const Scene& scene, const PlacementOptions& options, double strengthPercent,
@@ -100,7 +102,10 @@ SplatScene photoSplats(const Scene& scene, const PlacementOptions& options,
 }
 
 bool writeViews(const std::function<fs::path(int)>& fileOf, const cv::Mat& quilt,
-                const QuiltLayout& layout, const std::function<bool(double)>& goOn) {
+                const QuiltLayout& layout, const std::function<bool(double)>& goOn) try {
+    validate(layout);
+    checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
+    checkSize(quilt.size(), layout.size(), "quilt");
     std::mutex mutex;
     std::vector<fs::path> written;
     bool isCancelled = false;
@@ -130,6 +135,8 @@ bool writeViews(const std::function<fs::path(int)>& fileOf, const cv::Mat& quilt
     }
     if (isCancelled) removeAll();
     return !isCancelled;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -325,18 +325,22 @@ SplatRenderer::SplatRenderer(const SplatScene& scene, const SplatCamera& camera,
     impl_ = std::move(impl);
 }
 
-void SplatRenderer::render(double shift, double focusDistance, cv::Mat& picture) const {
+void SplatRenderer::render(double shift, double focusDistance, cv::Mat& picture) const try {
     checkNumber(std::abs(shift) < kLargest, "shift", shift, "a number");
     checkNumber(focusDistance > kLeast, "focusDistance", focusDistance, "more than 1e-15");
     impl_->renderAll(shift, 1 / focusDistance, picture, nullptr);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-SplatView SplatRenderer::render() const {
+SplatView SplatRenderer::render() const try {
     SplatView view;
     view.distance.create(impl_->camera.size, CV_32FC1);
     view.alpha.create(impl_->camera.size, CV_32FC1);
     impl_->renderAll(0, 0, view.picture, &view);
     return view;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 cv::Size SplatRenderer::size() const {
@@ -349,7 +353,7 @@ double SplatRenderer::nearest() const {
 
 bool renderQuilt(const SplatRenderer& renderer, const SplatPlacement& placement,
                  const QuiltLayout& layout, cv::Mat& quilt,
-                 const std::function<bool(int view)>& goOn) {
+                 const std::function<bool(int view)>& goOn) try {
     validate(layout);
     checkSize(renderer.size(), layout.tileSize, "renderer", "the view's ");
     if (quilt.size() != layout.size() || quilt.type() != CV_8UC3 ||
@@ -362,6 +366,8 @@ bool renderQuilt(const SplatRenderer& renderer, const SplatPlacement& placement,
         renderer.render(position * placement.baseline, placement.focusDistance, view);
     }
     return true;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -129,5 +129,14 @@ TEST_F(WrittenViews, AreAllThereOrNone) {
     EXPECT_EQ(left(), 0U);
 }
 
+TEST_F(WrittenViews, NeedAQuiltOfTheLayout) {
+    EXPECT_EQ(codeOf([&] { writeViews(files(), quilt_.rowRange(1, quilt_.rows), layout_); }),
+              ErrorCode::Mismatch);
+    QuiltLayout tooMany = layout_;
+    tooMany.viewCount = tooMany.columns * tooMany.rows + 1;
+    EXPECT_EQ(codeOf([&] { writeViews(files(), quilt_, tooMany); }), ErrorCode::InvalidArgument);
+    EXPECT_EQ(left(), 0U);
+}
+
 } // namespace
 } // namespace altiro3D::test

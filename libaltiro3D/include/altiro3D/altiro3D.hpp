@@ -16,23 +16,23 @@
 /// Words:
 /// - View: the scene as seen from one camera position.
 /// - Quilt: all views in one picture, in columns and rows. A tile is the place of one view in it.
-/// - Native: the picture for the panel of one display. The lens above a sub-pixel sends its light
-///   in one direction; the sub-pixel has the colour of the view that is seen from there. A Native
-///   must never be scaled.
+/// - Native: the interlaced picture for the panel of one display. The lens above a sub-pixel sends
+///   its light in one direction, and the sub-pixel shows the view for that direction. A Native must
+///   never be scaled.
 /// - Calibration: how the lenses of one unit lie over its panel; the display's `visual.json`.
 /// - Map: a look-up table (NativeLut, `.map` file) made from a calibration and a quilt layout.
 /// - RGB-D: a picture that holds a photo and its depth side by side.
-/// - Strength: parallax between the outermost views in % of the picture's width. Focus: the depth
-///   that appears on the panel's surface.
+/// - Strength: parallax of the whole depth range between the outermost views, % of the picture's
+///   width. Focus: the depth that appears on the panel's surface.
 ///
 /// Rules for all image functions; each function documents only its exceptions:
 /// - Pictures are `cv::Mat`, 8-bit BGR, row 0 on top; sub-matrices with a step are accepted.
 /// - Depth maps are `CV_32FC1`, relative inverse depth, 0..1, 1 = nearest.
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost). View 0 is the leftmost view
 ///   and the bottom-left tile of a quilt.
-/// - A computed image is the last parameter. It is reused if its size and type fit, else allocated.
-///   If it must not share memory with an input, disjoint regions of one matrix are still allowed.
-///   All other results are returned, including images from files and parts of other images.
+/// - Most computed images are output parameters: a matrix is reused if its size and type fit, else
+///   allocated. If it must not share memory with an input, disjoint regions of one matrix are still
+///   allowed. Images from files and parts of other images are returned.
 /// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
 ///   null; remarks are appended to it.

@@ -15,9 +15,9 @@
 
 namespace altiro3D {
 
-/// Passes the pictures of a slide [rows x cols, CV_8UC3, BGR, of one size] to a function, in order,
-/// until the function returns false. The source is called several times and must pass the same
-/// pictures each time.
+/// Passes the pictures of a moving camera (CameraSlide) [rows x cols, CV_8UC3, BGR, of one size] to
+/// a function, in order, until the function returns false. The source is called several times and
+/// must pass the same pictures each time.
 using SlidePictureSource = std::function<void(const std::function<bool(const cv::Mat&)>& take)>;
 
 /// The frames of a video.
@@ -43,15 +43,17 @@ enum class SlideViews {
 /// Options of CameraSlide.
 struct SlideOptions {
     SlideViews views = SlideViews::Between; ///< How views are made.
-    /// The depth of zero parallax, 0 (farthest) .. 1 (nearest); not set: the median of the corners.
+    /// The depth of zero parallax, 0 (farthest) .. 1 (nearest); not set: the median of the
+    /// followed features.
     std::optional<double> focus;
     /// Width : height of the views, 0.01..100; 0: that of the part that all pictures show.
     double aspect = 0;
     int longestSide = 1600; ///< Largest side of a view, px, 16..16384. Views are not enlarged.
-    /// Largest parallax between the outermost views on either side of the focus, as share of a
-    /// view's width. If the path is longer, its middle part is used. 0: no limit.
+    /// Largest parallax, between the outermost views, of what is nearer or farther than the focus,
+    /// 0..1e6 widths of a view; 0: no limit. If the path is longer, its middle part is used.
     double mostParallax = 0;
-    /// Horizontal angle of view of the camera, degrees, 1..150; 0: unknown. It is then estimated.
+    /// Horizontal angle of view of the pictures, after SlideReport::turned, degrees, 1..150; 0:
+    /// unknown, so that it is estimated.
     double viewDegrees = 0;
     /// The camera stands still, and the scene turns in front of it by at most 35 degrees.
     bool turntable = false;
@@ -67,24 +69,25 @@ ALTIRO3D_EXPORT void validate(const SlideOptions& options);
 struct ALTIRO3D_EXPORT SlideReport {
     int pictures = 0; ///< Pictures in the clip.
     int used = 0;     ///< Pictures that views are chosen from.
-    /// Parallax of the nearest corners against the farthest ones between the outermost views, % of
+    /// Parallax of the nearest features against the farthest ones between the outermost views, % of
     /// a view's width.
     double parallaxPercent = 0;
     double stretchPercent = 100; ///< Part of the camera's path that is used, %.
-    /// Vertical distance of corners from their predicted places in the worst picture, view px.
+    /// Vertical distance (RMS without outliers) of features from their predicted places in the
+    /// worst picture, px of a view.
     double verticalPixels = 0;
     double horizontalPixels = 0; ///< The same horizontally.
     double speedRatio = 1;       ///< Largest step between neighbouring pictures : median step.
     double awayPercent = 0; ///< Largest distance of the camera from a straight line, % of the path.
     double turnDegrees = 0; ///< Largest turn of the camera, degrees.
-    double misfitPercent = 0; ///< Corners that do not fit a scene at rest, %.
+    double misfitPercent = 0; ///< Features that do not fit a scene at rest, %.
     double focus = 0.5;       ///< Depth of zero parallax, see SlideOptions::focus.
     bool fromRight = false;   ///< The camera moves from right to left.
     bool turned = false;      ///< The camera moves vertically: pictures are turned by 90 degrees.
     /// The pictures that are used: index in the clip, from 0, and position, 0 = the leftmost view,
     /// 1 = the rightmost one.
     std::vector<std::pair<int, double>> positions;
-    double seconds[4] = {}; ///< Times for reading, following corners, path, views.
+    double seconds[4] = {}; ///< Times for reading, following features, path, views.
 
     /// Describes the slide for people: path length, pictures used, vertical residual, speed, focus.
     /// @return five lines
@@ -107,7 +110,8 @@ class ALTIRO3D_EXPORT CameraSlide {
     /// @param name of the clip, for errors
     /// @throws Error BadFormat: fewer than two pictures; too little texture; the camera stands
     ///         still, turns, zooms or moves forwards; the scene moves; the pictures are warped.
-    ///         Exceptions of `source` pass through.
+    ///         InvalidArgument (options, type), Mismatch (sizes). Exceptions of `source` pass
+    ///         through.
     explicit CameraSlide(SlidePictureSource source, const SlideOptions& options = {},
                          const std::string& name = "slide");
     ~CameraSlide();
@@ -125,14 +129,15 @@ class ALTIRO3D_EXPORT CameraSlide {
     /// @param count number of views, 1..1000; a single one is the middle view
     /// @param take receives each view once [viewSize(), CV_8UC3, BGR] and its number, 0 = leftmost,
     ///        in ascending or descending order
-    /// @throws Error InvalidArgument (count); exceptions of the source and of `take`
+    /// @throws Error InvalidArgument (count), BadFormat (fewer pictures than before); exceptions of
+    ///         the source and of `take`
     void makeViews(int count, const std::function<void(int view, const cv::Mat& picture)>& take);
 
     /// Makes the middle view and its depth from the parallax of pictures around it. Reads the
     /// pictures again.
     /// @param photo [viewSize(), CV_8UC3, BGR]
     /// @param depth [viewSize(), CV_32FC1, any range, larger = nearer], for normalizeDepth()
-    /// @throws exceptions of the source
+    /// @throws Error BadFormat (fewer pictures than before); exceptions of the source
     void makeDepth(cv::Mat& photo, cv::Mat& depth);
 
   private:

@@ -41,7 +41,7 @@ class ALTIRO3D_EXPORT Depth2Quilt {
     [[nodiscard]] const ViewOptions& options() const { return options_; }
 
     /// Makes all views. They are rendered at the photo's size, without its margins (Scene::shown),
-    /// and area-averaged into the tiles if the sizes differ. Unused tiles are black.
+    /// and scaled to the tiles (by area averages if they shrink). Unused tiles are black.
     /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px; depth [as the photo,
     ///        CV_32FC1, 0..1, 1 = nearest]; hidden layer of the photo's size or empty
     /// @param quilt [quilt rows x quilt cols, CV_8UC3, BGR]; must not share memory with the scene
@@ -163,7 +163,7 @@ struct ViewAccuracy {
 struct ALTIRO3D_EXPORT StereoScene : Scene {
     std::string name; ///< Name for tables.
     cv::Mat truth;    ///< [as photo]: the second camera's photo.
-    /// Largest disparity in px; content at depth d is d times this further left in `truth`.
+    /// Largest disparity in px; content at depth d lies d times this to the left in `truth`.
     double largestDisparity = 0;
 
     /// Options for which the view at position +1 is that of the second camera: focus 0 and S/2 =
@@ -183,7 +183,8 @@ struct ALTIRO3D_EXPORT StereoScene : Scene {
 /// @param scale raw values per px of disparity, > 0
 /// @param truth [as photo], the photo of the second camera
 /// @return the scene; photo and truth share memory with the arguments
-/// @throws Error Mismatch (sizes differ), InvalidArgument (empty, wrong type, scale)
+/// @throws Error Mismatch (sizes differ), InvalidArgument (empty, wrong type, scale, disparities
+///         above the photo's width)
 [[nodiscard]] ALTIRO3D_EXPORT StereoScene makeStereoScene(const std::string& name,
                                                           const cv::Mat& photo,
                                                           const cv::Mat& rawDisparity, double scale,

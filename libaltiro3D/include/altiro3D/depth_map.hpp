@@ -34,13 +34,14 @@ struct DepthNormalization {
 /// (docs/mathematics.md, 4).
 ///
 /// The two percentiles of the valid values (for metric depth: of 1/Z) become 0 and 1, and values
-/// beyond are clamped, so outliers do not compress the rest. A percentile is the exact value of its
-/// rank, rounded outwards: below about 200 values, 0.5 and 99.5 are the extremes.
+/// beyond are clamped, so outliers do not compress the rest. A percentile is the value at its rank,
+/// without interpolation; ranks are rounded outwards, so with fewer than about 200 values 0.5 and
+/// 99.5 are the extremes.
 ///
 /// Unknown values take the farther of the nearest valid values to their left and right in the row;
 /// a row without any takes the nearest row with some. Non-finite values are unknown. For metric
-/// depth, Z <= 0 is unknown as well, and so is the 16-bit value 65535, unless other values exceed
-/// 64879: it then stands for the farthest distance that 16 bits can hold.
+/// depth, Z <= 0 is unknown as well, and so is the 16-bit value 65535. But if other values exceed
+/// 64879, then 65535 is the farthest distance that 16 bits can hold.
 ///
 /// The result is defined for every input of a valid type: an image that is constant, entirely
 /// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger
@@ -98,8 +99,8 @@ struct RgbdLayout {
 /// Squeezed halves are stretched as splitStereoPair() does; depth keeps its numbers.
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param layout position of the depth half, shape of the halves
-/// @param photo [size of a stretched half, CV_8UC3, BGR]; 16-bit values are divided by 257 and
-///        rounded; may be `picture` itself
+/// @param photo [one half, stretched if squeezed, CV_8UC3, BGR]; 16-bit values are divided by 257
+///        and rounded; may be `picture` itself
 /// @param rawDepth [size of photo, CV_32FC1, grey value of the depth half: 0..255, or 0..65535 for
 ///        16-bit pictures]
 /// @param notes if given, receives remarks about a gap and about colours of the depth half
@@ -120,7 +121,7 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
 
 /// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
 /// drawn in the colours of depth, or is grey while the other one has colours. In a grey picture, it
-/// is the only half that looksLikeDepthImage() accepts, if the edges of both halves meet.
+/// is the only half that looksLikeDepthImage() accepts, if the edges of both halves coincide.
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param isStacked the halves above each other are examined first
 /// @return its position; nothing if neither half is depth
@@ -151,11 +152,11 @@ ALTIRO3D_EXPORT void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const 
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthTo16Bit(const cv::Mat& depth);
 
-/// How a depth map as a whole differs from its photo. All zero: no flaw was found.
+/// How the edges of a depth map differ from those of its photo. All zero: no flaw was found.
 struct DepthFlaws {
     /// Width over which depth steps are spread, px, 0..64; 0 for hard steps. A Gaussian blur of
-    /// sigma s gives 2.5 s - 1. It is the width of the harder steps if all are about equally soft,
-    /// otherwise that of the softer ones, at most 4 % of the longer side.
+    /// sigma s gives 2.5 s - 1. It is measured at the harder steps; with `isUneven`, at the softer
+    /// ones, and is then at most 4 % of the longer side.
     double softnessPixels = 0;
     /// Near objects are too large by this on each side, px, -7..7; negative: too small.
     double growthPixels = 0;

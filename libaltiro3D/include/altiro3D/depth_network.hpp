@@ -128,12 +128,12 @@ class ALTIRO3D_EXPORT DepthNetwork {
     ///        skipped, because it may be fixed to the profile's size.
     /// @param engine program that runs the graph. ONNX Runtime cannot run a file with a fixed size
     ///        at another size; InferenceEngine::Best then chooses OpenCV.
-    /// @throws Error NotFound; BadFormat (not an ONNX file, external weights missing, not one input
-    ///         of 3 channels, a graph that the engine cannot load); Mismatch (the file's fixed
-    ///         input size differs from the profile's); NetworkFailed (cannot run at `inputSize`);
-    ///         Unsupported (weights in another file, OpenCV without CUDA, a library without
-    ///         ONNX Runtime); InvalidArgument (profile, inputSize); ReadFailed, TooLarge (2 GiB),
-    ///         OutOfMemory
+    /// @throws Error NotFound; BadFormat (not an ONNX file, its weights are in a missing file, not
+    ///         one input of 3 channels, a graph that the engine cannot load); Mismatch (the file's
+    ///         fixed input size differs from the profile's); NetworkFailed (cannot run at
+    ///         `inputSize`); Unsupported (its weights are in another file, OpenCV without CUDA,
+    ///         CUDA with ONNX Runtime, a library without ONNX Runtime); InvalidArgument (profile,
+    ///         inputSize); ReadFailed, TooLarge (2 GiB), OutOfMemory
     DepthNetwork(const std::filesystem::path& file, NetworkProfile profile,
                  InferenceTarget target = InferenceTarget::Cpu, cv::Size inputSize = {},
                  InferenceEngine engine = InferenceEngine::Best);
@@ -170,7 +170,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
     /// @param longerSide with InputShape::Photo: longer side of the input in px, as the sides of
-    ///        inputSize(); 0: that of inputSize(). InputShape::Fixed ignores it
+    ///        inputSize(); 0: that of inputSize(). With InputShape::Fixed it is
+    ///        checked, without effect
     /// @throws Error as infer(); InvalidArgument (longerSide)
     void estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide = 0);
 

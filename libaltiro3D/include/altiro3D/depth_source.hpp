@@ -99,7 +99,7 @@ struct PhotoDepth {
 /// The scene of a photo and the depth that came with it.
 /// @param found with rawDepth, for example from readNamedHalves()
 /// @param flatDepth as for DepthSource::readScene()
-/// @param scene the photo, its depth map of any size, and what a stereo pair hides
+/// @param scene the photo, its depth map of any size, and what only the right eye of a pair sees
 /// @throws Error as normalizeDepth()
 ALTIRO3D_EXPORT void makeScene(const PhotoDepth& found, double flatDepth, Scene& scene);
 
@@ -160,7 +160,8 @@ class ALTIRO3D_EXPORT DepthSource {
     /// @param found from readPhoto()
     /// @param flatDepth depth of the whole photo if its raw depth has no range (all values equal or
     ///        unknown), 0..1. Use ViewOptions::focus: all views then show the photo unchanged.
-    /// @param scene the photo, its depth map of any size, and what a stereo pair hides
+    /// @param scene the photo, its depth map of any size, and what only the right eye of a pair
+    ///        sees
     /// @throws Error as read() and normalizeDepth()
     void readScene(const PhotoDepth& found, double flatDepth, Scene& scene);
 
@@ -173,14 +174,15 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// Depth from a network, with DepthEdges::Aligned.
 ///
-/// For a photo, a network with InputShape::Photo runs three times: with the photo at the size of
-/// its profile, and with the mirrored photo at 1.25 and at 1.625 times that size. The result is the
-/// mean of the first two runs, with half of the fine detail of the third. The third run has
-/// DepthNetwork::inputSize() if that is larger than the profile's size. A network with another
-/// InputShape, or with an input smaller than its profile's, runs once. For a frame of a video,
-/// every network runs once. In photos, depth is then made straight along straight lines. A step of
-/// depth becomes hard where the picture has an edge (docs/mathematics.md, 4a). The raw numbers are
-/// a depth map whose longer side is at most 512 px, 320 px for frames; kind() is NearWhite.
+/// Networks read a copy of at most 1024 px a side. For a photo, one with InputShape::Photo runs
+/// three times: with the photo at the size of its profile, and with the mirrored photo at 1.25 and
+/// at 1.625 times that size. The result is the mean of the first two runs, with half of the fine
+/// detail of the third. The third run has DepthNetwork::inputSize() if that is larger than the
+/// profile's size. A network with another InputShape, or with an input smaller than its profile's,
+/// runs once. For a frame of a video, every network runs once. In photos, depth then becomes linear
+/// along straight edges. A step of depth becomes hard where the picture has an edge
+/// (docs/mathematics.md, 4a). The raw numbers are a depth map whose longer side is at most 512 px,
+/// 320 px for frames; kind() is NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);

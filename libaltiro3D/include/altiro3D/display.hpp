@@ -20,11 +20,12 @@ struct SubpixelCell {
     std::array<double, 3> y{}; ///< Upward offsets of red, green and blue, -1..1 px.
 };
 
-/// Data of a print or a lens sheet on a screen that complement its calibration: lens_sheet.hpp.
+/// Data of a print, or of a lenticular sheet (a "lens sheet") on a screen, that complement its
+/// calibration: lens_sheet.hpp.
 struct LensSheet {
     bool isPrint = false; ///< True for a print, whose px hold all colours; false for a screen.
     double dpiDown = 0;   ///< Vertical px per inch, > 0; horizontal ones: Calibration::DPI.
-    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 = chosen for the lens.
+    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 = as LensNumbers::views.
     double thickness = 0; ///< Thickness of the sheet in mm, 0.01..100; 0 = unknown.
     double index = 0;     ///< Refractive index of the sheet, 1..3; 0 = unknown.
     double distance = 0;  ///< Viewing distance in mm, 1..1e6; 0 = unknown.
@@ -37,11 +38,11 @@ constexpr int kMaxSheetViews = 1024;
 /// its lens: docs/mathematics.md, (1.14), or (1.16) with slopeInSubpixels.
 struct ALTIRO3D_EXPORT SubpixelLens {
     double period = 0;             ///< I, sub-pixels across one lens, 2..1000.
-    double slope = 0;              ///< s, change of t per row: -1..1 px, or -3..3 sub-pixels.
+    double slope = 0;              ///< s, shift per row: -1..1 px, or -3..3 sub-pixels.
     double offset = 0;             ///< X0, -1e4..1e4 sub-pixels.
     bool slopeInSubpixels = false; ///< Slope in sub-pixels, (1.16); else in px, (1.14).
 
-    /// The place before it is taken modulo the period. @param x, y, k from 0, the top left
+    /// The place t before the modulo. @param x, y px from the top left @param k colour stripe, 0..2
     /// @return sub-pixels
     [[nodiscard]] double wholePlace(int x, int y, int k) const;
 };
@@ -71,7 +72,7 @@ struct Calibration {
     /// which follow from it (setLens()), except with cells or flipImageX.
     std::optional<SubpixelLens> lens;
     /// The views under a lens from left to right, a permutation of 0..N-1 with N of 2..64, as on
-    /// some screens with a barrier; empty: in order.
+    /// some screens with a parallax barrier; empty: in order.
     std::vector<int> viewOrder;
 };
 
@@ -148,18 +149,19 @@ struct ALTIRO3D_EXPORT LensGeometry {
     double tilt = 0;
     double subpixelStep = 0;         ///< One sub-pixel in panel widths; negative if mirrored (1.3).
     double center = 0;               ///< c: phase offset in lens periods.
-    double lensPeriodSubpixels = 0;  ///< Px: lens period in sub-pixels, 3 W / P (1.11).
-    double offsetSubpixels = 0;      ///< i_off of the published Eq. (1), in sub-pixels (1.11).
+    double lensPeriodSubpixels = 0;  ///< Lens period in sub-pixels, 3 W / P (1.11).
+    double offsetSubpixels = 0;      ///< i_off, sub-pixels (1.11).
     bool inverted = true;            ///< View order under the lens is reversed.
     bool mirrorX = false;            ///< The views are sampled mirrored left-right.
     bool mirrorY = false;            ///< The views are sampled mirrored upside down.
     bool blueFirst = false;          ///< The positions of red and blue are exchanged.
     int cellPattern = 0;             ///< CellPatternMode; 0 if there are no cells.
     std::vector<SubpixelCell> cells; ///< Empty on stripe panels.
-    std::optional<SubpixelLens> lens; ///< Calibration::lens, where it holds.
+    std::optional<SubpixelLens> lens; ///< Calibration::lens; not set with cells or mirrorX.
     std::vector<int> viewOrder;       ///< Calibration::viewOrder.
 
-    /// Whether the lenses are nearer to horizontal, as in prints that change when tilted.
+    /// Whether the lenses are nearer to horizontal than to vertical, as in prints that change when
+    /// tilted.
     /// @return true for an absolute slope below 1
     [[nodiscard]] bool isLying() const { return std::abs(tilt) * panelWidth > panelHeight; }
 
@@ -214,12 +216,13 @@ struct DisplayModel {
 /// Finds the model of a display by its serial number, else by its panel. The table of models, with
 /// the source of each, is in display.cpp.
 /// @param calibration the display
-/// @return the model, which stays until the program ends; null if it is unknown
+/// @return the model, which stays until the program ends; null if it is unknown, and for prints
+///         and screens with a lens sheet
 [[nodiscard]] ALTIRO3D_EXPORT const DisplayModel* findDisplayModel(const Calibration& calibration);
 
 /// The default quilt of a display: its model's, or for an unknown model 48 views of the panel's
 /// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about the area of 4096 x 4096
-/// px.
+/// px. Prints and screens with a lens sheet have LensSheet::views.
 /// @param calibration the display; must be valid
 /// @return the layout
 [[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);

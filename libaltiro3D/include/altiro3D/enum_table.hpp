@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string_view>
 
-/// Tables with an entry per enumerator.
+/// Tables with an entry per enumerator; for GCC and Clang.
 namespace altiro3D {
 
 /// Whether a value of an enumeration has a name. The compiler writes a value with a name as

@@ -91,7 +91,7 @@ class ALTIRO3D_EXPORT PhotoFile {
 ///         without libheif), TooLarge, BadFormat, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat readImage(const PhotoFile& file, Notes* notes = nullptr);
 
-/// The focal length that the EXIF of a photo states, as for film of 36 x 24 mm.
+/// The 35 mm equivalent focal length in the EXIF of a photo.
 /// @param file the photo; not read from a pipe
 /// @return mm; 0 if it states none
 /// @throws Error as PhotoFile::look()
@@ -154,11 +154,12 @@ enum class ImageMark {
 /// Writes a picture in the format of the extension. The file appears complete or not at all.
 ///
 /// PNG files hold no resolution (DPI) and no metadata except the mark. JPEG is written at quality
-/// 95, WebP without loss. For formats of 8 bits, 16-bit values are divided by 257 and rounded.
+/// 95, a Native at 100 with full chroma (4:4:4), WebP without loss. For formats of 8 bits, 16-bit
+/// values are divided by 257 and rounded.
 /// @param path file name with the extension .png, .jpg, .jpeg, .jpe, .tif, .tiff, .webp, .bmp,
 ///        .dib, .ppm, .pgm, .pnm or .jp2, in upper or lower case
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
-/// @param mark written to PNG files only; isMarkedNative() reads it
+/// @param mark what the picture is; PNG files state it, for isMarkedNative()
 /// @throws Error InvalidArgument (empty, wrong type), Unsupported (unknown extension, too many px
 ///         for the format, colours in a .pgm), WriteFailed, OutOfMemory
 ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat& picture,
@@ -262,7 +263,7 @@ photoOfDepthName(const std::filesystem::path& depth);
 findDepthBeside(const std::filesystem::path& photo);
 
 /// Why a depth image found next to a photo must not be used: its shape is not the photo's (2 %), or
-/// its range is less than 1/255 of its largest number, without the lowest and the highest 0.5 %.
+/// its range between the percentiles 0.5 and 99.5 is less than 1/255 of the larger of both.
 /// @param samples from readDepthSamples(); non-finite values do not count
 /// @param photo size of the photo, px
 /// @return a part of a sentence ("it is flat"); empty if it can be used
@@ -318,11 +319,11 @@ enum class EyesPicture {
     AnaglyphGrey,   ///< For red-cyan glasses, both eyes in grey.
     Rows, ///< For televisions with polarized rows: rows 0, 2, 4, ... show the left eye's picture,
           ///< the others the right eye's.
-    Columns,     ///< For screens with a barrier: as Rows, with columns.
+    Columns,     ///< For screens with a parallax barrier: as Rows, with columns.
     Checkerboard ///< For DLP televisions: px with an even sum of column and row are the left eye's.
 };
 
-/// Whether neighbouring px belong to different eyes, so that the picture cannot be scaled.
+/// Whether the eyes are interleaved px by px, so that the picture cannot be scaled.
 /// @param picture the kind @return true if they do
 [[nodiscard]] inline bool isInterlaced(EyesPicture picture) {
     return picture >= EyesPicture::Rows;
@@ -381,11 +382,12 @@ struct StereoPair {
 /// - a spatial photo (HEIC or AVIF with a group `ster`);
 /// - a JPEG with the header of JPS (layout, order, half width and height, separation are used);
 /// - a PNG with the chunk sTER;
+/// - a panorama of Cardboard Camera;
 /// - a file named .jps or .pns; the right eye's picture is at the left unless stated otherwise.
 ///
-/// Other multi-picture files (bursts, panoramas, portraits) are not pairs. If the second picture or
-/// the header is damaged, or if the header says that the picture is for one eye, the function
-/// returns no pair (for .jps and .pns: the pair that the name implies) and adds a remark.
+/// Other multi-picture files (bursts, other panoramas, portraits) are not pairs. If the second
+/// picture or the header is damaged, or if the header says that the picture is for one eye, the
+/// function returns no pair (for .jps and .pns: the pair that the name implies) and adds a remark.
 /// @param photo any picture
 /// @param notes if given, receives a remark if the file has a pair that is not used
 /// @return the pair; nothing for other files, and for pipes, see PhotoFile::look()
@@ -411,8 +413,8 @@ struct StereoPair {
     const cv::Mat& picture, StereoLayout layout, StereoHalves halves = StereoHalves::Automatic);
 
 /// Writes a picture for two eyes: as writeImage(), with a mark in PNG (text chunk "altiro3D") and
-/// JPEG (header of JPS) that readStereoPair() reads. JPEG files that mix both eyes' pictures
-/// (Anaglyph to Rows) have quality 100 and full chroma (4:4:4).
+/// JPEG (header of JPS) by which readStereoPair() splits it, or refuses an anaglyph or interleaved
+/// picture. Such JPEG files have quality 100 and full chroma (4:4:4).
 /// @param path, picture as for writeImage()
 /// @param kind what the picture is
 /// @param swapped the eyes are exchanged in it
@@ -420,9 +422,9 @@ struct StereoPair {
 ALTIRO3D_EXPORT void writeEyes(const std::filesystem::path& path, const cv::Mat& picture,
                                EyesPicture kind, bool swapped = false);
 
-/// As splitStereoPair(), for a picture from a file. Automatic halves follow the file's mark, else
-/// its name (halvesOf()), else their shape. A frame of one colour around both eyes' pictures and a
-/// gap between them are removed.
+/// As splitStereoPair(), for a picture from a file. Automatic halves follow the file's name
+/// (halvesOf()), else its mark, else their shape. A frame of one colour around both eyes' pictures
+/// and a gap between them are removed.
 /// @param picture, layout, halves as for splitStereoPair()
 /// @param file the picture's file
 /// @param notes if given, receives remarks: a frame is removed, the shape is doubtful

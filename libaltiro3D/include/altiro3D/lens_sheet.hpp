@@ -21,9 +21,11 @@ enum class SubpixelOrder {
 /// @param order how the colours of its px lie
 ALTIRO3D_EXPORT void setSubpixels(Calibration& calibration, SubpixelOrder order);
 
-/// Numbers of a lens sheet on a print or a screen: docs/mathematics.md, (1.12), (1.13).
+/// Numbers of a lens sheet on a print or a screen: docs/mathematics.md, (1.12), (1.13). The picture
+/// has 16..kMaxPrintSide px a side (screens: up to kMaxPanelSide), and a lens covers at least two
+/// px (screens: sub-pixels). Thickness and index are given together.
 struct LensNumbers {
-    double lpi = 0;            ///< Lenses per inch, perpendicular to them, as they appear; > 0.
+    double lpi = 0;            ///< Lenses per inch at the picture, perpendicular to them, > 0.
     double dpi = 0;            ///< Px per inch across, 10..10000.
     double dpiDown = 0;        ///< Px per inch down, 10..10000; 0 = as across.
     double width = 0;          ///< Width of the picture in mm, > 0.
@@ -32,15 +34,15 @@ struct LensNumbers {
     double angle = 0;          ///< Angle of the lenses in degrees, -45..45. Vertical lenses: from
                                ///< the vertical, > 0 if they lean to the right. Horizontal ones:
                                ///< from the horizontal, > 0 if they rise to the right.
-    int views = 0;             ///< Number of views, 2..1024; 0 = LensFacts::usefulViews.
+    int views = 0; ///< Number of views, 2..1024; 0 = LensFacts::usefulViews (screens: 48).
     SubpixelOrder subpixels = SubpixelOrder::None; ///< None: a print; else a screen.
     double thickness = 0;                          ///< Thickness in mm, 0.01..100; 0 = unknown.
     double index = 0;    ///< Refractive index of the sheet, 1..3; 0 = unknown.
     double distance = 0; ///< Viewing distance in mm, 1..1e6; 0 = unknown.
 };
 
-/// A screen with lenses or a barrier, in px and sub-pixels. Counted from 0 at the left, sub-pixel i
-/// of row j (from 0 at the top) lies at (i + 1/2 - slope j - offset) mod pitch: (1.16).
+/// A screen with lenses or a parallax barrier, in px and sub-pixels. Counted from 0 at the left,
+/// sub-pixel i of row j (from 0 at the top) lies at (i + 1/2 - slope j - offset) mod pitch: (1.16).
 struct BarrierNumbers {
     cv::Size panel;     ///< Px of the panel, 16..kMaxPanelSide.
     double dpi = 100;   ///< Px per inch, 10..10000; for sizes in mm only.
@@ -48,7 +50,7 @@ struct BarrierNumbers {
     double slope = 0;   ///< Sub-pixels to the right per row, -3..3.
     double offset = 0;  ///< Left edge of a lens in the top row, -10000..10000 sub-pixels.
     bool isBgr = false; ///< Blue is the leftmost colour.
-    int views = 0;      ///< Number of views, 2..1024; 0 = as many as in `order`, else 48.
+    int views = 0; ///< Number of views, 2..1024; 0 = 48. If `order` is given: its length, or 0.
     /// Views under a lens from left to right, 0 the leftmost camera; a permutation of 0..N-1 with N
     /// of 2..64. Empty: the rightmost first, as lenses show them.
     std::vector<int> order;
@@ -79,9 +81,10 @@ struct LensFacts {
     double usefulViews = 0; ///< Px (on screens: sub-pixels) under a lens; more views blend.
     // The following are 0 unless thickness and index are known.
     double viewCone = 0;   ///< Full view cone in degrees.
-    double visualLpi = 0;  ///< The sheet's `lpi` as seen from the distance; 0 = unknown.
+    double visualLpi = 0;  ///< What a sheet of `lpi` shows from the distance; 0 = unknown.
     double sharpDepth = 0; ///< Depth between the nearest and the farthest sharp plane in mm.
-    /// ViewOptions::strengthPercent for sharpDepth: neighbouring views differ by two lenses.
+    /// ViewOptions::strengthPercent for sharpDepth: a parallax of two lenses between adjacent
+    /// views; at most 100.
     double sharpStrength = 0;
 };
 

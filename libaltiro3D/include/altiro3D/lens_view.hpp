@@ -70,7 +70,8 @@ struct LensEye {
 /// @param eye position and width of what is seen
 /// @param seen [as native]; may be `native` itself or share memory with it
 /// @param invert whether the order of views is reversed
-/// @throws Error BadFormat (calibration), InvalidArgument (type, eye), Mismatch (size)
+/// @throws Error BadFormat (calibration), InvalidArgument (type, eye, blur for a print), Mismatch
+///         (size), TooLarge (a print above kMaxPanelSide)
 ALTIRO3D_EXPORT void simulateView(const cv::Mat& native, const Calibration& calibration,
                                   const LensEye& eye, cv::Mat& seen,
                                   InvertViews invert = InvertViews::Auto);

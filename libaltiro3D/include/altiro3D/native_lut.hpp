@@ -26,7 +26,8 @@ class ALTIRO3D_EXPORT NativeLut {
     /// @param calibration the display
     /// @param quilt the layout, at most 65535 px per side
     /// @param invert whether the order of views is reversed
-    /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout), OutOfMemory
+    /// @throws Error BadFormat (calibration), InvalidArgument or TooLarge (layout, panel),
+    ///         OutOfMemory
     NativeLut(const Calibration& calibration, const QuiltLayout& quilt,
               InvertViews invert = InvertViews::Auto);
 

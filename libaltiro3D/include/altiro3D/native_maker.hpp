@@ -20,9 +20,10 @@ enum class ViewPositions {
     /// The position of one of N views, as in a quilt: docs/mathematics.md, (3.1). Shows the px of
     /// the view under the centre of the panel px.
     Discrete,
-    /// Follows its phase z under the lens: p = (2Nz - N)/(N-1), -1..1 (docs/conventions.md); N =
-    /// number of views of the display. Method Layered shows the view between its columns, under the
-    /// centre of the panel px; rows are those of Discrete.
+    /// Follows its phase z under the lens: p = (2Nz - N)/(N-1), limited to -1..1
+    /// (docs/conventions.md); N = number of views of the display. Method Layered interpolates
+    /// between columns of the view, at the centre of the panel px; rows are those of Discrete.
+    /// With Calibration::viewOrder, as Discrete.
     Continuous
 };
 
@@ -77,7 +78,8 @@ class ALTIRO3D_EXPORT NativeRenderer {
 /// The size to which a photo is fitted, and so the detail that its Native keeps.
 enum class Detail {
     View, ///< That of a view of the quilt.
-    Lens, ///< All that the lenses show in one direction: three px per lens, up to 4K.
+    Lens, ///< All that the lenses show in one direction: three px per lens, up to 4K, prints up to
+          ///< 12 megapixels.
     Panel ///< That of the panel.
 };
 
@@ -175,7 +177,7 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// therefore always OverQuilt, which takes longer. Check that the table is of your display:
     /// requireSameDisplay().
     /// @param map the table; it determines display and layout
-    /// @param options sampling must be nearest, positions must be discrete
+    /// @param options sampling must be nearest, positions discrete, lensFilter off
     /// @throws Error InvalidArgument (options), OutOfMemory
     NativeMaker(NativeLut map, const NativeOptions& options);
 

@@ -141,7 +141,7 @@ ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& o
 ///        `scene`; unchanged if an error is thrown
 /// @param refine how the depth is refined; its flaws, if set, are used instead of measured ones
 /// @return the flaws that were corrected
-/// @throws Error as applyFit(), applyFitToDepth() and refineDepth()
+/// @throws Error as applyFit(), applyFitToDepth(), refineDepth() and checkDepthRange()
 ALTIRO3D_EXPORT DepthFlaws fitScene(const Scene& scene, const PhotoFit& fit, double focus,
                                     Scene& fitted, const DepthRefineOptions& refine = {});
 

@@ -59,8 +59,8 @@ struct Placement {
 
 /// Computes the fit of a photo, with the margins that views from the side show.
 /// @param photo size of the photo in px
-/// @param aspect width : height of what fills the panel, in px of the photo, 0.01..100: the shape
-///        of the panel if the px of the photo are square
+/// @param aspect width : height, in px of the photo, of the part that fills the panel, 0.01..100:
+///        the shape of the panel if the px of the photo are square
 /// @param size of the result in px
 /// @param options fit, framing, strength and focus
 /// @return the fit, for fitScene()
@@ -82,8 +82,9 @@ struct Placement {
 
 /// The settings that chooseFromScene() chooses; the others stay (docs/mathematics.md, 7).
 struct AutoChoices {
-    /// Choose the centre of the part that is shown. For photos, also enlarge it until no view shows
-    /// what lies outside the photo or the border of a scan. Requires FitMode::Cover.
+    /// Choose the centre of the part that is shown. For photos, also enlarge it, by at most 5 %
+    /// (scans: 10 %), until no view shows what lies outside the photo or the border of a scan.
+    /// Requires FitMode::Cover.
     bool framing = false;
     bool focus = false;    ///< The depth of the subject.
     bool strength = false; ///< The largest parallax that the display shows without double edges.

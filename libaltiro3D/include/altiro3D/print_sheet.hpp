@@ -61,7 +61,7 @@ class ALTIRO3D_EXPORT PrintSheet {
     cv::Mat line_;
 };
 
-/// Pitches of the bands of a pitch sheet.
+/// Pitches of the bands on a pitch test sheet: writePitchSheet().
 struct PitchSheetOptions {
     double around = 0; ///< LPI of the middle band; 0 = the calibration's.
     double step = 0;   ///< Difference between neighbouring bands in LPI; 0 = 0.125 % of the

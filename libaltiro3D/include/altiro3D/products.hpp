@@ -25,7 +25,8 @@ namespace altiro3D {
 ///
 /// @param frame, aspect, size as for placeScene()
 /// @param options as for placeScene(); flaws that they state are used as they are
-/// @param kept flaws of the current scene of the video; empty: they are measured in this frame
+/// @param kept flaws of the current scene of the video; empty: they are measured in this frame.
+///        Receives the flaws that were corrected.
 /// @return the placed frame
 /// @throws Error as placeScene()
 [[nodiscard]] ALTIRO3D_EXPORT Placement placeFrame(const Scene& frame, double aspect, cv::Size size,
@@ -86,7 +87,7 @@ constexpr int kSavedDepthSide = 4096;
 /// @param options focus and the depth
 /// @param part of the photo, px; not set: all of it
 /// @param side longer side of the grid, 16..8192; never more than the part has
-/// @param focalLength mm as for film of 36 x 24 mm, 1..5000; 0, unknown: kUsualFocalLength
+/// @param focalLength 35 mm equivalent, mm, up to 5000; 0, unknown: kUsualFocalLength
 /// @return the splats with the camera of the part
 /// @throws Error as fitScene() and splatsOf(), InvalidArgument
 [[nodiscard]] ALTIRO3D_EXPORT SplatScene photoSplats(const Scene& scene,
@@ -104,7 +105,7 @@ constexpr double kUsualFocalLength = 35;
 /// @param goOn receives the part that is written, 0..1, from one thread at a time; false cancels.
 ///        May be empty.
 /// @return false if the work was cancelled; the views are then removed, as after an error
-/// @throws Error as writeImage()
+/// @throws Error as writeImage(), Mismatch (size of the quilt), InvalidArgument (layout)
 ALTIRO3D_EXPORT bool writeViews(const std::function<std::filesystem::path(int view)>& fileOf,
                                 const cv::Mat& quilt, const QuiltLayout& layout,
                                 const std::function<bool(double)>& goOn = {});

@@ -22,6 +22,7 @@ namespace altiro3D {
 enum class ViewFilter {
     Nearest, ///< The view whose interval contains the lens phase. Sharp; the default.
     Linear   ///< The two views nearest to the phase, blended. Soft transitions, slight ghosting.
+             ///< As Nearest with Calibration::viewOrder.
 };
 
 /// How a sub-pixel samples the pixels inside a view.
@@ -110,7 +111,7 @@ class ALTIRO3D_EXPORT Quilt2Native {
 /// @param layout its layout
 /// @param calibration the display; nothing is removed for horizontal lenses
 /// @return the filtered quilt
-/// @throws Error BadFormat (calibration), InvalidArgument (type), Mismatch (size)
+/// @throws Error BadFormat (calibration), InvalidArgument (type, layout), Mismatch (size)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat filterForLens(const cv::Mat& quilt, const QuiltLayout& layout,
                                                     const Calibration& calibration);
 

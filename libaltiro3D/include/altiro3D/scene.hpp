@@ -16,15 +16,15 @@ struct HiddenLayer {
 enum class DepthEdges {
     Unknown, ///< Refinement measures their flaws and corrects them.
     Matched, ///< Found by matching two pictures; refinement does not move them.
-    /// Aligned with the photo's edges when a network estimated the depth. Refinement changes them
-    /// only by mixedPixels below.
+    /// Aligned with the photo's edges when a network estimated the depth. Refinement only
+    /// extends them by Scene::mixedPixels.
     Aligned
 };
 
 /// A photo and its depth map.
 struct Scene {
-    cv::Mat photo;        ///< [rows x cols, CV_8UC3, BGR]
-    cv::Mat depth;        ///< [CV_32FC1, 0..1, 1 = nearest], shows all of the photo
+    cv::Mat photo; ///< [rows x cols, CV_8UC3, BGR]
+    cv::Mat depth; ///< [any size until fitted, CV_32FC1, 0..1, 1 = nearest], of the whole photo
     HiddenLayer hidden{}; ///< Method Layered shows it in disocclusions instead of painting them.
     /// Columns that the panel shows, inside the photo; empty: all. Views have these columns only.
     /// The other columns are margins, which views from the side show at the edges of the panel.
@@ -39,7 +39,7 @@ struct Scene {
 [[nodiscard]] inline cv::Range shownColumns(const Scene& scene) {
     return scene.shown.empty() ? cv::Range(0, scene.photo.cols) : scene.shown;
 }
-/// The depth that the panel shows. @param scene a scene @return its depth without margins
+/// The depth that the panel shows. @param scene a fitted scene @return its depth without margins
 [[nodiscard]] inline cv::Mat shownDepth(const Scene& scene) {
     return scene.depth.colRange(shownColumns(scene));
 }

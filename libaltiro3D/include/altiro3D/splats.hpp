@@ -26,7 +26,7 @@ struct Splat {
     cv::Vec3f centre;   ///< Its middle.
     cv::Vec3f radii;    ///< Standard deviations along its own axes, 0 or more.
     cv::Vec4f rotation; ///< Quaternion w, x, y, z that turns its axes to those of the scene; unit.
-    cv::Vec3f colour;   ///< Red, green, blue in display values: 0 black, 1 full. May exceed both.
+    cv::Vec3f colour;   ///< Red, green, blue in display values: 0 black, 1 full; may lie outside.
     float opacity = 0;  ///< In its middle, 0..1.
 };
 
@@ -49,7 +49,7 @@ struct SplatScene {
     /// The scene was trained with the filter of Mip-Splatting: small splats are fainter.
     bool isAntialiased = false;
     std::optional<SplatCamera> camera; ///< The camera of the photo, if the file has it.
-    /// Distance from `camera` at which the photo's middle lies; 0 if the file does not have it.
+    /// Distance of zero parallax from `camera`; 0 if the file does not have it.
     double focusDistance = 0;
 };
 
@@ -66,8 +66,8 @@ enum class SplatAxes {
 
 /// Reads a scene of splats: .ply (as 3DGS and SHARP write it, and compressed), .splat, .spz (also
 /// version 4 if the library was built with libzstd). Splats with impossible numbers are left out
-/// and counted in a remark. A camera comes from the elements of SHARP, or from `cameras.json`
-/// beside the file (the middle one of those).
+/// and counted in a remark. A camera comes from the elements of SHARP, or, for a .ply that
+/// is not Rub, from `cameras.json` beside it or two folders above (the middle one of those).
 /// @param path the file, at most 16 GiB; 64 million splats
 /// @param axes how the axes of the file lie
 /// @param notes if given, receives remarks
@@ -91,7 +91,7 @@ enum class SplatAxes {
 /// @param path the file; its ending decides
 /// @param scene the scene; `camera` goes into a .ply as elements after the splats, as SHARP writes
 ///        them; some viewers cannot read such files
-/// @throws Error WriteFailed, InvalidArgument (ending; a splat out of the range of .spz)
+/// @throws Error WriteFailed, InvalidArgument (ending; no splats; one out of the range of .spz)
 ALTIRO3D_EXPORT void writeSplats(const std::filesystem::path& path, const SplatScene& scene);
 
 /// How a camera is chosen for a scene. Fields that are not set are chosen from the scene.
@@ -141,14 +141,15 @@ class ALTIRO3D_EXPORT SplatRenderer {
     /// @param scene the scene; must outlive the renderer if it has harmonics
     /// @param camera the middle camera; sides of 1..16384 px
     /// @param simple without harmonics: quicker, for a camera that is being moved
-    /// @throws Error InvalidArgument (camera), OutOfMemory
+    /// @throws Error InvalidArgument (camera; a scene that is empty, too large or has another
+    ///         number of harmonics), OutOfMemory
     SplatRenderer(const SplatScene& scene, const SplatCamera& camera, bool simple = false);
 
     /// Renders the view of a camera that has moved to the side.
-    /// @param shift of the eye to the right
+    /// @param shift of the eye to the right, in the unit of the scene
     /// @param focusDistance the distance at which all views show the same, > 1e-15; may be infinite
     /// @param picture [rows x cols, CV_8UC3, BGR]; may be a part of a larger one
-    /// @throws Error InvalidArgument
+    /// @throws Error InvalidArgument (shift, focusDistance)
     void render(double shift, double focusDistance, cv::Mat& picture) const;
 
     /// Renders the middle view with its distances. @return the view
@@ -195,7 +196,7 @@ placeSplats(const SplatView& view, const SplatCamera& camera, const QuiltLayout&
 /// @param quilt [layout.size(), CV_8UC3, BGR]; reused if it fits
 /// @param goOn receives the number of each view before it is rendered; false cancels. May be empty.
 /// @return false if `goOn` has stopped the work
-/// @throws Error Mismatch (size), InvalidArgument (layout, placement)
+/// @throws Error Mismatch (size), InvalidArgument (layout, placement), TooLarge (layout)
 ALTIRO3D_EXPORT bool renderQuilt(const SplatRenderer& renderer, const SplatPlacement& placement,
                                  const QuiltLayout& layout, cv::Mat& quilt,
                                  const std::function<bool(int view)>& goOn = {});

@@ -16,7 +16,7 @@ namespace altiro3D {
 
 /// Camera motion of a swaying video, which shows the depth of a picture on an ordinary screen.
 struct SwayOptions {
-    double secondsPerTurn = 4; ///< Duration of middle, right, left, middle, s, 0.1..600.
+    double secondsPerTurn = 4; ///< Duration of a turn (middle, right, left, middle), s, 0.1..600.
     int turns = 2;             ///< Number of turns, 1..1000.
     Fraction frameRate{30, 1}; ///< Frames per second, 1..240.
 };

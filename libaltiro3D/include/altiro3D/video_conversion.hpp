@@ -43,7 +43,8 @@ enum class VideoProduct {
     Native, ///< A Native video for one display.
     Quilt,  ///< A video of quilts for other players, 4:2:0 where the codec allows it.
     Rgbd,   ///< Frame and depth side by side for other players, 4:2:0 where the codec allows it.
-    Stereo  ///< Pictures of both eyes for other players, 4:2:0 where the codec allows it.
+    Stereo  ///< Pictures of both eyes for other players, 4:2:0 where the codec allows it, unless
+            ///< both are mixed (anaglyph, interleaved).
 };
 
 /// How the frames of a video hold both eyes' pictures.
@@ -175,13 +176,14 @@ struct VideoConversion {
     /// Layout of the quilts. Default: `map`'s, else `display`'s. It must not differ from `map`'s.
     std::optional<QuiltLayout> layout;
     /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
-    /// only `views.focus` for Rgbd, and only `views` (strength: kEyesStrength) and `refine` for
-    /// Stereo, which shows whole frames at their own size. If `recipe.refine.flaws` is not set,
-    /// flaws are measured once per scene; with method Fast, estimated depth is not refined.
+    /// only `views.focus` for Rgbd, and only `views` (kEyesStrength is a good strength), `refine`
+    /// and `depthCurve` for Stereo, which shows whole frames at their own size: a framing is then
+    /// refused. If `recipe.refine.flaws` is not set, flaws are measured once per scene; with method
+    /// Fast, estimated depth is not refined.
     ///
     /// `recipe.choices` are made at the first frame of each scene and hold for the scene. The
-    /// strength is chosen for depth of 0..1, because depth changes during a scene. Not for Rgbd and
-    /// quilts.
+    /// strength is chosen for depth of 0..1, because depth changes during a scene. They are
+    /// refused for Rgbd and with `fromQuilt`.
     Recipe recipe;
 
     /// The input's frames are quilts. `product` must be Native, `depth` and `given` unset.
@@ -203,7 +205,8 @@ struct VideoConversion {
     std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.
 
     /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate`,
-    /// `native` and `eyes`, and for other products than Natives also `compatible`.
+    /// `native` and `eyes`, for other products than Natives also a tag, and, if their px are
+    /// not mixed, `compatible`.
     VideoWriterOptions encoding;
     /// What to do with an unfinished earlier run. Ignored unless `input` is a regular file.
     UnfinishedRun unfinished = UnfinishedRun::Refuse;

@@ -241,9 +241,9 @@ struct VideoWriterOptions {
     /// Largest mean bit rate of H264 and H264Rgb over some seconds, Mbit/s, 1..100000; 0: no limit.
     /// The quantizer rises where the limit requires it. Not with a lossless `crf` (below 1).
     double maxRate = 0;
-    Fraction timeBase{1, 1000};  ///< Unit of the frames' times, s.
+    Fraction timeBase{1, 1000};  ///< Unit of the frames' times, s, > 0.
     Fraction frameRate;          ///< Frames per second, may be approximate; 0/1 = unknown.
-    bool constantRate = false;   ///< frameRate is known and holds for every frame.
+    bool constantRate = false;   ///< frameRate, which must be known, holds for every frame.
     Fraction sampleAspect{1, 1}; ///< Width : height of a px.
     /// How each frame shows both eyes; the file states it (AVStereo3D). Matroska supports all
     /// kinds, MP4 and M4V those side by side and above each other. Anaglyphs are ordinary frames.
@@ -318,7 +318,7 @@ class ALTIRO3D_EXPORT VideoReader {
     [[nodiscard]] std::optional<VideoFrame> next();
 
     /// Reads the next frame.
-    /// @param frame receives the picture [rows x cols, CV_8UC3, BGR], in new memory, and its times
+    /// @param frame receives the picture, as VideoFrame::picture says, in new memory, and its times
     ///        in facts().timeBase
     /// @return false at the end; the frame is then unchanged
     /// @throws Error as next()

@@ -112,8 +112,10 @@ std::optional<StereoLayout> readStereoLayout(const PhotoFile& photo) {
 }
 
 StereoPair splitStereoFile(const cv::Mat& picture, StereoLayout layout, StereoHalves halves,
-                           const PhotoFile& file, Notes* notes) {
+                           const PhotoFile& file, Notes* notes) try {
     return splitNamedHalves(picture, layout, halves, file.path(), file.look(), notes);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

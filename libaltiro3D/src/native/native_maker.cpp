@@ -126,7 +126,7 @@ NativeMaker::NativeMaker(const Display& display, const NativeOptions& options)
     : NativeMaker(display, display.quilt, options) {}
 
 NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
-                         const NativeOptions& options) {
+                         const NativeOptions& options) try {
     const std::string why = obstacle(layout, options);
     requireDirect(options, why);
     const auto impl = std::make_shared<Impl>(options, layout, display.panelSize());
@@ -147,6 +147,8 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
     if (impl->options.lensFilter)
         impl->filter = std::make_shared<const LensFilter>(impl->lens(), impl->workSize);
     impl_ = impl;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 NativeMaker::NativeMaker(NativeLut map, const NativeOptions& options) {

@@ -98,7 +98,8 @@ cv::Mat textPicture(const std::string& text, double height, cv::Size2d dpi, int 
     cv::putText(picture, text, {thickness, size.height + thickness}, cv::FONT_HERSHEY_SIMPLEX,
                 scale, cv::Scalar::all(0), thickness, cv::LINE_AA);
     if (dpi.width == dpi.height) return picture;
-    cv::resize(picture, picture, {}, dpi.width / dpi.height, 1, cv::INTER_AREA);
+    const double narrower = std::max(dpi.width / dpi.height, 1.0 / picture.cols); // 1 px at least
+    cv::resize(picture, picture, {}, narrower, 1, cv::INTER_AREA);
     return picture;
 }
 
@@ -254,7 +255,7 @@ void PrintSheet::drawMarks(cv::Mat& rows, int first) const {
 }
 
 void PrintSheet::write(const fs::path& file,
-                       const std::function<void(const RowSink&)>& native) const {
+                       const std::function<void(const RowSink&)>& native) const try {
     RowFile out(file, sheet_, CV_8UC3, dpiOf(display_.calibration), ImageMark::Native);
     cv::Mat band;
     int done = 0;
@@ -271,9 +272,16 @@ void PrintSheet::write(const fs::path& file,
             writeRows(std::min(kRowsAtATime, end - done), {});
     };
     writeMargin(inSheet_.y);
-    native([&](const cv::Mat& rows) { writeRows(rows.rows, rows); });
+    native([&](const cv::Mat& rows) {
+        checkType(rows, {CV_8UC3}, "native", "CV_8UC3 (8-bit BGR)");
+        checkSize(rows.size(), {inSheet_.width, rows.rows}, "native");
+        writeRows(rows.rows, rows);
+    });
+    checkSize({inSheet_.width, done - inSheet_.y}, inSheet_.size(), "native");
     writeMargin(sheet_.height);
     out.finish();
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 double pitchSheetReach(const Calibration& print, const PitchSheetOptions& options) {
@@ -285,7 +293,7 @@ double pitchSheetReach(const Calibration& print, const PitchSheetOptions& option
 }
 
 void writePitchSheet(const fs::path& file, const Calibration& print,
-                     const PitchSheetOptions& options) {
+                     const PitchSheetOptions& options) try {
     validate(print);
     requirePrint(print);
     const LensFacts facts = lensFacts(print);
@@ -354,6 +362,8 @@ void writePitchSheet(const fs::path& file, const Calibration& print,
         out.write(rows);
     }
     out.finish();
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -1,6 +1,7 @@
 #include "base/checks.hpp"
 #include "splats/splat_collector.hpp"
 #include "views/layered/layered_pixels.hpp"
+#include "views/view_methods.hpp"
 
 #include <algorithm>
 
@@ -78,8 +79,8 @@ class PixelSplats {
 
 } // namespace
 
-SplatScene splatsOf(const Scene& scene, const PhotoSplatOptions& options) {
-    checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1, 0..1");
+SplatScene splatsOf(const Scene& scene, const PhotoSplatOptions& options) try {
+    checkScene(scene);
     checkRange("viewDegrees", options.viewDegrees, 1, 150, " degrees");
     checkRange("radius", options.radius, 0.05, 5, " px");
     checkRange("focus", options.focus, 0, 1);
@@ -108,6 +109,8 @@ SplatScene splatsOf(const Scene& scene, const PhotoSplatOptions& options) {
     result.camera = camera;
     result.focusDistance = distanceOf(options.focus);
     return result;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

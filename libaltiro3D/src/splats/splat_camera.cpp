@@ -212,7 +212,7 @@ ChosenSplatCamera chooseSplatCamera(const SplatScene& scene, cv::Size size, doub
 
 SplatPlacement placeSplats(const SplatView& view, const SplatCamera& camera,
                            const QuiltLayout& quilt, std::optional<double> focus,
-                           std::optional<double> strengthPercent) {
+                           std::optional<double> strengthPercent) try {
     if (focus) checkRange("focus", *focus, 0, 1);
     if (strengthPercent) checkRange("strength", *strengthPercent, 0, 10000, " %");
     checkType(view.distance, {CV_32FC1}, "distance", "CV_32FC1");
@@ -250,15 +250,20 @@ SplatPlacement placeSplats(const SplatView& view, const SplatCamera& camera,
         placement.baseline = placement.strengthPercent / 100 * camera.size.width /
                              (2 * camera.intrinsics.fx * range);
     return placement;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-cv::Mat depthOf(const SplatView& view, const SplatPlacement& placement) {
+cv::Mat depthOf(const SplatView& view, const SplatPlacement& placement) try {
+    checkType(view.distance, {CV_32FC1}, "distance", "CV_32FC1");
     const double low = 1 / placement.zFar;
     const double range = std::max(1 / placement.zNear - low, 1e-12);
     return mapped<float, float>(view.distance, [&](float distance) {
         const double value = (1 / static_cast<double>(distance) - low) / range;
         return distance > 0 ? static_cast<float>(std::clamp(value, 0.0, 1.0)) : 0;
     });
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

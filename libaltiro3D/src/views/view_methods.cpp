@@ -32,19 +32,23 @@ std::unique_ptr<ViewRenderer> rendererOf(const Scene& scene, const ViewOptions& 
 
 } // namespace
 
-std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
-                                           double outermost) {
+void checkScene(const Scene& scene) {
     checkPhotoAndDepth(scene.photo, scene.depth, "depth", "CV_32FC1 of 0..1");
     const HiddenLayer& hidden = scene.hidden;
     if (!hidden.photo.empty() || !hidden.depth.empty()) {
         checkPhotoAndDepth(hidden.photo, hidden.depth, "hidden depth", "CV_32FC1 of 0..1");
         checkSize(hidden.photo.size(), scene.photo.size(), "hidden layer", "the photo's ");
     }
+    checkRange("mixed px", scene.mixedPixels, 0, 7, " px");
+}
+
+std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
+                                           double outermost) {
+    checkScene(scene);
     const cv::Range shown = shownColumns(scene);
     check(shown.start >= 0 && shown.end <= scene.photo.cols, "shown columns",
           "are " + std::to_string(shown.start) + ".." + std::to_string(shown.end - 1) +
               ", expected columns of the photo, 0.." + std::to_string(scene.photo.cols - 1));
-    checkRange("mixed px", scene.mixedPixels, 0, 7, " px");
     return orOutOfMemory("photo",
                          "no memory for views of " + sizeText(scene.photo.size()) +
                              ", expected a smaller photo",

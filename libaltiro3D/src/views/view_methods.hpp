@@ -8,6 +8,10 @@
 
 namespace altiro3D {
 
+/// Checks what methods read of a scene.
+/// @throws Error InvalidArgument (empty, types, mixed px), Mismatch (sizes)
+void checkScene(const Scene& scene);
+
 /// Creates the renderer of a method. The scene must outlive it.
 /// @param scene photo [rows x cols, CV_8UC3, BGR]; depth [as the photo, CV_32FC1], clamped to 0..1,
 ///        NaN counts as 0; hidden layer of the photo's size or empty

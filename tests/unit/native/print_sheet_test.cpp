@@ -286,6 +286,21 @@ TEST(PrintSheet, BandsOfRowsAreThoseOfTheWholeNative) {
     EXPECT_TRUE(samePicture(joined, whole));
 }
 
+TEST(PrintSheet, TakesOnlyBandsOfItsNative) {
+    const TemporaryDirectory folder;
+    const PrintSheet sheet(printOf(60, 360, 30, 20), {});
+    const cv::Size panel = sheet.display().panelSize();
+    const auto code = [&](cv::Size size, int type) {
+        return codeOf([&] {
+            sheet.write(folder / "a.png", [&](const RowSink& sink) { sink(cv::Mat(size, type)); });
+        });
+    };
+    EXPECT_EQ(code(panel, CV_8UC1), ErrorCode::InvalidArgument);
+    EXPECT_EQ(code({panel.width + 1, panel.height}, CV_8UC3), ErrorCode::Mismatch);
+    EXPECT_EQ(code({panel.width, panel.height - 1}, CV_8UC3), ErrorCode::Mismatch);
+    EXPECT_FALSE(fs::exists(folder / "a.png"));
+}
+
 // The frequency of the strongest wave of a row, in waves per px, near an expected one.
 double frequencyOf(const cv::Mat& row, double expected) {
     const auto power = [&](double frequency) {
@@ -340,6 +355,10 @@ TEST(PitchSheet, BandsHaveTheirPitchExactly) {
     };
     EXPECT_TRUE(contains(error({360, 1}), "around: is 360, expected bands above 0 and up to 360"));
     EXPECT_TRUE(contains(error({0, -1}), "step: is -1, expected LPI, above 0"));
+    numbers = numbersOf(2, 10, 60, 12); // px so wide that the labels have one column
+    numbers.dpiDown = 2000;
+    writePitchSheet(file, calibrationOf(numbers), {});
+    EXPECT_EQ(cv::imread(file.string()).rows, 945);
 }
 
 // Under lenses of another pitch, the tone of a band changes as often as the pitches differ over the

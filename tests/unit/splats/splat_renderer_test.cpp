@@ -201,6 +201,8 @@ TEST(SplatRenderer, RefusesWhatMakesNoSense) {
     EXPECT_EQ(code(scene, good, 0, 0), kRefused);
     scene.harmonics.pop_back();
     EXPECT_EQ(code(scene, good, 0, 1), kRefused);
+    const SplatView view{{}, cv::Mat(10, 10, CV_8UC1, cv::Scalar(1)), {}};
+    EXPECT_EQ(codeOf([&] { (void)depthOf(view, {}); }), kRefused);
 }
 
 // Pictures that another program made of real scenes, with a formula of its own in float64.
@@ -363,6 +365,14 @@ TEST(SplatsOfPhotos, PhotosOfOneDepthAreFlatAndRowsOfPxAreTheirColours) {
                   (void)splatsOf(scene, {0, 0.4, 0.5, 20});
               }),
               ErrorCode::InvalidArgument);
+    scene.depth = 0.5;
+    scene.mixedPixels = 8;
+    EXPECT_EQ(codeOf([&] { (void)splatsOf(scene); }), ErrorCode::InvalidArgument);
+    scene.mixedPixels = 0;
+    scene.hidden.photo = scene.photo;
+    EXPECT_EQ(codeOf([&] { (void)splatsOf(scene); }), ErrorCode::InvalidArgument);
+    scene.hidden = {scene.photo.rowRange(0, 20), scene.depth.rowRange(0, 20)};
+    EXPECT_EQ(codeOf([&] { (void)splatsOf(scene); }), ErrorCode::Mismatch);
 }
 
 } // namespace altiro3D::test

@@ -478,6 +478,9 @@ TEST_F(VideoConverterTest, GivenDepthIsReadForPicturesInAnyOrder) {
         EXPECT_NEAR(depth.at<float>(5, 5), 6 * std::min(number, 39) / 255.0, 1e-6) << number;
         EXPECT_EQ(step.cut, isCut) << number;
     }
+    cv::Mat depth;
+    EXPECT_EQ(codeOf([&] { (void)reader.next(cv::Mat(video.size, CV_8UC1), 1, depth); }),
+              ErrorCode::InvalidArgument);
     given.source = directory.path();
     EXPECT_TRUE(contains(errorOf([&] { GivenDepthReader(given, video); }), "is not a file"));
 }

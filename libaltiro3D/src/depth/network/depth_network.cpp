@@ -272,7 +272,7 @@ void DepthNetwork::Impl::infer(const cv::Mat& photo, int side, cv::Mat& raw) {
 }
 
 DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, InferenceTarget target,
-                           cv::Size inputSize, InferenceEngine engine)
+                           cv::Size inputSize, InferenceEngine engine) try
     : impl_(std::make_unique<Impl>()) {
     validate(profile);
     if (inputSize == cv::Size()) inputSize = {profile.inputWidth, profile.inputHeight};
@@ -293,6 +293,8 @@ DepthNetwork::DepthNetwork(const fs::path& file, NetworkProfile profile, Inferen
         cv::Mat raw;
         infer(cv::Mat(inputSize, CV_8UC3, cv::Scalar::all(128)), raw);
     }
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 DepthNetwork::~DepthNetwork() = default;

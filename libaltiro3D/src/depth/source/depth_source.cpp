@@ -116,7 +116,7 @@ class RgbdSource : public DepthSource {
     RgbdSource(const RgbdLayout& layout, DepthKind kind) : layout_(layout), kind_(kind) {}
     std::string description() const override { return "depth half of the image"; }
     DepthKind kind() const override { return kind_; }
-    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
+    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override try {
         RgbdLayout layout = layout_;
         layout.halves = halvesOf(file.path(), layout_.halves);
         PhotoDepth found;
@@ -136,6 +136,8 @@ class RgbdSource : public DepthSource {
             addKindNotes(file, found.rawDepth, kind_, own);
             return found;
         });
+    } catch (const cv::Exception& exception) {
+        leaveAsOurs(exception);
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         splitRgbd(image, layout_, photo, raw);

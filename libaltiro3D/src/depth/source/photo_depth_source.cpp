@@ -185,8 +185,10 @@ class PhotoDepthSource : public DepthSource {
     DepthKind kind() const override { return fallback_->kind(); }
     const DepthNetwork* network() const override { return fallback_->network(); }
     void load() override { fallback_->load(); }
-    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override {
+    PhotoDepth readPhoto(const PhotoFile& file, Notes* notes) override try {
         return read_(file, *fallback_, notes);
+    } catch (const cv::Exception& exception) {
+        leaveAsOurs(exception);
     }
     void read(const cv::Mat& image, cv::Mat& photo, cv::Mat& raw) override {
         fallback_->read(image, photo, raw);

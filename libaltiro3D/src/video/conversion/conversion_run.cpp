@@ -421,8 +421,11 @@ struct VideoConverter::Impl : ConversionRun {
     using ConversionRun::ConversionRun;
 };
 
-VideoConverter::VideoConverter(VideoConversion conversion)
-    : impl_(std::make_unique<Impl>(std::move(conversion))) {}
+VideoConverter::VideoConverter(VideoConversion conversion) try
+    : impl_(std::make_unique<Impl>(std::move(conversion))) {
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
+}
 VideoConverter::~VideoConverter() = default;
 VideoConverter::VideoConverter(VideoConverter&&) noexcept = default;
 VideoConverter& VideoConverter::operator=(VideoConverter&&) noexcept = default;

@@ -185,7 +185,7 @@ StereoHalves halvesAsShown(const StereoVideo& video, const VideoFacts& facts) {
 }
 
 FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
-                   const VideoReaderOptions& options) {
+                   const VideoReaderOptions& options) try {
     FoundEyes found;
     const auto name = parseSceneName(input);
     const auto refuse = [&](const std::string& what) {
@@ -256,6 +256,8 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
         break;
     }
     return found;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

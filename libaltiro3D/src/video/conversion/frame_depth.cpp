@@ -2,6 +2,7 @@
 
 #include "altiro3D/error.hpp"
 #include "altiro3D/image_io.hpp"
+#include "base/checks.hpp"
 #include "base/state_bytes.hpp"
 #include "base/text.hpp"
 #include "depth/source/kind_notes.hpp"
@@ -527,7 +528,7 @@ struct GivenDepthReader::Impl {
     double last = 0; // s, of the last picture
 };
 
-GivenDepthReader::GivenDepthReader(GivenVideoDepth given, const VideoFacts& video)
+GivenDepthReader::GivenDepthReader(GivenVideoDepth given, const VideoFacts& video) try
     : impl_(std::make_unique<Impl>()) {
     std::error_code error;
     if (given.rgbd || !fs::is_regular_file(given.source, error))
@@ -536,13 +537,16 @@ GivenDepthReader::GivenDepthReader(GivenVideoDepth given, const VideoFacts& vide
     measureRange(given);
     impl_->conversion.given = std::move(given);
     impl_->video = video;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 GivenDepthReader::~GivenDepthReader() = default;
 GivenDepthReader::GivenDepthReader(GivenDepthReader&&) noexcept = default;
 GivenDepthReader& GivenDepthReader::operator=(GivenDepthReader&&) noexcept = default;
 
-VideoDepthStep GivenDepthReader::next(const cv::Mat& picture, double seconds, cv::Mat& depth) {
+VideoDepthStep GivenDepthReader::next(const cv::Mat& picture, double seconds, cv::Mat& depth) try {
+    checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
     constexpr double kMostRead = 2; // s, that are read rather than skipped
     constexpr double kMargin = 1;   // s, for the picture of depth that begins before
     Impl& impl = *impl_;
@@ -564,6 +568,8 @@ VideoDepthStep GivenDepthReader::next(const cv::Mat& picture, double seconds, cv
     impl.depth->work(frame);
     depth = frame.depth;
     return frame.step;
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -311,7 +311,7 @@ VideoDepthStep VideoDepth::next(const cv::Mat& picture, cv::Mat& depth) try {
     leaveAsOurs(exception);
 }
 
-SavedState VideoDepth::state() const {
+SavedState VideoDepth::state() const try {
     const Impl::Memory& memory = impl_->memory;
     std::string bytes;
     append(bytes, kMagic);
@@ -323,9 +323,11 @@ SavedState VideoDepth::state() const {
     append(bytes, memory.depth);
     append(bytes, checksum(bytes));
     return {std::move(bytes)};
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
-void VideoDepth::setState(const SavedState& state) {
+void VideoDepth::setState(const SavedState& state) try {
     const auto fail = [] {
         throw Error(ErrorCode::BadFormat, "state",
                     "is damaged or foreign, expected a result of VideoDepth::state()");
@@ -350,6 +352,8 @@ void VideoDepth::setState(const SavedState& state) {
         fail();
     }
     impl_->memory = std::move(memory);
+} catch (const cv::Exception& exception) {
+    leaveAsOurs(exception);
 }
 
 } // namespace altiro3D

@@ -31,14 +31,15 @@
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost). View 0 is the leftmost view
 ///   and the bottom-left tile of a quilt.
 /// - Most computed images are output parameters: a matrix is reused if its size and type fit, else
-///   allocated. If it must not share memory with an input, disjoint regions of one matrix are still
-///   allowed. Images from files and parts of other images are returned.
-/// - A wrong argument or file is reported as altiro3D::Error; nothing is printed.
+///   allocated. Where memory must not be shared with an input, disjoint regions of one matrix are
+///   allowed. Images that are read, and parts of other images, are returned.
+/// - A wrong argument or file is reported as altiro3D::Error. Only codecs of OpenCV and ONNX
+///   Runtime print something.
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
 ///   null; remarks are appended to it.
 /// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading
-///   or running a network, and allocating a quilt or a look-up table. Elsewhere std::bad_alloc
-///   passes through. cv::Exception does not leave the library.
+///   or running a network, rendering views of a photo and making a look-up table. Elsewhere
+///   std::bad_alloc passes through. cv::Exception does not leave the library.
 /// - Results are bit-for-bit the same for any number of threads (`cv::setNumThreads()`).
 ///
 /// Numbers in parentheses refer to the formulas in docs/mathematics.md.

@@ -49,11 +49,11 @@ struct SlideOptions {
     /// Width : height of the views, 0.01..100; 0: that of the part that all pictures show.
     double aspect = 0;
     int longestSide = 1600; ///< Largest side of a view, px, 16..16384. Views are not enlarged.
-    /// Largest parallax, between the outermost views, of what is nearer or farther than the focus,
-    /// 0..1e6 widths of a view; 0: no limit. If the path is longer, its middle part is used.
+    /// Largest parallax relative to the focus, between the outermost views, 0..1e6 widths of a
+    /// view; 0: no limit. If the path is longer, its middle part is used.
     double mostParallax = 0;
-    /// Horizontal angle of view of the pictures, after SlideReport::turned, degrees, 1..150; 0:
-    /// unknown, so that it is estimated.
+    /// Horizontal angle of view of the pictures, once turned (SlideReport::turned),
+    /// degrees, 1..150; 0: it is estimated.
     double viewDegrees = 0;
     /// The camera stands still, and the scene turns in front of it by at most 35 degrees.
     bool turntable = false;

@@ -159,7 +159,7 @@ struct ViewAccuracy {
 [[nodiscard]] ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth,
                                                         int band);
 
-/// A stereo scene: a photo, its depth (true disparity / the largest), a second camera's photo.
+/// A stereo scene: photo, depth (true disparity : largest disparity), the second camera's photo.
 struct ALTIRO3D_EXPORT StereoScene : Scene {
     std::string name; ///< Name for tables.
     cv::Mat truth;    ///< [as photo]: the second camera's photo.

@@ -54,7 +54,7 @@ ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
                                     const DepthNormalization& options = {});
 
 /// Rejects a depth map that holds other numbers, such as metres or 0..255: more than half of the px
-/// of at most 64 rows are outside 0..1 by more than 0.1. Single outliers are accepted; functions
+/// in up to 64 sampled rows are outside -0.1..1.1. Single outliers are accepted; functions
 /// that use depth clamp them.
 /// @param depth [rows x cols, CV_32FC1]
 /// @throws Error InvalidArgument (empty, wrong type, other numbers)
@@ -120,8 +120,8 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
                                                     Notes* notes = nullptr);
 
 /// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
-/// drawn in the colours of depth, or is grey while the other one has colours. In a grey picture, it
-/// is the only half that looksLikeDepthImage() accepts, if the edges of both halves coincide.
+/// drawn in the colours of depth, or is grey while the other one has colours. In a grey picture:
+/// the half that looksLikeDepthImage() alone accepts, provided the edges of both halves coincide.
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param isStacked the halves above each other are examined first
 /// @return its position; nothing if neither half is depth

@@ -169,8 +169,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     /// last digits depend on the number of threads and on the processor.
     /// @param photo [rows x cols, CV_8UC3, BGR]
     /// @param depth [network's output size, CV_32FC1, 0..1, 1 = nearest]
-    /// @param longerSide with InputShape::Photo: longer side of the input in px, as the sides of
-    ///        inputSize(); 0: that of inputSize(). With InputShape::Fixed it is
+    /// @param longerSide with InputShape::Photo: longer side of the input in px, in the range of
+    ///        the constructor's inputSize; 0: that of inputSize(). With InputShape::Fixed it is
     ///        checked, without effect
     /// @throws Error as infer(); InvalidArgument (longerSide)
     void estimate(const cv::Mat& photo, cv::Mat& depth, int longerSide = 0);

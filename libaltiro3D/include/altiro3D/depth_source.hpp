@@ -174,10 +174,10 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// Depth from a network, with DepthEdges::Aligned.
 ///
-/// Networks read a copy of at most 1024 px a side. For a photo, one with InputShape::Photo runs
-/// three times: with the photo at the size of its profile, and with the mirrored photo at 1.25 and
+/// Networks read a copy of at most 1024 px a side. Those with InputShape::Photo run three times
+/// for a photo: on the photo at their profile's size, and on the mirrored photo at 1.25 and
 /// at 1.625 times that size. The result is the mean of the first two runs, with half of the fine
-/// detail of the third. The third run has DepthNetwork::inputSize() if that is larger than the
+/// detail of the third. The third run uses DepthNetwork::inputSize() instead if it exceeds the
 /// profile's size. A network with another InputShape, or with an input smaller than its profile's,
 /// runs once. For a frame of a video, every network runs once. In photos, depth then becomes linear
 /// along straight edges. A step of depth becomes hard where the picture has an edge

@@ -25,7 +25,7 @@ struct SubpixelCell {
 struct LensSheet {
     bool isPrint = false; ///< True for a print, whose px hold all colours; false for a screen.
     double dpiDown = 0;   ///< Vertical px per inch, > 0; horizontal ones: Calibration::DPI.
-    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 = as LensNumbers::views.
+    int views = 0;        ///< Number of views, 2..kMaxSheetViews; 0 means as in LensNumbers::views.
     double thickness = 0; ///< Thickness of the sheet in mm, 0.01..100; 0 = unknown.
     double index = 0;     ///< Refractive index of the sheet, 1..3; 0 = unknown.
     double distance = 0;  ///< Viewing distance in mm, 1..1e6; 0 = unknown.
@@ -68,8 +68,8 @@ struct Calibration {
     std::vector<SubpixelCell> subpixelCells; ///< At most 16; empty on classic RGB stripe panels.
     std::vector<std::string> missing;        ///< "viewCone", "invView": those that the file lacks.
     std::optional<LensSheet> sheet;          ///< Set for prints and screens with a lens sheet.
-    /// Set if the lenses are known in sub-pixels. It takes the place of pitch, slope and center,
-    /// which follow from it (setLens()), except with cells or flipImageX.
+    /// Set if the lenses are known in sub-pixels. Unless cells or flipImageX are set, it replaces
+    /// pitch, slope and center, which setLens() derives from it.
     std::optional<SubpixelLens> lens;
     /// The views under a lens from left to right, a permutation of 0..N-1 with N of 2..64, as on
     /// some screens with a parallax barrier; empty: in order.
@@ -259,8 +259,8 @@ struct Display {
                                                 const std::string& source = {});
 
 /// The layout that a request without a view size refers to: the display's default layout. If the
-/// request has the grid of the model's earlier default, or no grid but the earlier quilt size, it
-/// is that earlier default.
+/// request's grid (without one, its quilt size) is that of the model's earlier default, it is that
+/// default.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()

@@ -28,7 +28,7 @@ enum class ErrorCode {
 
 /// The exception of the library.
 ///
-/// `what()` is one line of the form `<file or argument>: <what is wrong>, expected <what>`.
+/// `what()` is one line, mostly `<file or argument>: <what is wrong>, expected <what>`.
 class ALTIRO3D_EXPORT Error : public std::runtime_error {
   public:
     /// @param code kind of failure

@@ -44,8 +44,8 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::str
 
 /// Normalizes a file name so that names that look the same to people compare equal: A..Z become
 /// a..z, and letters with marks, which a Mac writes as letter and mark (NFD), become one code point
-/// (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. Prefer an equal name to one that is
-/// only comparable.
+/// (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. Where a name is equal, prefer it to
+/// comparable ones.
 /// @param name a file name, UTF-8; other bytes are only equal to themselves
 /// @return code points; equal for names that are comparable
 [[nodiscard]] ALTIRO3D_EXPORT std::u32string comparableName(const std::string& name);

@@ -263,7 +263,7 @@ photoOfDepthName(const std::filesystem::path& depth);
 findDepthBeside(const std::filesystem::path& photo);
 
 /// Why a depth image found next to a photo must not be used: its shape is not the photo's (2 %), or
-/// its range between the percentiles 0.5 and 99.5 is less than 1/255 of the larger of both.
+/// its percentiles 0.5 and 99.5 differ by less than 1/255 of the larger one.
 /// @param samples from readDepthSamples(); non-finite values do not count
 /// @param photo size of the photo, px
 /// @return a part of a sentence ("it is flat"); empty if it can be used
@@ -323,8 +323,8 @@ enum class EyesPicture {
     Checkerboard ///< For DLP televisions: px with an even sum of column and row are the left eye's.
 };
 
-/// Whether the eyes are interleaved px by px, so that the picture cannot be scaled.
-/// @param picture the kind @return true if they do
+/// Whether neighbouring px, rows or columns are of different eyes: such pictures cannot be scaled.
+/// @param picture the kind @return true if they are
 [[nodiscard]] inline bool isInterlaced(EyesPicture picture) {
     return picture >= EyesPicture::Rows;
 }
@@ -413,8 +413,8 @@ struct StereoPair {
     const cv::Mat& picture, StereoLayout layout, StereoHalves halves = StereoHalves::Automatic);
 
 /// Writes a picture for two eyes: as writeImage(), with a mark in PNG (text chunk "altiro3D") and
-/// JPEG (header of JPS) by which readStereoPair() splits it, or refuses an anaglyph or interleaved
-/// picture. Such JPEG files have quality 100 and full chroma (4:4:4).
+/// JPEG (header of JPS) by which readStereoPair() splits it, or refuses it if it is an anaglyph or
+/// interleaved. Those two, as JPEG, have quality 100 and full chroma (4:4:4).
 /// @param path, picture as for writeImage()
 /// @param kind what the picture is
 /// @param swapped the eyes are exchanged in it

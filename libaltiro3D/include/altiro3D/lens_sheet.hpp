@@ -81,7 +81,7 @@ struct LensFacts {
     double usefulViews = 0; ///< Px (on screens: sub-pixels) under a lens; more views blend.
     // The following are 0 unless thickness and index are known.
     double viewCone = 0;   ///< Full view cone in degrees.
-    double visualLpi = 0;  ///< What a sheet of `lpi` shows from the distance; 0 = unknown.
+    double visualLpi = 0;  ///< `lpi` as it appears from the distance; 0 = unknown.
     double sharpDepth = 0; ///< Depth between the nearest and the farthest sharp plane in mm.
     /// ViewOptions::strengthPercent for sharpDepth: a parallax of two lenses between adjacent
     /// views; at most 100.

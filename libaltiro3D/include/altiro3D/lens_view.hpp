@@ -29,7 +29,7 @@ struct LensEye {
 /// @param calibration gives the view cone, which converts the angle to a phase; not checked
 /// @param angleDegrees 0 = straight ahead, negative = left, where view 0 is seen; beyond half the
 ///        cone the views repeat, as they do on a display
-/// @return the eye, with a spot of one sub-pixel
+/// @return the eye, with LensEye::spot 0
 /// @throws Error InvalidArgument (angle not finite)
 [[nodiscard]] ALTIRO3D_EXPORT LensEye eyeAtAngle(const Calibration& calibration,
                                                  double angleDegrees);
@@ -60,7 +60,7 @@ struct LensEye {
 /// of view k are up to a few px out of place. A colour without any lit sub-pixel is black. Mirrored
 /// panels are seen unmirrored.
 ///
-/// With LensEye::blur, the picture has the light that lenses and eye pass. In each row, a lens
+/// With LensEye::blur, it is the light that passes lenses and eye. In each row, a lens
 /// shows the sub-pixel nearest to the eye's phase, of one colour, over its whole width; the spot
 /// has no effect. The eye blurs in linear light: luminance by the blur, colour by twice the blur.
 ///

@@ -32,9 +32,9 @@ class ALTIRO3D_EXPORT NativeLut {
               InvertViews invert = InvertViews::Auto);
 
     /// Reads a `.map` file (docs/map-format.md) and validates all of it.
-    /// @param file a regular file
+    /// @param file a file or a pipe
     /// @return the table
-    /// @throws Error NotFound, ReadFailed (no permission, not a regular file), BadFormat (not a
+    /// @throws Error NotFound, ReadFailed (no permission, neither file nor pipe), BadFormat (not a
     ///         `.map`, truncated, corrupt, oversize), OutOfMemory
     [[nodiscard]] static NativeLut load(const std::filesystem::path& file);
 

@@ -158,7 +158,7 @@ enum class NativePath {
 ///     maker.makeQuilt(placed.scene, quilt);          // not needed if path() is Direct
 ///     maker.makeNative(placed.scene, quilt, native);
 ///
-/// If quiltSize() differs from workSize(), makeQuilt() needs a scene of that size.
+/// makeQuilt() needs a scene of quiltSize(), where it differs from workSize().
 ///
 /// Cheap to copy. Immutable and thread-safe. Results are the same bytes for any number of threads.
 class ALTIRO3D_EXPORT NativeMaker {

@@ -68,10 +68,10 @@ struct PhotoFit {
     }
 };
 
-/// Adds margins to a fit, as wide as the picture allows. Bars at the left or right have none.
+/// Adds margins to a fit: narrower where the picture ends, none beside bars at the left or right.
 /// @param fit without margins, from fitPhoto()
 /// @param picture size of the picture in px that the fit was made for
-/// @param pixels width of each margin, px of the result, 0 or more
+/// @param pixels wanted width of each margin, px of the result, 0 or more
 /// @return the fit with margins
 /// @throws Error as applyFit(), InvalidArgument (negative pixels)
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit withMargins(const PhotoFit& fit, cv::Size picture,

@@ -105,8 +105,8 @@ struct AutoChoices {
 
 /// Largest strength that is chosen, %.
 constexpr double kMaxAutoStrength = 12;
-/// With a chosen strength, content moves by at most this part of the width between the outermost
-/// views, %: as with strength 10 and focus 0.5.
+/// With a chosen strength, content moves between the outermost views by at most this, % of the
+/// width: as with strength 10 and focus 0.5.
 constexpr double kMaxAutoParallax = 5;
 /// A chosen or limited strength is reduced until at most this part of an outermost view is
 /// disoccluded or stretched, %. Steep depth and uncertain depth therefore get less strength.
@@ -115,9 +115,8 @@ constexpr double kMaxAutoHidden = 5;
 /// What chooseFromScene() has chosen.
 struct ChosenOptions {
     PlacementOptions options; ///< With the framing, focus and strength that were chosen.
-    /// The part of the photo without the border of a scan, at sides where it would be seen; all of
-    /// the photo if the framing was not to be chosen. For messages: the framing excludes the
-    /// border.
+    /// The photo without a scan's border at sides where that would be seen; all of it if the
+    /// framing was not to be chosen. For messages only: the framing excludes the border.
     cv::Rect inside;
 };
 

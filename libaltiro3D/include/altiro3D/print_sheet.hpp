@@ -43,7 +43,8 @@ class ALTIRO3D_EXPORT PrintSheet {
     /// @param file .png, .tif or .pdf
     /// @param native passes the Native of display() to its argument, in bands [rows x panel
     ///        columns, CV_8UC3, BGR]
-    /// @throws Error Unsupported (extension), WriteFailed, TooLarge (TIFF above 4 GB)
+    /// @throws Error Unsupported (extension), WriteFailed, TooLarge (TIFF above 4 GB),
+    ///         InvalidArgument and Mismatch (type and size of the Native)
     void write(const std::filesystem::path& file,
                const std::function<void(const RowSink&)>& native) const;
 
@@ -85,7 +86,8 @@ constexpr int kPitchBands = 21;
 /// @param file .png, .tif or .pdf
 /// @param print calibration of a print
 /// @param options the pitches
-/// @throws Error InvalidArgument (no print; a pitch is not above 0 or above half of the dpi),
+/// @throws Error BadFormat (calibration), InvalidArgument (no print; a pitch not above 0 or above
+///         half of the dpi),
 ///         Unsupported (extension), WriteFailed
 ALTIRO3D_EXPORT void writePitchSheet(const std::filesystem::path& file, const Calibration& print,
                                      const PitchSheetOptions& options = {});

@@ -130,9 +130,10 @@ struct ResolvedQuilt {
 /// Columns and rows come from the file name, else from `-q`, else from the picture, else from
 /// `standard`. The view's size comes from the picture (its size divided by columns and rows,
 /// rounded down), else from `-r`, else from the size of `standard`'s quilt. Contradictions are
-/// errors. If the shape of a view differs from the panel's by more than 5 % and the swapped order
-/// (columns x rows, width x height) fits, a warning names both. If nothing is specified and the
-/// picture does not have the size of `standard`'s quilt, a warning states the assumption.
+/// errors. If `-q` or `-r` gives views whose shape differs from the panel's by more than 5 %, and
+/// the swapped order (columns x rows, width x height) fits, a warning names both. If nothing is
+/// specified and the picture does not have the size of `standard`'s quilt, a warning states the
+/// assumption.
 /// @param request what is known
 /// @param standard the display's default layout; must be valid
 /// @param panelAspect width : height of the panel, > 0; used for the warning only

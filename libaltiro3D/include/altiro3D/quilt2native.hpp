@@ -156,7 +156,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     /// Resamples the views to whole px, see fitQuilt(), and fits them to the panel.
     /// @param picture the quilt [a size that fitQuilt() accepts, CV_8UC3, BGR]
     /// @return [layout size, CV_8UC3, BGR] for Quilt2Native; may share memory with `picture`
-    /// @throws Error as fitQuilt() and applyFitToViews()
+    /// @throws Error as fitQuilt()
     [[nodiscard]] cv::Mat apply(const cv::Mat& picture) const;
 
     /// The shape in which a view appears on the panel. @return width : height; differs from
@@ -212,7 +212,7 @@ struct FoundQuilt {
 /// and the first one of the row above. The function searches divisions of the picture of up to 20
 /// columns and 20 rows, and takes the finest one whose parts resemble each other in this way.
 /// Quilts may be scaled, compressed, and cropped by some px, and have lines between their views. If
-/// the picture has no such rows, a single row of 4 or more views is searched. The verdict is Unsure
+/// no row continues another, one row of 4 or more views is searched. The verdict is Unsure
 /// if the camera moves along the rows, but no row continues in the row above. It is also Unsure for
 /// drawn grids and other regular patterns, because any multiple of their period fits.
 /// @param picture [rows x cols, CV_8UC3, BGR]

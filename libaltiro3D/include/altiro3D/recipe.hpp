@@ -58,7 +58,7 @@ struct RecipeField {
 /// The settings as a JSON object with a member for each field: numbers, true or false, or words,
 /// never the number of a word. A number or a fit that is chosen for each scene is "auto". Settings
 /// without a field are not written: inpainting and its radius, the px of LayeredOptions, stated
-/// flaws. parseRecipe() refuses a strength above 100 %.
+/// flaws, AutoChoices::isVideo. parseRecipe() refuses a strength above 100 %.
 /// @param recipe the settings
 /// @return the object, on one line
 [[nodiscard]] ALTIRO3D_EXPORT std::string recipeText(const Recipe& recipe);

@@ -67,7 +67,7 @@ enum class SplatAxes {
 /// Reads a scene of splats: .ply (as 3DGS and SHARP write it, and compressed), .splat, .spz (also
 /// version 4 if the library was built with libzstd). Splats with impossible numbers are left out
 /// and counted in a remark. A camera comes from the elements of SHARP, or, for a .ply that
-/// is not Rub, from `cameras.json` beside it or two folders above (the middle one of those).
+/// is not Rub, it is the middle one in `cameras.json` beside the file or two folders above.
 /// @param path the file, at most 16 GiB; 64 million splats
 /// @param axes how the axes of the file lie
 /// @param notes if given, receives remarks
@@ -115,8 +115,7 @@ struct ChosenSplatCamera {
 /// part.
 /// @param scene the scene
 /// @param size of the pictures in px
-/// @param aspect width : height of what they fill, 0.01..100; not that of `size` if px are not
-///        square
+/// @param aspect width : height of the shown pictures, 0.01..100; that of `size` if px are square
 /// @param options see SplatCameraOptions
 /// @return the camera
 /// @throws Error InvalidArgument (size, aspect, an option), BadFormat (no splat is opaque enough)
@@ -212,8 +211,8 @@ struct PhotoSplatOptions {
     double viewDegrees = 55; ///< Vertical angle of view of the photo, degrees, 1..150.
     double radius = 0.5;     ///< Standard deviation of a splat, px, 0.05..5.
     double focus = 0.5;      ///< Depth at SplatScene::focusDistance, 0..1.
-    /// Background is painted behind steps of depth for cameras up to this parallax between the
-    /// outermost ones, as ViewOptions::strengthPercent, 0..100.
+    /// Background is painted behind depth steps for outermost cameras with up to this parallax, as
+    /// ViewOptions::strengthPercent, 0..100.
     double reachPercent = 20;
 };
 

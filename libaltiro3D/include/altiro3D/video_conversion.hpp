@@ -175,11 +175,11 @@ struct VideoConversion {
     std::optional<NativeLut> map;
     /// Layout of the quilts. Default: `map`'s, else `display`'s. It must not differ from `map`'s.
     std::optional<QuiltLayout> layout;
-    /// How views are rendered and fitted. Only `fit` and `sampling` are used if `fromQuilt` is set,
-    /// only `views.focus` for Rgbd, and only `views` (kEyesStrength is a good strength), `refine`
-    /// and `depthCurve` for Stereo, which shows whole frames at their own size: a framing is then
-    /// refused. If `recipe.refine.flaws` is not set, flaws are measured once per scene; with method
-    /// Fast, estimated depth is not refined.
+    /// How views are rendered and fitted. With `fromQuilt` only `fit` and `sampling` are used, for
+    /// Rgbd only `views.focus`. For Stereo, which shows whole frames at their own size and
+    /// refuses a framing, they are `views` (kEyesStrength is a good strength), `refine` and
+    /// `depthCurve`. If `recipe.refine.flaws` is not set, flaws are measured once per scene; with
+    /// method Fast, estimated depth is not refined.
     ///
     /// `recipe.choices` are made at the first frame of each scene and hold for the scene. The
     /// strength is chosen for depth of 0..1, because depth changes during a scene. They are
@@ -205,8 +205,8 @@ struct VideoConversion {
     std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.
 
     /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate`,
-    /// `native` and `eyes`, for other products than Natives also a tag, and, if their px are
-    /// not mixed, `compatible`.
+    /// `native` and `eyes`, for other products than Natives also a tag and, unless both eyes
+    /// share px, `compatible`.
     VideoWriterOptions encoding;
     /// What to do with an unfinished earlier run. Ignored unless `input` is a regular file.
     UnfinishedRun unfinished = UnfinishedRun::Refuse;
@@ -347,7 +347,7 @@ struct VideoChunk {
     std::int64_t begin = 0;
     std::int64_t first = 0; ///< First frame whose picture is made; begin..first.
     /// Frames whose pictures are made. 0: the chunk makes depth alone, for chunks that begin inside
-    /// one long scene. Otherwise each of these would make depth from the scene's first frame.
+    /// one long scene. Without it, each would make depth from the scene's first frame.
     std::int64_t frames = 0;
     double start = 0; ///< Time of frame `first`, s from the start of the part.
     double end = 0;   ///< End of the last frame, s from the start of the part.

@@ -197,9 +197,9 @@ using VideoProgressFunction = std::function<bool(const VideoProgress& progress)>
 /// Encoding of the frames. In a Native, neighbouring sub-pixels belong to different views, so all
 /// codecs keep the colour of every px, except with VideoWriterOptions::compatible.
 enum class VideoCodec {
-    H264,    ///< H.264 High 4:4:4 Predictive, libx264: .mkv .mp4 .mov
-    H264Rgb, ///< H.264 of red, green and blue, libx264rgb: .mkv .mp4 .mov
-    Hevc,    ///< H.265 4:4:4, libx265: .mkv .mp4 .mov
+    H264,    ///< H.264 High 4:4:4 Predictive, libx264: .mkv .mp4 .m4v .mov
+    H264Rgb, ///< H.264 of red, green and blue, libx264rgb: .mkv .mp4 .m4v .mov
+    Hevc,    ///< H.265 4:4:4, libx265: .mkv .mp4 .m4v .mov
     Ffv1,    ///< Lossless FFV1: .mkv
     ProRes   ///< ProRes 4444, 10 bits: .mkv .mov
 };

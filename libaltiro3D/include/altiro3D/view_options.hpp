@@ -50,8 +50,8 @@ struct LayeredOptions {
     /// The surface between neighbouring pixels is torn if their depth step moves them apart by more
     /// than this in the outermost view, px, > 0, at most 1000. Below, the surface is stretched.
     double tearPixels = 1;
-    /// Background pixels at a tear that move with the foreground, because they are mixed with its
-    /// colour, px, 0..8. Where the photo shows the border clearly, the photo decides instead.
+    /// How many background px at a tear move with the foreground, because they are mixed with its
+    /// colour, 0..8. Where the photo shows the border clearly, the photo decides instead.
     int edgeDilationPixels = 1;
     /// Whether a px at the border of a near object is split into the colours of the object and of
     /// the background, which then move separately. false: the whole px moves with the near object.

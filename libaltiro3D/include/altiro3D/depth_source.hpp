@@ -71,7 +71,8 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// photo's disparities into its depth.
 /// @param disparity of the photo, from matchStereo()
 /// @param depth [as disparity, CV_32FC1, 0..1], from normalizeDepth()
-/// @param hidden its disparities become depth, NaN stays; empty if the depth has no range
+/// @param hidden its disparities become depth, not clamped, NaN stays; empty if the depth has no
+///        range
 /// @throws Error Mismatch (disparity and depth differ in size), InvalidArgument (types)
 ALTIRO3D_EXPORT void scaleHiddenDepth(const cv::Mat& disparity, const cv::Mat& depth,
                                       HiddenLayer& hidden);

@@ -75,7 +75,7 @@ class ALTIRO3D_EXPORT FileWriter {
     /// Overwrites bytes that were appended.
     /// @param at offset of the first one
     /// @param bytes the new contents
-    /// @throws Error WriteFailed, also for a pipe
+    /// @throws Error InvalidArgument (beyond size()), WriteFailed, also for a pipe
     void replace(std::uint64_t at, Bytes bytes);
     /// Completes the file and gives it its name; call it once. @throws Error WriteFailed
     void finish();

@@ -127,8 +127,8 @@ struct ChosenOptions {
 /// @param options the settings that are not chosen
 /// @param choices what to choose
 /// @return the options for placeScene()
-/// @throws Error as fitPhoto(), InvalidArgument (type of photo or depth; framing is to be chosen,
-///         but the fit is not Cover)
+/// @throws Error as fitPhoto(), InvalidArgument (type of photo or depth; options; framing is to be
+///         chosen, but the fit is not Cover), InvalidArgument or TooLarge (layout)
 [[nodiscard]] ALTIRO3D_EXPORT ChosenOptions chooseFromScene(const Scene& scene, double aspect,
                                                             const QuiltLayout& quilt,
                                                             const PlacementOptions& options,

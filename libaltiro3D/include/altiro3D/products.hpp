@@ -41,7 +41,7 @@ constexpr int kSavedDepthSide = 4096;
 /// @param scene photo and depth of any size. If it is moved here, its photo is released early.
 /// @param longerSide the longer side of the result in px, if the photo is larger
 /// @return [rows x cols, CV_32FC1, 0..1, 1 = nearest] with the shape of the photo
-/// @throws Error as fitDepth()
+/// @throws Error as fitDepth(), checkDepthRange(), InvalidArgument (longerSide below 1)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat savedDepth(Scene scene, int longerSide = kSavedDepthSide);
 
 /// The pictures of both eyes of a whole photo, in its own shape.

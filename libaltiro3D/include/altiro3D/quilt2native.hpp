@@ -226,7 +226,7 @@ struct FoundQuilt {
 /// @param layout columns, rows and number of views
 /// @return remarks, usually none: views of one colour (AsItIs), rows that run downwards, another
 ///         layout in the picture, or views that do not resemble each other (Doubtful)
-/// @throws Error InvalidArgument (empty or wrong type)
+/// @throws Error InvalidArgument (empty or wrong type; layout), TooLarge (layout)
 [[nodiscard]] ALTIRO3D_EXPORT Notes checkQuiltLayout(const cv::Mat& picture,
                                                      const QuiltLayout& layout);
 

@@ -91,7 +91,8 @@ enum class SplatAxes {
 /// @param path the file; its ending decides
 /// @param scene the scene; `camera` goes into a .ply as elements after the splats, as SHARP writes
 ///        them; some viewers cannot read such files
-/// @throws Error WriteFailed, InvalidArgument (ending; no splats; one out of the range of .spz)
+/// @throws Error WriteFailed, InvalidArgument (ending; no splats; one with impossible numbers
+///         or out of the range of .spz; another number of harmonics)
 ALTIRO3D_EXPORT void writeSplats(const std::filesystem::path& path, const SplatScene& scene);
 
 /// How a camera is chosen for a scene. Fields that are not set are chosen from the scene.
@@ -177,14 +178,14 @@ struct SplatPlacement {
 };
 
 /// Places views (docs/mathematics.md, 9). Depth is linear in 1 / distance.
-/// @param view what the middle camera sees
+/// @param view what the middle camera sees, also at another size
 /// @param camera the middle camera
 /// @param quilt layout of the views: their number
 /// @param focus 0..1; not set: the median of what the middle third shows
 /// @param strengthPercent 0..10000; not set: the largest that the display shows without double
 ///        edges, as for photos
 /// @return the placement; a baseline of 0 if all that is seen has one distance
-/// @throws Error InvalidArgument (an option; nothing is seen)
+/// @throws Error InvalidArgument (an option, camera, layout; nothing is seen), TooLarge (layout)
 [[nodiscard]] ALTIRO3D_EXPORT SplatPlacement
 placeSplats(const SplatView& view, const SplatCamera& camera, const QuiltLayout& quilt,
             std::optional<double> focus = {}, std::optional<double> strengthPercent = {});
@@ -203,6 +204,7 @@ ALTIRO3D_EXPORT bool renderQuilt(const SplatRenderer& renderer, const SplatPlace
 /// The depth of a view. @param view from SplatRenderer::render() @param placement from
 /// placeSplats()
 /// @return [as the view, CV_32FC1, 0..1, 1 = nearest]; px without a distance have depth 0
+/// @throws Error InvalidArgument (type of the distances, placement)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthOf(const SplatView& view,
                                               const SplatPlacement& placement);
 

@@ -35,9 +35,16 @@ inline void checkRange(const std::string& field, double value, double low, doubl
                 numberText(low) + ".." + numberText(high) + unit);
 }
 
+/// Throws InvalidArgument if a function that the caller gives is empty.
+template <class Signature>
+void checkFunction(const std::function<Signature>& function, const char* subject) {
+    check(static_cast<bool>(function), subject, "is empty, expected a function");
+}
+
 /// "is 640 x 480 px of CV_8UC3"
 inline std::string shapeText(const cv::Mat& picture) {
     if (picture.empty()) return "is empty";
+    if (picture.dims != 2) return "has " + std::to_string(picture.dims) + " dimensions";
     return "is " + sizeText(picture.size()) + " of " + cv::typeToString(picture.type());
 }
 

@@ -179,6 +179,9 @@ std::uint64_t FileWriter::size() const {
 }
 
 void FileWriter::replace(std::uint64_t at, Bytes bytes) {
+    if (at > impl_->size || bytes.size > impl_->size - at)
+        throw Error(ErrorCode::InvalidArgument, "place",
+                    "is beyond what was appended, expected bytes of it");
     const std::ptrdiff_t written = writeAt(impl_->file(), bytes.data, bytes.size, at);
     if (written != static_cast<std::ptrdiff_t>(bytes.size))
         failWrite(impl_->path, written < 0 ? errno : EIO);

@@ -134,8 +134,9 @@ std::string reasonOf(int number) {
     return std::generic_category().message(number);
 }
 
-std::string nameProblem(const fs::path& /*path*/) {
-    return {}; // the system refuses what it cannot have
+std::string nameProblem(const fs::path& path) {
+    // the system refuses all else that it cannot have
+    return path.native().find('\0') == std::string::npos ? "" : "holds a NUL byte";
 }
 
 int checkWritable(const fs::path& path) {

@@ -354,6 +354,10 @@ void VideoWriter::Impl::write(const VideoFrame& frame) {
           "has the time " + std::to_string(frame.pts) + ", expected " +
               (lastPts_ < 0 ? std::string("0 or more")
                             : "more than the last one's, " + std::to_string(lastPts_)));
+    constexpr double kLongest = 1e8; // s
+    checkNumber(static_cast<double>(frame.pts) * options_.timeBase.value() <= kLongest &&
+                    static_cast<double>(frame.duration) * options_.timeBase.value() <= kLongest,
+                "frame", static_cast<double>(frame.pts), "times of up to 1e8 s");
     AVFrame& picture = frames_->make(frame.picture);
     picture.pts = frame.pts;
     picture.pict_type = AV_PICTURE_TYPE_NONE;

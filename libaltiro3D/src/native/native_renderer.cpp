@@ -260,8 +260,7 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native, ChannelOrder or
     const Impl& self = *impl_;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
     const LensGeometry& geometry = self.lens.geometry();
-    checkApart(native, scene.photo, "native", "photo");
-    checkApart(native, scene.depth, "native", "depth");
+    checkApart(native, scene, "native");
     native.create(geometry.panelHeight, geometry.panelWidth, CV_8UC3);
     self.renderBand(*renderer, scene.photo, self.samplesOn(scene, *renderer, order), 0, native);
 } catch (const cv::Exception& exception) {
@@ -269,6 +268,7 @@ void NativeRenderer::render(const Scene& scene, cv::Mat& native, ChannelOrder or
 }
 
 void NativeRenderer::render(const Scene& scene, const RowSink& sink) const try {
+    checkFunction(sink, "sink");
     const Impl& self = *impl_;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, self.options, kOutermost);
     const Impl::Samples samples = self.samplesOn(scene, *renderer, ChannelOrder::Bgr);

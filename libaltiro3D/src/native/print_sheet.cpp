@@ -136,10 +136,23 @@ void drawLines(const cv::Rect& rectangle, cv::Mat& rows, int first, const IsBlac
     });
 }
 
-// LPI from band to band.
-double stepOf(const LensFacts& facts, const PitchSheetOptions& options) {
-    if (options.step != 0) return options.step;
-    return facts.lpi * (options.around != 0 ? 0.000125 : 0.00125);
+// The pitches of a pitch sheet, LPI.
+struct Pitches {
+    double middle;
+    double step;
+};
+
+Pitches pitchesOf(const LensFacts& facts, const PitchSheetOptions& options) {
+    const double usual = facts.lpi * (options.around != 0 ? 0.000125 : 0.00125);
+    const Pitches pitches{options.around != 0 ? options.around : facts.lpi,
+                          options.step != 0 ? options.step : usual};
+    const double highest = facts.lpi * facts.usefulViews / 2;
+    const double reach = kMiddleBand * pitches.step;
+    checkNumber(pitches.step > 0, "step", pitches.step, "LPI, above 0");
+    checkNumber(pitches.middle - reach > 0 && pitches.middle + reach <= highest, "around",
+                pitches.middle,
+                "bands above 0 and up to " + numberText(highest) + " LPI, half of the dpi");
+    return pitches;
 }
 
 std::string today() {
@@ -256,6 +269,7 @@ void PrintSheet::drawMarks(cv::Mat& rows, int first) const {
 
 void PrintSheet::write(const fs::path& file,
                        const std::function<void(const RowSink&)>& native) const try {
+    checkFunction(native, "native");
     RowFile out(file, sheet_, CV_8UC3, dpiOf(display_.calibration), ImageMark::Native);
     cv::Mat band;
     int done = 0;
@@ -289,7 +303,7 @@ double pitchSheetReach(const Calibration& print, const PitchSheetOptions& option
     requirePrint(print);
     const LensFacts facts = lensFacts(print);
     const double across = lensGeometry(print).isLying() ? facts.height : facts.width;
-    return kMiddleBand * stepOf(facts, options) * across / kMmPerInch;
+    return kMiddleBand * pitchesOf(facts, options).step * across / kMmPerInch;
 }
 
 void writePitchSheet(const fs::path& file, const Calibration& print,
@@ -297,14 +311,7 @@ void writePitchSheet(const fs::path& file, const Calibration& print,
     validate(print);
     requirePrint(print);
     const LensFacts facts = lensFacts(print);
-    const double middle = options.around != 0 ? options.around : facts.lpi;
-    const double step = stepOf(facts, options);
-    const double highest = facts.lpi * facts.usefulViews / 2;
-    const double reach = kMiddleBand * step;
-    checkNumber(step > 0, "step", step, "LPI, above 0");
-    checkNumber(middle - reach > 0 && middle + reach <= highest, "around", middle,
-                "bands above 0 and up to " + numberText(highest) + " LPI, half of the dpi");
-
+    const auto [middle, step] = pitchesOf(facts, options);
     const cv::Size size(print.screenW, print.screenH);
     const Millimetres px(dpiOf(print));
     const bool isLying = lensGeometry(print).isLying();

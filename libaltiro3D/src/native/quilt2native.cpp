@@ -178,6 +178,7 @@ void Quilt2Native::render(const cv::Mat& quilt, cv::Mat& native, ChannelOrder or
 }
 
 void Quilt2Native::render(const cv::Mat& quilt, const RowSink& sink) const try {
+    checkFunction(sink, "sink");
     if (impl_->table || impl_->lut) {
         cv::Mat native;
         render(quilt, native);
@@ -301,6 +302,7 @@ void applyFitToViews(const cv::Mat& quilt, const QuiltLayout& layout, double vie
 QuiltShape::QuiltShape(const std::filesystem::path& file, const QuiltLayout& layout,
                        const Display& display, std::optional<FitMode> fit)
     : layout_(layout), panelAspect_(display.aspect()) {
+    validate(layout);
     const auto name = parseQuiltName(file);
     const bool isStated = name && name->aspect;
     aspect_ = isStated ? *name->aspect

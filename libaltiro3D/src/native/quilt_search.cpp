@@ -329,6 +329,7 @@ FoundQuilt findQuiltLayout(const cv::Mat& picture) try {
 
 Notes checkQuiltLayout(const cv::Mat& picture, const QuiltLayout& layout) try {
     checkType(picture, {CV_8UC3}, "picture", "CV_8UC3 (8-bit BGR)");
+    validate(layout);
     constexpr int kMinSideOfView = 16;   // px
     constexpr double kClear = 0.002;     // as of rowOrder()
     constexpr double kBlack = 8;         // grey levels
@@ -419,7 +420,7 @@ double likenessOfViews(const std::vector<cv::Mat>& pictures) try {
     }
     if (pairs.empty()) return 1;
     const double likeness = Tiles(strip, {kTile, kTile}, kRadius).likeness(pairs, kMaxRowShift);
-    return likeness == -1 ? 1 : std::max(0.0, likeness);
+    return likeness == -1 ? 1 : std::clamp(likeness, 0.0, 1.0);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }

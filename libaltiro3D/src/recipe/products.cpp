@@ -38,11 +38,15 @@ Placement placeFrame(const Scene& frame, double aspect, cv::Size size,
 }
 
 cv::Mat savedDepth(Scene scene, int longerSide) try {
+    checkType(scene.photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
+    checkDepthRange(scene.depth);
+    checkNumber(longerSide > 0, "longerSide", longerSide, "1 px or more");
     const cv::Mat guide = smallerPhoto(scene.photo, longerSide);
     scene.photo.release();
     cv::Mat depth;
     fitDepth(scene.depth, {0, 0, double(scene.depth.cols), double(scene.depth.rows)}, guide, depth);
-    return depth;
+    cv::patchNaNs(depth, 0);
+    return cv::min(cv::max(depth, 0), 1);
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);
 }
@@ -103,6 +107,7 @@ SplatScene photoSplats(const Scene& scene, const PlacementOptions& options,
 
 bool writeViews(const std::function<fs::path(int)>& fileOf, const cv::Mat& quilt,
                 const QuiltLayout& layout, const std::function<bool(double)>& goOn) try {
+    checkFunction(fileOf, "fileOf");
     validate(layout);
     checkType(quilt, {CV_8UC3}, "quilt", "CV_8UC3 (8-bit BGR)");
     checkSize(quilt.size(), layout.size(), "quilt");

@@ -183,6 +183,7 @@ SwayView quiltViews(const cv::Mat& quilt, const QuiltLayout& layout, const Photo
 
 bool writeSway(const std::filesystem::path& path, cv::Size size, const SwayOptions& options,
                const SwayView& view, const VideoProgressFunction& goOn) try {
+    checkFunction(view, "view");
     const int turn = framesPerTurn(options);
     VideoWriterOptions video;
     video.size = size;

@@ -163,6 +163,8 @@ Placement placeScene(const Scene& given, double aspect, cv::Size size,
 
 ChosenOptions chooseFromScene(const Scene& given, double aspect, const QuiltLayout& quilt,
                               const PlacementOptions& options, const AutoChoices& choices) try {
+    validate(options.views);
+    if (choices.strength || choices.limit) validate(quilt);
     const Scene scene = withDepthCurve(given, options.depthCurve);
     ChosenOptions chosen{options, {{}, scene.photo.size()}};
     PlacementOptions& now = chosen.options;

@@ -6,6 +6,7 @@
 #include "base/pixel_rows.hpp"
 #include "base/srgb_light.hpp"
 #include "image/picture_halves.hpp"
+#include "views/view_methods.hpp"
 
 #include <algorithm>
 #include <array>
@@ -194,6 +195,7 @@ void joinEyes(const cv::Mat& left, const cv::Mat& right, EyesPicture picture, cv
 }
 
 StereoPair renderEyes(const Scene& scene, const ViewOptions& views, EyesFrom from) try {
+    checkScene(scene);
     const cv::Range shown = shownColumns(scene);
     const cv::Size size(shown.size(), scene.photo.rows);
     StereoPair eyes;

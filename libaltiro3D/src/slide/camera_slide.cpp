@@ -420,6 +420,7 @@ CameraSlide::CameraSlide(SlidePictureSource source, const SlideOptions& options,
                          const std::string& name) try
     : impl_(std::make_unique<Impl>()) {
     validate(options);
+    checkFunction(source, "source");
     impl_->source = std::move(source);
     impl_->options = options;
     impl_->name = name;
@@ -444,6 +445,7 @@ cv::Size CameraSlide::viewSize() const {
 void CameraSlide::makeViews(int count,
                             const std::function<void(int view, const cv::Mat& picture)>& take) try {
     checkRange("count", count, 1, 1000);
+    checkFunction(take, "take");
     const auto begin = std::chrono::steady_clock::now();
     const std::vector<Stop>& stops = impl_->stops;
     const bool isBetween = impl_->options.views == SlideViews::Between;
@@ -524,6 +526,7 @@ void CameraSlide::makeViews(int count,
 }
 
 void CameraSlide::makeDepth(cv::Mat& photo, cv::Mat& depth) try {
+    check(&photo != &depth, "depth", "is the photo, expected another picture");
     const std::vector<Stop>& stops = impl_->stops;
     const double path = impl_->to - impl_->from;
     const std::size_t middle = impl_->nearestTo((impl_->from + impl_->to) / 2);

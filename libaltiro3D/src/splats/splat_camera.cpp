@@ -216,6 +216,8 @@ SplatPlacement placeSplats(const SplatView& view, const SplatCamera& camera,
     if (focus) checkRange("focus", *focus, 0, 1);
     if (strengthPercent) checkRange("strength", *strengthPercent, 0, 10000, " %");
     checkType(view.distance, {CV_32FC1}, "distance", "CV_32FC1");
+    requireCamera(camera);
+    validate(quilt);
     const auto closenessIn = [&](const cv::Rect& part) {
         std::vector<double> values;
         for (const float distance : cv::Mat1f(view.distance(part)))
@@ -256,6 +258,9 @@ SplatPlacement placeSplats(const SplatView& view, const SplatCamera& camera,
 
 cv::Mat depthOf(const SplatView& view, const SplatPlacement& placement) try {
     checkType(view.distance, {CV_32FC1}, "distance", "CV_32FC1");
+    check(placement.zNear > 0 && placement.zFar >= placement.zNear, "placement",
+          "lies at " + numberText(placement.zNear) + ".." + numberText(placement.zFar) +
+              ", expected a near distance above 0 and a far one");
     const double low = 1 / placement.zFar;
     const double range = std::max(1 / placement.zNear - low, 1e-12);
     return mapped<float, float>(view.distance, [&](float distance) {

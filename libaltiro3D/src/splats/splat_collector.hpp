@@ -89,6 +89,9 @@ class SplatCollector {
 /// Largest side of a picture, px.
 constexpr int kMaxPicture = 16384;
 
+/// @throws Error InvalidArgument unless the scene has splats, and the harmonics of its degree
+void requireSplats(const SplatScene& scene);
+
 /// @throws Error InvalidArgument unless pictures can be made with the camera
 void requireCamera(const SplatCamera& camera);
 

@@ -18,23 +18,34 @@ SplatCollector::SplatCollector(std::uint64_t count, int degree) : fileDegree_(de
     scene_.harmonics.reserve(count * 3 * coefficientsOf(scene_.degree));
 }
 
-void SplatCollector::add(Splat splat, const double* harmonics) {
+namespace {
+
+// Whether the numbers of a splat make sense.
+template <class Number>
+bool isUsable(const Splat& splat, const Number* harmonics, std::size_t count) {
     constexpr float kFarthest = 1e15F;
     constexpr float kLargest = 5e8F; // e^20
     constexpr double kBrightest = 1e6;
-    const std::size_t count = 3 * coefficientsOf(scene_.degree);
-    bool isUsable = splat.opacity >= 0;
+    const auto isColour = [](Number v) { return std::abs(static_cast<double>(v)) < kBrightest; };
+    bool usable = splat.opacity >= 0;
     for (int i = 0; i < 3; ++i)
-        isUsable = isUsable && std::abs(splat.centre[i]) < kFarthest && splat.radii[i] >= 0 &&
-                   splat.radii[i] < kLargest &&
-                   static_cast<double>(std::abs(splat.colour[i])) < kBrightest;
-    isUsable = isUsable && std::all_of(harmonics, harmonics + count,
-                                       [](double v) { return std::abs(v) < kBrightest; });
+        usable = usable && std::abs(splat.centre[i]) < kFarthest && splat.radii[i] >= 0 &&
+                 splat.radii[i] < kLargest &&
+                 static_cast<double>(std::abs(splat.colour[i])) < kBrightest;
     const double length = cv::norm(splat.rotation);
-    if (!isUsable || !(length > 1e-12 && length < 1e12)) {
+    return usable && length > 1e-12 && length < 1e12 &&
+           std::all_of(harmonics, harmonics + count, isColour);
+}
+
+} // namespace
+
+void SplatCollector::add(Splat splat, const double* harmonics) {
+    const std::size_t count = 3 * coefficientsOf(scene_.degree);
+    if (!isUsable(splat, harmonics, count)) {
         ++leftOut_;
         return;
     }
+    const double length = cv::norm(splat.rotation);
     for (float& q : splat.rotation.val)
         q = static_cast<float>(static_cast<double>(q) / length);
     splat.opacity = std::min(splat.opacity, 1.0F);
@@ -130,6 +141,14 @@ void takeCameras(const fs::path& file, SplatScene& scene, Notes* notes) {
 
 } // namespace
 
+void requireSplats(const SplatScene& scene) {
+    check(!scene.splats.empty() && scene.splats.size() <= kMaxSplats, "scene",
+          "has " + std::to_string(scene.splats.size()) + " splats, expected 1 to 67108864");
+    check(scene.degree >= 0 && scene.degree <= 3 &&
+              scene.harmonics.size() == scene.splats.size() * 3 * coefficientsOf(scene.degree),
+          "harmonics", "do not have the number that their degree needs");
+}
+
 void requireCamera(const SplatCamera& camera) {
     validate(Camera{camera.intrinsics});
     check(camera.size.width >= 1 && camera.size.height >= 1 && camera.size.width <= kMaxPicture &&
@@ -188,7 +207,12 @@ SplatScene readSplats(const fs::path& path, SplatAxes axes, Notes* notes) {
 
 void writeSplats(const fs::path& path, const SplatScene& scene) {
     const std::string ending = lowerExtension(path);
-    check(!scene.splats.empty(), "scene", "has no splats, expected at least one");
+    requireSplats(scene);
+    const std::size_t count = 3 * coefficientsOf(scene.degree);
+    for (std::size_t i = 0; i < scene.splats.size(); ++i)
+        check(isUsable(scene.splats[i], scene.harmonics.data() + i * count, count), "scene",
+              "has a splat, number " + std::to_string(i) +
+                  ", whose numbers make no sense, expected those that readSplats() gives");
     check(ending == ".ply" || ending == ".spz", "path",
           "is \"" + path.string() + "\", expected a name that ends in .ply or .spz");
     writeFile(path, ending == ".ply" ? plyBytes(scene) : spzBytes(scene, path.string()));

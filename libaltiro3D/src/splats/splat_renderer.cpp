@@ -311,11 +311,7 @@ struct SplatRenderer::Impl {
 
 SplatRenderer::SplatRenderer(const SplatScene& scene, const SplatCamera& camera, bool simple) {
     requireCamera(camera);
-    check(!scene.splats.empty() && scene.splats.size() <= kMaxSplats, "scene",
-          "has " + std::to_string(scene.splats.size()) + " splats, expected 1 to 67108864");
-    check(scene.degree >= 0 && scene.degree <= 3 &&
-              scene.harmonics.size() == scene.splats.size() * 3 * coefficientsOf(scene.degree),
-          "harmonics", "do not have the number that their degree needs");
+    requireSplats(scene);
     auto impl = std::make_shared<Impl>();
     impl->scene = &scene;
     impl->degree = simple ? 0 : scene.degree;

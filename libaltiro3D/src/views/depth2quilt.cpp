@@ -68,8 +68,7 @@ bool Depth2Quilt::render(const Scene& scene, cv::Mat& quilt,
                          const QuiltProgressFunction& goOn) const try {
     const cv::Mat& photo = scene.photo;
     const std::unique_ptr<ViewRenderer> renderer = makeRenderer(scene, options_, 1);
-    checkApart(quilt, photo, "quilt", "photo");
-    checkApart(quilt, scene.depth, "quilt", "depth");
+    checkApart(quilt, scene, "quilt");
     orOutOfMemory("quilt",
                   "no memory for " + sizeText(layout_.size()) + ", expected a smaller layout",
                   [&] { quilt.create(layout_.size(), CV_8UC3); });

@@ -128,6 +128,8 @@ double rankCorrelation(const cv::Mat& a, const cv::Mat& b, const cv::Mat& mask) 
 void alignDepth(const cv::Mat& estimate, const cv::Mat& truth, cv::Mat& aligned) try {
     checkType(estimate, {CV_32FC1}, "estimate", "CV_32FC1");
     checkType(truth, {CV_32FC1}, "truth", "CV_32FC1");
+    check(cv::checkRange(estimate) && cv::checkRange(truth), "depth",
+          "has NaN or infinity, expected numbers");
     cv::Mat sized;
     cv::resize(estimate, sized, truth.size(), 0, 0, cv::INTER_LINEAR);
     const double meanEstimate = cv::mean(sized)[0];

@@ -150,7 +150,8 @@ StereoScene makeStereoScene(const std::string& name, const cv::Mat& photo,
               " px, expected at most the photo's " + std::to_string(photo.cols) +
               " px; is the scale right?");
     scene.largestDisparity = static_cast<double>(largest);
-    if (largest > 0) scene.depth.convertTo(scene.depth, CV_32F, 1.0 / scene.largestDisparity);
+    if (largest >= std::numeric_limits<float>::min())
+        scene.depth.convertTo(scene.depth, CV_32F, 1.0 / scene.largestDisparity);
     return scene;
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);

@@ -40,15 +40,23 @@ void checkScene(const Scene& scene) {
         checkSize(hidden.photo.size(), scene.photo.size(), "hidden layer", "the photo's ");
     }
     checkRange("mixed px", scene.mixedPixels, 0, 7, " px");
+    const cv::Range shown = shownColumns(scene);
+    check(shown.start >= 0 && shown.start < shown.end && shown.end <= scene.photo.cols,
+          "shown columns",
+          "are " + std::to_string(shown.start) + ".." + std::to_string(shown.end - 1) +
+              ", expected columns of the photo, 0.." + std::to_string(scene.photo.cols - 1));
+}
+
+void checkApart(const cv::Mat& result, const Scene& scene, const char* subject) {
+    checkApart(result, scene.photo, subject, "photo");
+    checkApart(result, scene.depth, subject, "depth");
+    checkApart(result, scene.hidden.photo, subject, "hidden layer");
+    checkApart(result, scene.hidden.depth, subject, "hidden layer");
 }
 
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
                                            double outermost) {
     checkScene(scene);
-    const cv::Range shown = shownColumns(scene);
-    check(shown.start >= 0 && shown.end <= scene.photo.cols, "shown columns",
-          "are " + std::to_string(shown.start) + ".." + std::to_string(shown.end - 1) +
-              ", expected columns of the photo, 0.." + std::to_string(scene.photo.cols - 1));
     return orOutOfMemory("photo",
                          "no memory for views of " + sizeText(scene.photo.size()) +
                              ", expected a smaller photo",

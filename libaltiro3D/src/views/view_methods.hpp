@@ -9,8 +9,11 @@
 namespace altiro3D {
 
 /// Checks what methods read of a scene.
-/// @throws Error InvalidArgument (empty, types, mixed px), Mismatch (sizes)
+/// @throws Error InvalidArgument (empty, types, mixed px, shown columns), Mismatch (sizes)
 void checkScene(const Scene& scene);
+
+/// Checks that a result shares no memory with a scene. @throws Error InvalidArgument
+void checkApart(const cv::Mat& result, const Scene& scene, const char* subject);
 
 /// Creates the renderer of a method. The scene must outlive it.
 /// @param scene photo [rows x cols, CV_8UC3, BGR]; depth [as the photo, CV_32FC1], clamped to 0..1,

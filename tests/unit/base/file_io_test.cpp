@@ -53,6 +53,20 @@ TEST_F(FileIo, ADirectoryIsNoTarget) {
     EXPECT_TRUE(startsWith(errorOf([&] { writeFile("", "x"); }), "(no name): "));
 }
 
+TEST_F(FileIo, ANameIsNotCutAndBytesAreReplacedWhereTheyAre) {
+    const std::string name = (directory / "a").string();
+    EXPECT_EQ(codeOf([&] { writeFile(name + std::string("\0.png", 5), "x"); }),
+              ErrorCode::WriteFailed);
+    EXPECT_FALSE(std::filesystem::exists(name));
+    FileWriter file(name);
+    file.append({{"abc", 3}});
+    file.replace(1, {"x", 1});
+    EXPECT_EQ(codeOf([&] { file.replace(2, {"yz", 2}); }), ErrorCode::InvalidArgument);
+    EXPECT_EQ(codeOf([&] { file.replace(100, {"y", 1}); }), ErrorCode::InvalidArgument);
+    file.finish();
+    EXPECT_EQ(readFile(name, 10), "axc");
+}
+
 TEST_F(FileIo, MissingFilesAndDirectoriesAreNotRead) {
     const std::string name = directory.path().string();
     EXPECT_EQ(errorOf([&] { readFile(name + "/none", kMuch); }),

@@ -17,6 +17,7 @@
 
 using altiro3D::DepthKind;
 using altiro3D::Scene;
+using altiro3D::test::contains;
 using altiro3D::test::dataPath;
 using altiro3D::test::errorOf;
 
@@ -40,8 +41,12 @@ cv::Mat turned(const cv::Mat& depth) {
     return 1.0 - depth;
 }
 
-bool looksInverted(const cv::Mat& depth) {
-    return altiro3D::looksInverted(depth, [] { return floorDepth({64, 48}); });
+bool looksInverted(const cv::Mat& depth, int typeOfEstimate = CV_32FC1) {
+    return altiro3D::looksInverted(depth, [=] {
+        cv::Mat estimate;
+        floorDepth({64, 48}).convertTo(estimate, typeOfEstimate);
+        return estimate;
+    });
 }
 
 struct Count {
@@ -130,6 +135,9 @@ TEST(DepthDirection, AsksForAnEstimateOnlyIfTheOtherSignsAgree) {
 TEST(DepthDirection, RefusesOtherTypes) {
     const cv::Mat bytes(4, 4, CV_8UC1, cv::Scalar(0));
     const auto call = [](const cv::Mat& map) { return errorOf([&] { looksInverted(map); }); };
+    for (const int type : {CV_8UC1, CV_64FC1})
+        EXPECT_TRUE(
+            contains(errorOf([&] { looksInverted(turned(floorDepth()), type); }), "estimate: "));
     EXPECT_EQ(call(bytes), "depth: is 4 x 4 px of CV_8UC1, expected CV_32FC1");
     EXPECT_EQ(call({}), "depth: is empty, expected CV_32FC1");
 }

@@ -557,6 +557,23 @@ TEST(DepthMap, JoinedPicturesSplitIntoWhatTheyWereMadeOf) {
     }
 }
 
+TEST(DepthMap, PhotoAndDepthAreJoinedInTheirPlace) {
+    for (const DepthSide side : kSides) {
+        for (const StereoHalves halves : {StereoHalves::Full, StereoHalves::Squeezed}) {
+            const cv::Mat photo = randomPicture({20, 24}, CV_8UC3, 3);
+            const cv::Mat depth = randomPicture({20, 24}, CV_32FC1, 4, 0, 1);
+            cv::Mat apart;
+            joinRgbd(photo, depth, {side, halves}, apart);
+            cv::Mat place = photo.clone();
+            joinRgbd(place, depth, {side, halves}, place);
+            EXPECT_TRUE(samePicture(place, apart));
+            place = depth.clone();
+            joinRgbd(photo, place, {side, halves}, place);
+            EXPECT_TRUE(samePicture(place, apart));
+        }
+    }
+}
+
 TEST(DepthMap, TheHalvesLieWhereTheSideSays) {
     cv::Mat picture(4, 5, CV_8UC3); // odd: the column in the middle belongs to neither
     for (int i = 0; i < 20; ++i)

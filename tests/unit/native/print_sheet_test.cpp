@@ -355,6 +355,10 @@ TEST(PitchSheet, BandsHaveTheirPitchExactly) {
     };
     EXPECT_TRUE(contains(error({360, 1}), "around: is 360, expected bands above 0 and up to 360"));
     EXPECT_TRUE(contains(error({0, -1}), "step: is -1, expected LPI, above 0"));
+    EXPECT_EQ(codeOf([&] {
+                  (void)pitchSheetReach(calibrationOf(numbers), {0, std::nan("")});
+              }),
+              ErrorCode::InvalidArgument);
     numbers = numbersOf(2, 10, 60, 12); // px so wide that the labels have one column
     numbers.dpiDown = 2000;
     writePitchSheet(file, calibrationOf(numbers), {});

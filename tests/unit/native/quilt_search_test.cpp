@@ -266,6 +266,15 @@ TEST(CheckQuiltLayout, TellsTheOrderOfRows) {
     }
 }
 
+TEST(CheckQuiltLayout, RefusesWhatIsNoLayout) {
+    const cv::Mat picture(300, 400, CV_8UC3, cv::Scalar::all(9));
+    for (const QuiltLayout& layout :
+         {QuiltLayout{0, 2, {100, 100}, 2}, QuiltLayout{2, 0, {100, 100}, 2},
+          QuiltLayout{-2, -2, {100, 100}, 4}, QuiltLayout{2, 2, {200, 150}, 5}})
+        EXPECT_EQ(codeOf([&] { (void)checkQuiltLayout(picture, layout); }),
+                  ErrorCode::InvalidArgument);
+}
+
 TEST(CheckQuiltLayout, TellsPhotosFromQuilts) {
     for (int seed = 70; seed < 76; ++seed) {
         const cv::Mat photo = seenScene({900, 1200}, seed).photo;

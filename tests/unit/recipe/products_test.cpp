@@ -54,6 +54,11 @@ TEST(Products, SavedDepthHasTheShapeOfThePhoto) {
     EXPECT_TRUE(samePicture(savedDepth(scene), expected)); // of the photo's size: as it is
     EXPECT_EQ(savedDepth(scene, 30).size(), cv::Size(30, 20));
     EXPECT_EQ(savedDepth(scene, 1).size(), cv::Size(1, 1));
+    EXPECT_EQ(codeOf([&] { (void)savedDepth(scene, 0); }), ErrorCode::InvalidArgument);
+    EXPECT_EQ(codeOf([&] {
+                  (void)savedDepth({scene.photo, 9 * scene.depth});
+              }),
+              ErrorCode::InvalidArgument);
     scene.photo = randomPhoto({120, 80}, 2);
     fitDepth(scene.depth, {0, 0, 60, 40}, scene.photo, expected);
     EXPECT_TRUE(samePicture(savedDepth(scene), expected));

@@ -265,6 +265,25 @@ TEST(SplatFile, SpzIsWrittenAndReadWithinItsSteps) {
                          "ends in .ply or .spz"));
 }
 
+TEST(SplatFile, ScenesThatMakeNoSenseAreNotWritten) {
+    const TemporaryDirectory directory;
+    const SplatScene good = randomSplats(5, 3);
+    for (const char* name : {"a.ply", "a.spz"}) {
+        const auto said = [&](const std::function<void(SplatScene&)>& change) {
+            SplatScene scene = good;
+            change(scene);
+            return errorOf([&] { writeSplats(directory / name, scene); });
+        };
+        for (const int degree : {-1, 1, 4, std::numeric_limits<int>::max()})
+            EXPECT_TRUE(contains(said([&](SplatScene& s) { s.degree = degree; }), "harmonics: "));
+        EXPECT_TRUE(contains(said([](SplatScene& s) { s.harmonics.pop_back(); }), "harmonics: "));
+        EXPECT_TRUE(contains(said([](SplatScene& s) { s.splats[3].radii[0] = std::nanf(""); }),
+                             "scene: has a splat, number 3, whose numbers make no sense"));
+        EXPECT_TRUE(contains(said([](SplatScene& s) { s.harmonics[4] = HUGE_VALF; }), "number 0"));
+        EXPECT_FALSE(std::filesystem::exists(directory / name));
+    }
+}
+
 TEST(SplatFile, SpzOfVersion1HasHalfFloats) {
     const std::string raw("NGSP\1\0\0\0\1\0\0\0\0\14\0\0" // one splat
                           "\0\x3C\0\xC0\0\x38"            // 1, -2, 0.5

@@ -202,7 +202,12 @@ TEST(SplatRenderer, RefusesWhatMakesNoSense) {
     scene.harmonics.pop_back();
     EXPECT_EQ(code(scene, good, 0, 1), kRefused);
     const SplatView view{{}, cv::Mat(10, 10, CV_8UC1, cv::Scalar(1)), {}};
-    EXPECT_EQ(codeOf([&] { (void)depthOf(view, {}); }), kRefused);
+    EXPECT_EQ(codeOf([&] { (void)depthOf(view, {0, 0, 0, 0, 1, 2}); }), kRefused);
+    const SplatView far{{}, cv::Mat(10, 10, CV_32FC1, cv::Scalar(1)), {}};
+    EXPECT_EQ(codeOf([&] { (void)depthOf(far, {}); }), kRefused);
+    const QuiltLayout quilt{8, 6, {10, 10}, 48};
+    EXPECT_EQ(codeOf([&] { (void)placeSplats(far, cameraOf({10, 10}, 0), quilt); }), kRefused);
+    EXPECT_EQ(codeOf([&] { (void)placeSplats(far, good, {8, 6, {-5, -5}, 48}); }), kRefused);
 }
 
 // Pictures that another program made of real scenes, with a formula of its own in float64.

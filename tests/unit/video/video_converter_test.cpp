@@ -766,6 +766,8 @@ TEST_F(VideoConverterTest, PartsWithoutFramesAndFieldsThatDoNotGoTogetherAreErro
 
 TEST(ClockText, ShowsHoursOnlyWhereThereAreSome) {
     EXPECT_EQ(clockText(-1), "0:00.0");
+    EXPECT_EQ(clockText(std::nan("")), "0:00.0");
+    EXPECT_EQ(clockText(HUGE_VAL), "277777777777:46:40.0");
     EXPECT_EQ(clockText(5.24), "0:05.2");
     EXPECT_EQ(clockText(59.96), "1:00.0");
     EXPECT_EQ(clockText(3723.4), "1:02:03.4");

@@ -179,6 +179,14 @@ TEST(Depth2Quilt, ItsInputsAreNoPlaceForTheQuilt) {
                       maker(10, 0.5).render({photo, depth}, depth);
                   }),
                   "quilt: shares its memory with the depth, expected a picture of its own");
+        Scene scene{photo, depth};
+        scene.hidden = {photo.clone(), depth.clone()};
+        EXPECT_EQ(errorOf([&] { maker(10, 0.5).render(scene, scene.hidden.photo); }),
+                  "quilt: shares its memory with the hidden layer, expected a picture of its own");
+        scene.shown = {50, 40};
+        cv::Mat out;
+        EXPECT_TRUE(contains(errorOf([&] { maker(10, 0.5).render(scene, out); }),
+                             "shown columns: are 50..39, expected columns of the photo"));
         EXPECT_EQ(photo.size(), size);
     }
 }

@@ -164,6 +164,8 @@ TEST(AlignedDepth, UndoesScaleAndShift) {
     other.at<float>(0, 0) = 1;
     alignDepth(steep, other, aligned); // leaves 0..1 only where it is clamped
     EXPECT_TRUE(cv::checkRange(aligned, true, nullptr, 0, 1.0001));
+    steep.at<float>(0, 1) = std::nanf("");
+    EXPECT_EQ(codeOf([&] { alignDepth(steep, other, aligned); }), ErrorCode::InvalidArgument);
 }
 
 } // namespace

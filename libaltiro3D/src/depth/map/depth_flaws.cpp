@@ -399,7 +399,9 @@ bool looksInverted(const cv::Mat& depth, const std::function<cv::Mat()>& estimat
     if (std::sqrt(covariance(samples, samples)) < kMinSpread) return false;
     if (correlation(samples, rowNumbers()) > kMaxContradiction || !isBorderNearer(samples))
         return false;
+    checkFunction(estimate, "estimate");
     const cv::Mat estimated = estimate();
+    if (!estimated.empty()) checkType(estimated, {CV_32FC1}, "estimate", "CV_32FC1");
     return !estimated.empty() && correlation(samples, samplesOf(estimated)) <= kMaxContradiction;
 } catch (const cv::Exception& exception) {
     leaveAsOurs(exception);

@@ -190,18 +190,21 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layo
     const cv::Size whole(beside ? 2 * half.width : half.width,
                          beside ? half.height : 2 * half.height);
     const Halves halves = halvesOf(layout.side, whole);
-    const cv::Mat first = photo; // keeps the samples if photo and picture are the same object
-    picture.create(whole, CV_8UC3);
-    if (squeeze == Squeeze::None) {
-        first.copyTo(picture(halves.photo));
-    } else {
-        cv::resize(first, picture(halves.photo), half, 0, 0, cv::INTER_AREA);
+    // they keep the samples if `picture` is the same object
+    cv::Mat first = photo;
+    const cv::Mat given = depth;
+    if (squeeze != Squeeze::None) {
+        cv::Mat squeezed;
+        cv::resize(photo, squeezed, half, 0, 0, cv::INTER_AREA);
+        first = squeezed;
     }
+    picture.create(whole, CV_8UC3);
+    first.copyTo(picture(halves.photo));
     for (int y = 0; y < half.height; ++y) {
-        const float* from = depth.ptr<float>(nearestSample(y, half.height, depth.rows));
+        const float* from = given.ptr<float>(nearestSample(y, half.height, given.rows));
         std::uint8_t* to = picture.ptr<std::uint8_t>(halves.depth.y + y) + 3 * halves.depth.x;
         for (int x = 0; x < half.width; ++x, to += 3) {
-            const float value = from[nearestSample(x, half.width, depth.cols)];
+            const float value = from[nearestSample(x, half.width, given.cols)];
             std::fill_n(to, 3, toWhole<std::uint8_t>(value, 255.0f));
         }
     }

@@ -458,7 +458,8 @@ VideoConversionResult VideoConverter::run(const VideoProgressFunction& goOn) try
 
 std::string clockText(double seconds) {
     char text[48];
-    const auto tenths = std::llround(std::max(seconds, 0.0) * 10);
+    constexpr double kLongest = 1e15;
+    const auto tenths = std::llround(seconds > 0 ? std::min(seconds, kLongest) * 10 : 0);
     const long long hours = tenths / 36000;
     const int minutes = static_cast<int>(tenths / 600 % 60);
     const double rest = static_cast<double>(tenths % 600) / 10;

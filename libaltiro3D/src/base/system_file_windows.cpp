@@ -225,6 +225,7 @@ int checkWritable(const fs::path& path) {
 }
 
 std::string nameProblem(const fs::path& path) {
+    if (path.native().find(L'\0') != std::wstring::npos) return "holds a NUL byte";
     const std::string name = path.filename().string();
     const std::string stem = lowerCase(name.substr(0, name.find_first_of(".:")));
     constexpr std::array kDevices = {"con", "prn", "aux", "conin$", "conout$"};

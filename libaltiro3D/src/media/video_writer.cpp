@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <thread>
@@ -354,10 +355,10 @@ void VideoWriter::Impl::write(const VideoFrame& frame) {
           "has the time " + std::to_string(frame.pts) + ", expected " +
               (lastPts_ < 0 ? std::string("0 or more")
                             : "more than the last one's, " + std::to_string(lastPts_)));
-    constexpr double kLongest = 1e8; // s
-    checkNumber(static_cast<double>(frame.pts) * options_.timeBase.value() <= kLongest &&
-                    static_cast<double>(frame.duration) * options_.timeBase.value() <= kLongest,
-                "frame", static_cast<double>(frame.pts), "times of up to 1e8 s");
+    const double longest = container_.isMatroska() ? 1e11 : 1e8; // s, beyond which times are cut
+    check(static_cast<double>(frame.pts) * options_.timeBase.value() <= longest, "frame",
+          "has the time " + std::to_string(frame.pts) + ", expected at most " +
+              numberText(longest) + " s");
     AVFrame& picture = frames_->make(frame.picture);
     picture.pts = frame.pts;
     picture.pict_type = AV_PICTURE_TYPE_NONE;
@@ -367,7 +368,8 @@ void VideoWriter::Impl::write(const VideoFrame& frame) {
     picture.color_primaries = encoder_->color_primaries;
     picture.color_trc = encoder_->color_trc;
     lastPts_ = frame.pts;
-    lastDuration_ = std::max<std::int64_t>(frame.duration, 0);
+    lastDuration_ = std::clamp<std::int64_t>(frame.duration, 0,
+                                             std::numeric_limits<std::int64_t>::max() - frame.pts);
     durations_[frame.pts] = lastDuration_;
     encode(&picture);
     container_.copyOthers(frame.pts + lastDuration_);

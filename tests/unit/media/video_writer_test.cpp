@@ -909,7 +909,8 @@ TEST_F(VideoWriterFile, FramesAreChecked) {
     EXPECT_EQ(write(cv::Mat(kSize, CV_8UC1), 0),
               "frame: is 64 x 48 px of CV_8UC1, expected CV_8UC3");
     EXPECT_EQ(write(picture, -1), "frame: has the time -1, expected 0 or more");
-    EXPECT_TRUE(contains(write(picture, std::numeric_limits<std::int64_t>::max()), "1e8 s"));
+    EXPECT_TRUE(contains(write(picture, std::numeric_limits<std::int64_t>::max()),
+                         "expected at most 1e+11 s"));
     EXPECT_EQ(write(picture, 5), "(no error)");
     EXPECT_EQ(write(picture, 5), "frame: has the time 5, expected more than the last one's, 5");
     writer.finish();

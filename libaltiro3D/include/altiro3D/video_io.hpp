@@ -392,7 +392,8 @@ class ALTIRO3D_EXPORT VideoWriter {
     /// Encodes a frame.
     /// @param frame picture [VideoWriterOptions::size, CV_8UC3, BGR]; times in units of
     ///        VideoWriterOptions::timeBase; pts 0 or more, greater than that of the frame before,
-    ///        and at most 1e8 s, in Matroska 1e11 s
+    ///        and not so much later that the container cannot store it (MP4, MOV: 6 hours or more,
+    ///        by the time base; Matroska: 1e11 s)
     /// @throws Error InvalidArgument (picture, time, after finish()): the frame is not written;
     ///         WriteFailed (full disk, ...): the file is lost
     void write(const VideoFrame& frame);

@@ -6,7 +6,9 @@
 #include "media/ffmpeg.hpp"
 #include "media/other_streams.hpp"
 
+#include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -64,6 +66,14 @@ class VideoContainer {
     /// @throws Error Unsupported (what this container does not support), WriteFailed
     void open(const AVCodecParameters& pictures, const VideoWriterOptions& options,
               const std::shared_ptr<OtherStreams>& source, Notes& notes);
+
+    /// Longest time from one picture to the next, s: MP4 and MOV store it in 32 bits. For open
+    /// files.
+    double longestPause() const {
+        constexpr double kLongest = 1e11; // some 3000 years
+        constexpr int kMostTicks = std::numeric_limits<std::int32_t>::max();
+        return isMatroska() ? kLongest : kMostTicks * av_q2d(stream_->time_base);
+    }
 
     /// Writes an encoded picture, times in the options' time base. Takes the packet's reference.
     void write(AVPacket& packet);

@@ -355,10 +355,10 @@ void VideoWriter::Impl::write(const VideoFrame& frame) {
           "has the time " + std::to_string(frame.pts) + ", expected " +
               (lastPts_ < 0 ? std::string("0 or more")
                             : "more than the last one's, " + std::to_string(lastPts_)));
-    const double longest = container_.isMatroska() ? 1e11 : 1e8; // s, beyond which times are cut
-    check(static_cast<double>(frame.pts) * options_.timeBase.value() <= longest, "frame",
+    const auto pause = static_cast<double>(frame.pts - std::max<std::int64_t>(lastPts_, 0));
+    check(pause * options_.timeBase.value() <= container_.longestPause(), "frame",
           "has the time " + std::to_string(frame.pts) + ", expected at most " +
-              numberText(longest) + " s");
+              numberText(container_.longestPause()) + " s after the last one");
     AVFrame& picture = frames_->make(frame.picture);
     picture.pts = frame.pts;
     picture.pict_type = AV_PICTURE_TYPE_NONE;

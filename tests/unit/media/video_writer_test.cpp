@@ -910,11 +910,37 @@ TEST_F(VideoWriterFile, FramesAreChecked) {
               "frame: is 64 x 48 px of CV_8UC1, expected CV_8UC3");
     EXPECT_EQ(write(picture, -1), "frame: has the time -1, expected 0 or more");
     EXPECT_TRUE(contains(write(picture, std::numeric_limits<std::int64_t>::max()),
-                         "expected at most 1e+11 s"));
+                         "expected at most 1e+11 s after the last one"));
     EXPECT_EQ(write(picture, 5), "(no error)");
     EXPECT_EQ(write(picture, 5), "frame: has the time 5, expected more than the last one's, 5");
     writer.finish();
     EXPECT_EQ(write(picture, 6), "write: comes after finish()");
+}
+
+TEST_F(VideoWriterFile, PausesAreStoredOrRefused) {
+    for (const char* name : {"clip.mp4", "clip.mkv"}) {
+        for (const int rate : {25, 1000, 90000}) {
+            for (const double seconds : {2e4, 1e5, 2e5, 1e9, 9e10}) {
+                VideoWriterOptions options = smallOptions();
+                options.timeBase = {1, rate};
+                options.constantRate = false;
+                VideoWriter writer(directory / name, options);
+                writer.write({movingPicture(kSize, 0), 0, 1});
+                const VideoFrame later{movingPicture(kSize, 1), std::llround(seconds * rate), 1};
+                const std::string error = errorOf([&] { writer.write(later); });
+                writer.finish();
+                VideoReader reader(directory / name);
+                ASSERT_TRUE(reader.next());
+                const std::optional<VideoFrame> second = reader.next();
+                EXPECT_EQ(second.has_value(), error == "(no error)") << error;
+                EXPECT_TRUE(second || contains(error, " s after the last one")) << error;
+                EXPECT_TRUE(second || (seconds > 2e4 && fs::path(name).extension() == ".mp4"));
+                if (!second) continue;
+                const auto ticks = static_cast<double>(second->pts);
+                EXPECT_NEAR(ticks * reader.facts().timeBase.value(), seconds, 1e-3);
+            }
+        }
+    }
 }
 
 TEST(VideoWriterOptions, AreChecked) {

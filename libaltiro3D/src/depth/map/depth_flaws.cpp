@@ -395,11 +395,11 @@ DepthFlaws measureDepthFlaws(const cv::Mat& photo, const cv::Mat& depth) try {
 
 bool looksInverted(const cv::Mat& depth, const std::function<cv::Mat()>& estimate) try {
     checkType(depth, {CV_32FC1}, "depth", "CV_32FC1");
+    checkFunction(estimate, "estimate");
     const Samples samples = samplesOf(depth);
     if (std::sqrt(covariance(samples, samples)) < kMinSpread) return false;
     if (correlation(samples, rowNumbers()) > kMaxContradiction || !isBorderNearer(samples))
         return false;
-    checkFunction(estimate, "estimate");
     const cv::Mat estimated = estimate();
     if (!estimated.empty()) checkType(estimated, {CV_32FC1}, "estimate", "CV_32FC1");
     return !estimated.empty() && correlation(samples, samplesOf(estimated)) <= kMaxContradiction;

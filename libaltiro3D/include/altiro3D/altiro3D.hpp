@@ -31,10 +31,11 @@
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost). View 0 is the leftmost view
 ///   and the bottom-left tile of a quilt.
 /// - Most computed images are output parameters: a matrix is reused if its size and type fit, else
-///   allocated. Where memory must not be shared with an input, disjoint regions of one matrix are
-///   allowed. Images that are read, and parts of other images, are returned.
-/// - A wrong argument or file is reported as altiro3D::Error. Only codecs of OpenCV and ONNX
-///   Runtime print something.
+///   allocated. Where an output must not share memory with an input, the two may still be disjoint
+///   regions of one matrix. Images read from files, and images that are parts of others, are return
+///   values instead.
+/// - A wrong argument or file is reported as altiro3D::Error. The library itself prints nothing;
+///   OpenCV (its codecs and its network module) and ONNX Runtime may.
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be
 ///   null; remarks are appended to it.
 /// - A failed allocation is reported as Error OutOfMemory while reading or writing a file, loading

@@ -44,7 +44,7 @@ enum class SlideViews {
 struct SlideOptions {
     SlideViews views = SlideViews::Between; ///< How views are made.
     /// The depth of zero parallax, 0 (farthest) .. 1 (nearest); not set: the median of the
-    /// followed features.
+    /// tracked features.
     std::optional<double> focus;
     /// Width : height of the views, 0.01..100; 0: that of the part that all pictures show.
     double aspect = 0;
@@ -52,8 +52,8 @@ struct SlideOptions {
     /// Largest parallax relative to the focus, between the outermost views, 0..1e6 widths of a
     /// view; 0: no limit. If the path is longer, its middle part is used.
     double mostParallax = 0;
-    /// Horizontal angle of view of the pictures, once turned (SlideReport::turned),
-    /// degrees, 1..150; 0: it is estimated.
+    /// Horizontal angle of view of the pictures, after the turn by 90 degrees if there is one
+    /// (SlideReport::turned), degrees, 1..150; 0: it is estimated.
     double viewDegrees = 0;
     /// The camera stands still, and the scene turns in front of it by at most 35 degrees.
     bool turntable = false;
@@ -87,7 +87,8 @@ struct ALTIRO3D_EXPORT SlideReport {
     /// The pictures that are used: index in the clip, from 0, and position, 0 = the leftmost view,
     /// 1 = the rightmost one.
     std::vector<std::pair<int, double>> positions;
-    double seconds[4] = {}; ///< Times for reading, following features, path, views.
+    /// Times for reading the pictures, tracking features, finding the path and making views, s.
+    double seconds[4] = {};
 
     /// Describes the slide for people: path length, pictures used, vertical residual, speed, focus.
     /// @return five lines

@@ -109,14 +109,14 @@ struct NamedViewOptions {
     ViewOptions options; ///< Method and its options.
 };
 
-/// The settings worth comparing: every method with its defaults and with other values of its
-/// options. The most accurate setting is the last one.
-/// @param base strength and focus of all settings
+/// The settings worth comparing: every method, also with other values of some of its options. The
+/// most accurate setting is the last one.
+/// @param base the options that a setting does not vary, such as strength and focus
 /// @return the settings; their names are unique
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
 tradeSettings(const ViewOptions& base = {});
 
-/// Each method with its default options, cheapest first, named after the method.
+/// Each method with the options of `base`, cheapest first, named after the method.
 /// @param base strength, focus and method options of all settings
 /// @return "fast", "layered", "real"
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
@@ -159,11 +159,12 @@ struct ViewAccuracy {
 [[nodiscard]] ALTIRO3D_EXPORT ViewAccuracy compareViews(const cv::Mat& view, const cv::Mat& truth,
                                                         int band);
 
-/// A stereo scene: photo, depth (true disparity : largest disparity), the second camera's photo.
+/// A stereo scene: the photo, its depth (the true disparity divided by the largest one) and the
+/// second camera's photo.
 struct ALTIRO3D_EXPORT StereoScene : Scene {
     std::string name; ///< Name for tables.
     cv::Mat truth;    ///< [as photo]: the second camera's photo.
-    /// Largest disparity in px; content at depth d lies d times this to the left in `truth`.
+    /// Largest disparity in px. In `truth`, content at depth d lies farther left by d times this.
     double largestDisparity = 0;
 
     /// Options for which the view at position +1 is that of the second camera: focus 0 and S/2 =
@@ -178,8 +179,8 @@ struct ALTIRO3D_EXPORT StereoScene : Scene {
 /// Builds a scene from its pictures.
 /// @param name name in tables and errors
 /// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown; unknown values take the
-///        smaller of the two valid neighbours in the row
+/// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown; an unknown value becomes
+///        the smaller of the nearest valid values to its left and right in the row
 /// @param scale raw values per px of disparity, > 0
 /// @param truth [as photo], the photo of the second camera
 /// @return the scene; photo and truth share memory with the arguments

@@ -38,10 +38,11 @@ struct DepthNormalization {
 /// without interpolation; ranks are rounded outwards, so with fewer than about 200 values 0.5 and
 /// 99.5 are the extremes.
 ///
-/// Unknown values take the farther of the nearest valid values to their left and right in the row;
-/// a row without any takes the nearest row with some. Non-finite values are unknown. For metric
-/// depth, Z <= 0 is unknown as well, and so is the 16-bit value 65535. But if other values exceed
-/// 64879, then 65535 is the farthest distance that 16 bits can hold.
+/// An unknown value becomes the farther of the nearest valid values to its left and right in the
+/// row; a row without valid values becomes a copy of the nearest row that has some. Non-finite
+/// values are unknown, except +inf in metric depth, which is infinitely far. In metric depth,
+/// Z <= 0 is unknown as well, and so is the 16-bit value 65535. But if values of 64880..65534 occur
+/// too, 65535 is a valid distance, the farthest one.
 ///
 /// The result is defined for every input of a valid type: an image that is constant, entirely
 /// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger
@@ -53,19 +54,20 @@ struct DepthNormalization {
 ALTIRO3D_EXPORT void normalizeDepth(const cv::Mat& raw, cv::Mat& depth,
                                     const DepthNormalization& options = {});
 
-/// Rejects a depth map that holds other numbers, such as metres or 0..255: more than half of the px
-/// in up to 64 sampled rows are outside -0.1..1.1. Single outliers are accepted; functions
-/// that use depth clamp them.
+/// Rejects a matrix that holds numbers other than depth of 0..1, such as metres or 0..255: one in
+/// which more than half of the finite values of up to 64 sampled rows lie outside -0.1..1.1. Single
+/// outliers are accepted; functions that use depth clamp them.
 /// @param depth [rows x cols, CV_32FC1]
 /// @throws Error InvalidArgument (empty, wrong type, other numbers)
 ALTIRO3D_EXPORT void checkDepthRange(const cv::Mat& depth);
 
 /// Resamples a depth map to the size of a picture and aligns its edges with those of the picture.
 ///
-/// Enlarging weights the surrounding depth samples by distance and by similarity of the picture
-/// there (joint bilateral upsampling, docs/mathematics.md, (4.1)). Shrinking takes the nearest
-/// sample, so no depth appears that lies on neither side of an edge. Equal sizes are copied. The
-/// result stays within the range of the samples. Ramps under a uniform picture stay ramps.
+/// If the map is enlarged, each px gets the mean of the depth samples around it, weighted by their
+/// distance and by how similar the picture is at the px and at each sample (joint bilateral
+/// upsampling, docs/mathematics.md, (4.1)). If it is shrunk, each px gets the nearest sample, so
+/// the depth at an edge is that of one side and never a mixture. Equal sizes are copied. The result
+/// stays within the range of the samples. Ramps under a uniform picture stay ramps.
 /// @param depth [any size, CV_32FC1, 0..1]
 /// @param part the part of `depth` that the guide shows, in px of `depth` (fractions allowed),
 ///        inside [0, cols] x [0, rows]
@@ -80,7 +82,7 @@ enum class DepthSide { Right, Left, Top, Bottom };
 
 /// Where the depth half is, and the shape of both halves.
 struct RgbdLayout {
-    /// Converts a side to a layout with full halves.
+    /// Makes a layout; a side alone converts to one with full halves.
     /// @param depthSide position of the depth half @param shape shape of both halves
     // NOLINTNEXTLINE(google-explicit-constructor)
     RgbdLayout(DepthSide depthSide = DepthSide::Right, StereoHalves shape = StereoHalves::Full)
@@ -120,8 +122,9 @@ ALTIRO3D_EXPORT void splitRgbd(const cv::Mat& picture, const RgbdLayout& layout,
                                                     Notes* notes = nullptr);
 
 /// Finds the depth half of a picture whose name says that it is an RGB-D image: the half that is
-/// drawn in the colours of depth, or is grey while the other one has colours. In a grey picture:
-/// the half that looksLikeDepthImage() alone accepts, provided the edges of both halves coincide.
+/// drawn in a colour map of depth (readDepthImage()), or that is grey while the other one has
+/// colours. In a grey picture: the only half that looksLikeDepthImage() accepts, provided the edges
+/// of both halves coincide.
 /// @param picture [rows x cols, CV_8UC3 or CV_16UC3, BGR]
 /// @param isStacked the halves above each other are examined first
 /// @return its position; nothing if neither half is depth
@@ -225,7 +228,7 @@ ALTIRO3D_EXPORT DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& dept
 
 /// Whether near and far of a depth map look exchanged: far = 1 instead of near = 1.
 ///
-/// Three signs must agree, because a false alarm is worse than a missed one (docs/depth.md):
+/// Three criteria must be met, because a false alarm is worse than a missed one (docs/depth.md):
 /// - the depth falls from the top to the bottom: its correlation with the row is -0.3 or less;
 /// - the border of the upper half is nearer than the middle, on average;
 /// - the depth contradicts the photo: its correlation with an estimate is -0.3 or less.
@@ -233,8 +236,8 @@ ALTIRO3D_EXPORT DepthFlaws refineDepth(const cv::Mat& photo, const cv::Mat& dept
 /// All are measured at 64 x 64 places. For depth with a standard deviation below 0.02 there, the
 /// result is false.
 /// @param depth of a photo [any size, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN counts as 0
-/// @param estimate called if the first two signs agree; gives a depth map of the same photo, as
-///        `depth`, for example by estimatedDepth(), or an empty one, for which the result is false
+/// @param estimate called if the first two criteria are met; gives a depth map of the same photo,
+///        as `depth`, for example by estimatedDepth(), or an empty one: the result is then false
 /// @return true if near and far are probably exchanged
 /// @throws Error InvalidArgument (empty or wrong type); what `estimate` throws
 [[nodiscard]] ALTIRO3D_EXPORT bool looksInverted(const cv::Mat& depth,

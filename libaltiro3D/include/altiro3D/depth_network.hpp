@@ -22,7 +22,8 @@ enum class NetworkOutput {
     MetricDepth   ///< Distance, larger = farther (FastDepth).
 };
 
-/// Order of the colours in a network's input or in a Native. All other pictures are Bgr.
+/// Order of the colours in a network's input, in a Native, and in a quilt for
+/// Quilt2Native::render(). All other pictures are Bgr.
 enum class ChannelOrder { Rgb, Bgr };
 
 /// Shape of a network's input.
@@ -64,7 +65,7 @@ struct NetworkProfile {
     double scale = 1.0 / 255.0;                      ///< Factor on 8-bit values.
     std::array<double, 3> mean{0, 0, 0};             ///< Subtracted after scale, in channelOrder.
     std::array<double, 3> std{1, 1, 1};              ///< Divisor after mean, in channelOrder, != 0.
-    ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< On float values, after scale.
+    ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< Used on floats, after scale, before mean.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The engine that it needs; Best: any.
     std::string remark; ///< Remark for the user if a key of the file has no effect.
@@ -127,7 +128,8 @@ class ALTIRO3D_EXPORT DepthNetwork {
     ///        detail. For sizes other than the profile's, a reshape at the end of the graph is
     ///        skipped, because it may be fixed to the profile's size.
     /// @param engine program that runs the graph. ONNX Runtime cannot run a file with a fixed size
-    ///        at another size; InferenceEngine::Best then chooses OpenCV.
+    ///        at another size; InferenceEngine::Best then chooses OpenCV, unless the profile
+    ///        requires ONNX Runtime.
     /// @throws Error NotFound; BadFormat (not an ONNX file, its weights are in a missing file, not
     ///         one input of 3 channels, a graph that the engine cannot load); Mismatch (the file's
     ///         fixed input size differs from the profile's); NetworkFailed (cannot run at

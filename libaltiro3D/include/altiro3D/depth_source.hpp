@@ -19,7 +19,7 @@ namespace altiro3D {
 /// left picture - x in the right one) / width. Larger = nearer. 3D cameras shift the pictures
 /// against each other, so disparities may have both signs.
 struct ALTIRO3D_EXPORT StereoMatch {
-    double shift = 0;    ///< Median disparity. This and the next two count px with detail only.
+    double shift = 0;    ///< Median disparity; like the next two, of px with detail only.
     double farthest = 0; ///< Smallest disparity: percentile 0.5.
     double nearest = 0;  ///< Largest disparity: percentile 99.5.
     /// Share of the width by which the right picture's middle is lower; undone before matching.
@@ -53,9 +53,10 @@ struct ALTIRO3D_EXPORT StereoMatch {
 /// contrast are made equal. Disparities are searched from -35 % to +35 % of the width, first
 /// coarsely. A px counts as matched if the match from the right picture leads back to it within 1
 /// px. Px without a match take the farther disparity next to them, because px that one eye does not
-/// see belong to the background. A median weighted by similarity of colour then smooths them.
+/// see belong to the background. The values filled in are then smoothed by a median that is
+/// weighted by similarity of colour.
 /// @param left [rows x cols, CV_8UC3, BGR]
-/// @param right as `left`; its shape may differ by 5 %, it is resized to the left picture's size
+/// @param right as `left`; its shape may differ by 5 %; it is resized to the left picture's size
 /// @param disparity [the shrunk size, CV_32FC1, shares of the width, larger = nearer]; without any
 ///        match and for flat pairs, all values are `shift`
 /// @param hidden if given, receives what only the right eye sees: its picture and disparities (not
@@ -90,7 +91,8 @@ struct PhotoDepth {
         photo; ///< [CV_8UC3, BGR]: the whole picture, its photo half, or the left eye's picture.
     cv::Mat rawDepth; ///< [any size, one channel]; empty: the depth must be estimated.
     DepthKind kind = DepthKind::NearWhite;       ///< Meaning of the numbers of the depth.
-    HiddenLayer hidden;                          ///< As from matchStereo(), as depth.
+    HiddenLayer hidden;                          ///< Of matchStereo(), with disparities, which
+                                                 ///< makeScene() turns into depth.
     DepthOrigin origin = DepthOrigin::Estimated; ///< Where the depth comes from.
     std::string text; ///< Origin for people: "depth image beside the photo (FILE)".
     std::filesystem::path separateFile; ///< The depth image that storedDepthOr() found; else empty.
@@ -144,7 +146,8 @@ class ALTIRO3D_EXPORT DepthSource {
     ///         depthFromRgbd() as readRgbdImage() and splitRgbd()
     [[nodiscard]] virtual PhotoDepth readPhoto(const PhotoFile& file, Notes* notes = nullptr);
 
-    /// Splits an image in memory into photo and raw depth, or estimates its depth with a network.
+    /// Gives the photo and the raw depth of an image in memory. The depth is the image's depth half
+    /// (depthFromRgbd()), the depth image (depthFromFile()), or an estimate.
     /// @param image [rows x cols, CV_8UC3, BGR]; for depthFromRgbd() also CV_16UC3
     /// @param photo the image itself (shares its memory); for depthFromRgbd() its photo half
     ///        [CV_8UC3, BGR]; may be `image`
@@ -175,15 +178,16 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// Depth from a network, with DepthEdges::Aligned.
 ///
-/// Networks read a copy of at most 1024 px a side. Those with InputShape::Photo run three times
-/// for a photo: on the photo at their profile's size, and on the mirrored photo at 1.25 and
-/// at 1.625 times that size. The result is the mean of the first two runs, with half of the fine
-/// detail of the third. The third run uses DepthNetwork::inputSize() instead if it exceeds the
-/// profile's size. A network with another InputShape, or with an input smaller than its profile's,
-/// runs once. For a frame of a video, every network runs once. In photos, depth then becomes linear
-/// along straight edges. A step of depth becomes hard where the picture has an edge
-/// (docs/mathematics.md, 4a). The raw numbers are a depth map whose longer side is at most 512 px,
-/// 320 px for frames; kind() is NearWhite.
+/// Of a photo, networks read a copy of at most 1024 px a side. Those with InputShape::Photo run
+/// three times: on the copy at their profile's size, and on the mirrored copy at 1.25 and at 1.625
+/// times that size. The result is the mean of the first two runs, with half of the fine detail of
+/// the third. If DepthNetwork::inputSize() exceeds the profile's size, the third run uses it
+/// instead of 1.625 times the profile's size. A network with another InputShape, or with an input
+/// smaller than its profile's, runs once. For a frame of a video, every network runs once, on the
+/// frame itself. In photos, depth then becomes linear along straight edges; in photos and frames,
+/// steps of depth become hard where the picture has an edge (docs/mathematics.md, 4a). The raw
+/// numbers are a depth map whose longer side is at most 512 px, 320 px for frames; kind() is
+/// NearWhite.
 /// @param network a loaded network
 /// @return the source
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> depthFromNetwork(DepthNetwork network);
@@ -211,7 +215,8 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
 /// Depth from a separate depth image: readDepthSamples().
 /// @param file the depth image
 /// @param kind meaning of its numbers
-/// @return the source; it reads the depth image again for each photo, in a second thread
+/// @return the source; it reads the depth image again for each photo; readPhoto() may use a second
+///         thread for this
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource>
 depthFromFile(std::filesystem::path file, DepthKind kind = DepthKind::NearWhite);
 

@@ -68,8 +68,9 @@ struct Calibration {
     std::vector<SubpixelCell> subpixelCells; ///< At most 16; empty on classic RGB stripe panels.
     std::vector<std::string> missing;        ///< "viewCone", "invView": those that the file lacks.
     std::optional<LensSheet> sheet;          ///< Set for prints and screens with a lens sheet.
-    /// Set if the lenses are known in sub-pixels. Unless cells or flipImageX are set, it replaces
-    /// pitch, slope and center, which setLens() derives from it.
+    /// Set if the lenses are known in sub-pixels; setLens() derives pitch, slope and center from
+    /// it. Unless cells or flipImageX are set, phases and views are computed from it, not from
+    /// these.
     std::optional<SubpixelLens> lens;
     /// The views under a lens from left to right, a permutation of 0..N-1 with N of 2..64, as on
     /// some screens with a parallax barrier; empty: in order.
@@ -179,8 +180,8 @@ struct ALTIRO3D_EXPORT LensGeometry {
     /// @return z, 0..1: 0 = start of view 0, 1 = end of the last view
     [[nodiscard]] double phase(int x, int y, int colour) const;
 
-    /// View of a sub-pixel, with the order of views under a lens. Where the lens is known in
-    /// sub-pixels, its formula decides.
+    /// The view that a sub-pixel shows, with `viewOrder` taken into account. If `lens` is set, its
+    /// formula, (1.14) or (1.16), gives the view instead of phase().
     /// @param x, y, colour as for phase()
     /// @param views N, number of views, 1 or more
     /// @return 0..views-1
@@ -258,9 +259,9 @@ struct Display {
 [[nodiscard]] ALTIRO3D_EXPORT Display displayOf(Calibration calibration,
                                                 const std::string& source = {});
 
-/// The layout that a request without a view size refers to: the display's default layout. If the
-/// request's grid (without one, its quilt size) is that of the model's earlier default, it is that
-/// default.
+/// The layout that a request without a view size refers to: DisplayModel::earlierQuilt if the
+/// request's grid (without one, its quilt size) is that of this layout; else the display's default
+/// layout.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()
@@ -309,8 +310,8 @@ findUsbDisplays(const std::filesystem::path& fileSystemRoot = "/");
 
 /// Reads the calibration in the memory of a display of the first generation. Waits up to 2 s.
 /// @param display from findUsbDisplays()
-/// @param cached result of an earlier call: only the memory's first 64 bytes are read and, if they
-///        equal those of `cached`, `cached` is returned
+/// @param cached result of an earlier call; if the first 64 bytes of the memory (length and
+///        beginning of the text) fit it, the rest is not read and `cached` is returned
 /// @return JSON for parseCalibrations(), at most 4096 bytes
 /// @throws Error ReadFailed (no permission, no answer), BadFormat (an empty memory, damaged JSON),
 ///         TooLarge, Unsupported (a Portrait, which has a volume)

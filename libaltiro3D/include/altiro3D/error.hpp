@@ -20,7 +20,7 @@ enum class ErrorCode {
     TooLarge,        ///< A size beyond the limit; detected before allocation.
     Mismatch,        ///< Two inputs do not belong together (map and quilt, photo and depth).
     OutOfMemory,     ///< Allocation failed for a valid request.
-    NetworkFailed    ///< A depth network cannot be loaded or run.
+    NetworkFailed    ///< A depth network fails when it runs, or crashes or hangs in probeNetwork().
 };
 
 /// The name of a code, for reports. @param code the code @return for example "NotFound"
@@ -46,7 +46,7 @@ class ALTIRO3D_EXPORT Error : public std::runtime_error {
     std::size_t subjectBytes_;
 };
 
-/// Makes text from files and users one line that cannot inject terminal escape sequences: control
+/// Turns text from a file or a user into one line without terminal escape sequences: control
 /// characters become spaces. Error does this itself. @param text the text @return the line
 [[nodiscard]] ALTIRO3D_EXPORT std::string withoutControls(std::string text);
 

@@ -27,10 +27,10 @@ struct Bytes {
 
 /// Writes a file atomically: the name holds either its old contents or all of the new ones.
 ///
-/// The bytes are written to a hidden file next to the target and flushed to the disk; the file is
-/// then renamed to the target. Symbolic links are followed. A target that exists and is not a
-/// regular file (`/dev/stdout`, a pipe) is written in place. On failure the temporary file is
-/// removed and the target is unchanged.
+/// The bytes are written to a temporary file next to the target, hidden or still without a name,
+/// and flushed to the disk; the file is then renamed to the target. Symbolic links are followed. A
+/// target that exists and is not a regular file (`/dev/stdout`, a pipe) is written in place. On
+/// failure the temporary file is removed and the target is unchanged.
 /// @param path the file; its directory must exist
 /// @param parts the contents, written one after the other
 /// @throws Error WriteFailed (no permission, a directory, a full disk, ...)
@@ -42,10 +42,10 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::vec
 /// @throws Error WriteFailed
 ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::string& text);
 
-/// Normalizes a file name so that names that look the same to people compare equal: A..Z become
-/// a..z, and letters with marks, which a Mac writes as letter and mark (NFD), become one code point
-/// (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. Where a name is equal, prefer it to
-/// comparable ones.
+/// Normalizes a file name for comparisons in which neither the case of A..Z nor the encoding of
+/// letters with marks matters: A..Z become a..z, and a letter and its mark, as a Mac writes them
+/// (NFD), become one code point (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. Prefer
+/// a name that is equal byte for byte to one that is only comparable.
 /// @param name a file name, UTF-8; other bytes are only equal to themselves
 /// @return code points; equal for names that are comparable
 [[nodiscard]] ALTIRO3D_EXPORT std::u32string comparableName(const std::string& name);
@@ -58,7 +58,7 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::str
 /// writeFile() piece by piece: the name has its old contents until finish(). One thread at a time.
 class ALTIRO3D_EXPORT FileWriter {
   public:
-    /// Creates the file, which has no name yet.
+    /// Creates the temporary file, or opens a target that is written in place.
     /// @param path the file; its directory must exist
     /// @throws Error WriteFailed
     explicit FileWriter(const std::filesystem::path& path);

@@ -19,7 +19,7 @@ namespace altiro3D {
 /// Receives a picture in bands of rows, from top to bottom.
 using RowSink = std::function<void(const cv::Mat& rows)>;
 
-/// Pictures with more pixels than this are refused by their header, before allocation.
+/// Pictures whose header states more pixels than this are refused before memory is allocated.
 constexpr double kMaxImagePixels = 4.0e8;
 
 /// A picture file that is read once, or a picture in memory. All functions that read pictures take
@@ -121,7 +121,8 @@ class ALTIRO3D_EXPORT PhotoFile {
 ///
 /// Depth of 8 or 16 bits that is drawn in one of the colour maps turbo, jet, Spectral, inferno,
 /// magma, viridis, plasma and hue is read as the place in the map, 0..255: 255 is the warm or
-/// bright end, or hue 1. Black px are 0 if the map does not contain black.
+/// bright end; of hue, which begins and ends with red, it is the end after magenta. Black px are 0
+/// if the map does not contain black.
 /// @param file as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
 /// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
@@ -184,8 +185,8 @@ encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
               ImageMark mark = ImageMark::None);
 
 /// Whether a PNG file is marked as a Native, so it is not used as a photo by mistake. False for
-/// Natives in other formats or from other programs, and as PhotoFile::start() for pipes and
-/// unreadable files. Throws only if an allocation fails.
+/// Natives in other formats or from other programs, for files that cannot be read, and for pipes
+/// that PhotoFile::bytes() has not read. Throws only if an allocation fails.
 /// @param file the file
 /// @return true if it is
 [[nodiscard]] ALTIRO3D_EXPORT bool isMarkedNative(const PhotoFile& file);
@@ -200,7 +201,8 @@ encodePicture(const cv::Mat& picture, const std::filesystem::path& name,
 [[nodiscard]] ALTIRO3D_EXPORT const std::vector<std::string>& imageExtensions();
 
 /// Lists the pictures in a directory in natural order: `view9.png` before `view10.png`. These are
-/// files with a picture's extension, without hidden ones. Subdirectories are not searched.
+/// files with a picture's extension, and files without an extension whose contents are a picture;
+/// hidden ones are left out. Subdirectories are not searched.
 /// @param directory the directory
 /// @return their paths, including the directory
 /// @throws Error NotFound or ReadFailed (no directory, no permission)
@@ -381,7 +383,7 @@ struct StereoPair {
 /// - an MPO of a 3D camera (JPEG with MP type "multi-frame image, disparity", CIPA DC-007);
 /// - a spatial photo (HEIC or AVIF with a group `ster`);
 /// - a JPEG with the header of JPS (layout, order, half width and height, separation are used);
-/// - a PNG with the chunk sTER;
+/// - a PNG with the chunk sTER or the mark of writeEyes();
 /// - a panorama of Cardboard Camera;
 /// - a file named .jps or .pns; the right eye's picture is at the left unless stated otherwise.
 ///
@@ -396,7 +398,8 @@ struct StereoPair {
 [[nodiscard]] ALTIRO3D_EXPORT std::optional<StereoPair> readStereoPair(const PhotoFile& photo,
                                                                        Notes* notes = nullptr);
 
-/// The layout of a file whose only picture readStereoPair() splits: JPS and the like, not MPO.
+/// The layout of a file that holds both eyes in one picture, which readStereoPair() splits: JPS and
+/// the like, not MPO.
 /// @param photo as for readStereoPair()
 /// @return the layout; nothing for other files
 /// @throws Error as PhotoFile::bytes(), Unsupported (interleaved or anaglyph JPS)
@@ -414,7 +417,7 @@ struct StereoPair {
 
 /// Writes a picture for two eyes: as writeImage(), with a mark in PNG (text chunk "altiro3D") and
 /// JPEG (header of JPS) by which readStereoPair() splits it, or refuses it if it is an anaglyph or
-/// interleaved. Those two, as JPEG, have quality 100 and full chroma (4:4:4).
+/// interlaced. As JPEG, anaglyphs and interlaced pictures have quality 100 and full chroma (4:4:4).
 /// @param path, picture as for writeImage()
 /// @param kind what the picture is
 /// @param swapped the eyes are exchanged in it

@@ -60,9 +60,10 @@ struct LensEye {
 /// of view k are up to a few px out of place. A colour without any lit sub-pixel is black. Mirrored
 /// panels are seen unmirrored.
 ///
-/// With LensEye::blur, it is the light that passes lenses and eye. In each row, a lens
-/// shows the sub-pixel nearest to the eye's phase, of one colour, over its whole width; the spot
-/// has no effect. The eye blurs in linear light: luminance by the blur, colour by twice the blur.
+/// With LensEye::blur, the result is the light that comes through the lenses, as the eye blurs it.
+/// In each row, a lens shows one sub-pixel, and so one colour, over its whole width: the one whose
+/// phase is nearest to the eye's. The spot has no effect. The eye blurs in linear light: luminance
+/// by the blur, colour by twice the blur.
 ///
 /// If the calibration is not the Native's, the views mix, as they do on the display.
 /// @param native [panel rows x panel cols, CV_8UC3, BGR]

@@ -54,9 +54,9 @@ class ALTIRO3D_EXPORT NativeRenderer {
                    InvertViews invert = InvertViews::Auto);
 
     /// Renders one Native.
-    /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, which fills the
-    ///        panel at any size; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as
-    ///        0; hidden layer of the photo's size or empty
+    /// @param scene photo [rows x cols, CV_8UC3, BGR], sides at most 32766 px, stretched to the
+    ///        panel; depth [as the photo, CV_32FC1, 0..1, 1 = nearest], NaN counts as 0; hidden
+    ///        layer of the photo's size or empty
     /// @param native [panel rows x panel cols, CV_8UC3, `order`]; reused if it fits; must not share
     ///        memory with the scene
     /// @param order of the channels of `native`
@@ -209,8 +209,8 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @return columns x rows in px
     [[nodiscard]] cv::Size workSize() const;
     /// Size to which photos are fitted for a quilt.
-    /// @return the size of a view; the panel's with Detail::Panel and no filter; columns x rows in
-    /// px
+    /// @return columns x rows in px: the size of a view, or the panel's with Detail::Panel and no
+    ///         filter
     [[nodiscard]] cv::Size quiltSize() const;
 
     /// Makes the quilt of a fitted photo, whatever path() is.
@@ -230,13 +230,14 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @param fitted photo and depth map of workSize(); used if path() is Direct, else ignored
     /// @param quilt from makeQuilt(); used if path() is OverQuilt, else ignored and may be empty
     /// @param native [panelSize(), CV_8UC3, `order`]; reused if it fits
-    /// @param order of the channels of `native`; over a quilt, Rgb takes a pass over it
+    /// @param order of the channels of `native`; if path() is OverQuilt, Rgb costs one more pass
+    ///        over the Native
     /// @throws Error Mismatch (another size), as NativeRenderer::render() and
     ///         Quilt2Native::render()
     void makeNative(const Scene& fitted, const cv::Mat& quilt, cv::Mat& native,
                     ChannelOrder order = ChannelOrder::Bgr) const;
 
-    /// As above, in bands, so that the Native need not fit into memory: large prints.
+    /// As above, in bands, so that the Natives of large prints need not fit into memory.
     /// @param fitted, quilt as above
     /// @param sink receives the Native [rows x panel cols, CV_8UC3, BGR]; the same bytes as above
     /// @throws Error as above, and what `sink` throws

@@ -28,10 +28,10 @@ constexpr int kPageSide = 2048;
 /// Longest side of a picture that all browsers draw, px.
 constexpr int kPageTextureSide = 4096;
 
-/// The page of a photo with its depth. Its views are those of method Layered, by the options'
-/// strength, focus and edges.
+/// The page of a photo with its depth. Its views are those of method Layered.
 /// @param scene photo and depth
-/// @param options strength (at most 100 %), focus, edges and the depth
+/// @param options used: `views` (strength of at most 100 %, focus, `layered`), `refine` and
+///        `depthCurve`
 /// @param text what the page says
 /// @param part of the photo, px; not set: all of it
 /// @param side longer side of the picture, px, 16..kPageTextureSide; never more than the part has,

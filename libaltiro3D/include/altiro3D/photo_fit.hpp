@@ -51,8 +51,8 @@ struct PhotoFit {
     cv::Rect source; ///< Part of the picture that the panel shows, in its px.
     cv::Rect target; ///< Its position on the panel, in px; the rest is black.
     cv::Size size;   ///< Size of the picture on the panel in px.
-    /// Columns of the fitted picture left of `size`. They show what the picture has left of
-    /// `source`, at the same scale; views from the side show them at the edges of the panel.
+    /// Columns of the fitted picture left of `size`. They show what lies to the left of `source` in
+    /// the picture, at the same scale; views from the side show them at the edges of the panel.
     int leftMargin = 0;
     int rightMargin = 0; ///< The same at the right.
 
@@ -85,7 +85,7 @@ struct PhotoFit {
 /// @param mode crop, bars or distortion
 /// @param framing the part to show; with FitMode::Contain, zooming first shrinks the bars
 /// @return the fit
-/// @throws Error InvalidArgument (out of these ranges; a zoom that leaves less than
+/// @throws Error InvalidArgument (out of these ranges; a zoom that leaves fewer than
 ///         kMinFramedPixels rows or columns)
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit fitPhoto(cv::Size picture, double panelAspect,
                                                 cv::Size result, FitMode mode = FitMode::Cover,
@@ -94,7 +94,8 @@ struct PhotoFit {
 /// Resamples a picture by a fit: area average to shrink, cubic to enlarge.
 /// @param picture [rows x cols, CV_8UC3, BGR], of the size that the fit was made for
 /// @param fit from fitPhoto()
-/// @param fitted [fit.fittedSize(), CV_8UC3, BGR], newly allocated; may be `picture` itself
+/// @param fitted [fit.fittedSize(), CV_8UC3, BGR], always in new memory, so it may be the same
+///        object as `picture`
 /// @throws Error Mismatch (the fit is for another size), InvalidArgument (type, a fit whose target
 ///         is not inside its result, margins that the picture does not have)
 ALTIRO3D_EXPORT void applyFit(const cv::Mat& picture, const PhotoFit& fit, cv::Mat& fitted);
@@ -124,7 +125,7 @@ ALTIRO3D_EXPORT void applyFitToDepth(const cv::Mat& depth, cv::Size photoSize, c
 /// options have flaws. Sets Scene::mixedPixels.
 /// @param scene photo and depth of one size; its refined depth is newly allocated
 /// @param options how the depth is refined
-/// @param part the part of the photo without bars, inside it; empty: all
+/// @param part the part of the photo that has no bars, within the photo; empty: all of it
 /// @return the flaws that were corrected
 /// @throws Error as refineDepth(), InvalidArgument (part)
 ALTIRO3D_EXPORT DepthFlaws refineScene(Scene& scene, const DepthRefineOptions& options = {},

@@ -115,8 +115,9 @@ constexpr double kMaxAutoHidden = 5;
 /// What chooseFromScene() has chosen.
 struct ChosenOptions {
     PlacementOptions options; ///< With the framing, focus and strength that were chosen.
-    /// The photo without a scan's border at sides where that would be seen; all of it if the
-    /// framing was not to be chosen. For messages only: the framing excludes the border.
+    /// Part of the photo: a scan's border is left out at each side at which views would show it.
+    /// All of the photo if the framing was not to be chosen. For messages only: the framing
+    /// excludes the border.
     cv::Rect inside;
 };
 

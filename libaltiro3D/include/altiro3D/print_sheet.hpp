@@ -73,7 +73,7 @@ struct PitchSheetOptions {
 constexpr int kPitchBands = 21;
 
 /// The difference between the outermost bands and the middle one, in lenses over the whole sheet.
-/// Below 1, the right band is hardly recognizable.
+/// Below 1, one can hardly tell which band has the correct pitch.
 /// @param print calibration of a print
 /// @param options the pitches
 /// @return lens periods
@@ -81,14 +81,13 @@ constexpr int kPitchBands = 21;
 [[nodiscard]] ALTIRO3D_EXPORT double pitchSheetReach(const Calibration& print,
                                                      const PitchSheetOptions& options = {});
 
-/// Writes a sheet of labelled bands of lines, each with another pitch. Seen through the lenses, the
-/// band of the right pitch has one tone from end to end.
+/// Writes a sheet of labelled bands of lines, each with a different pitch. Seen through the lenses,
+/// the band with the correct pitch has one tone from end to end.
 /// @param file .png, .tif or .pdf
 /// @param print calibration of a print
 /// @param options the pitches
-/// @throws Error BadFormat (calibration), InvalidArgument (no print; a pitch not above 0 or above
-///         half of the dpi),
-///         Unsupported (extension), WriteFailed
+/// @throws Error BadFormat (calibration), InvalidArgument (no print; a pitch of 0 or less, or of
+///         more than half of the dpi), Unsupported (extension), WriteFailed
 ALTIRO3D_EXPORT void writePitchSheet(const std::filesystem::path& file, const Calibration& print,
                                      const PitchSheetOptions& options = {});
 

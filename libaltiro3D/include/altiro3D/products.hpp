@@ -47,7 +47,7 @@ constexpr int kSavedDepthSide = 4096;
 /// The pictures of both eyes of a whole photo, in its own shape.
 ///
 /// @param scene photo and depth
-/// @param options method, focus and the depth; fit, framing and strength are replaced
+/// @param options as for placeScene(); fit, framing and strength are replaced
 /// @param strengthPercent parallax between the eyes, % of the width (kEyesStrength)
 /// @param from which eyes are rendered
 /// @return both pictures, of the photo's size
@@ -73,7 +73,7 @@ constexpr int kSavedDepthSide = 4096;
 /// The views of a photo for its swaying video.
 ///
 /// @param scene photo and depth
-/// @param options method, strength, focus and the depth
+/// @param options used: `views`, `refine` and `depthCurve`
 /// @param fit from swayFitOf()
 /// @return renders pictures of the fit's size, for writeSway()
 /// @throws Error as fitScene() and photoViews()
@@ -81,12 +81,12 @@ constexpr int kSavedDepthSide = 4096;
                                                    const PlacementOptions& options,
                                                    const PhotoFit& fit);
 
-/// The splats of a photo: splatsOf() for a grid of px of its own shape.
+/// The splats of a photo, or of a part of it: splatsOf() after shrinking it to `side`.
 ///
 /// @param scene photo and depth
-/// @param options focus and the depth
+/// @param options used: `views.focus`, `refine` and `depthCurve`
 /// @param part of the photo, px; not set: all of it
-/// @param side longer side of the grid, 16..8192; never more than the part has
+/// @param side longer side after shrinking, px, 16..8192; a smaller part is not enlarged
 /// @param focalLength 35 mm equivalent, mm, up to 5000; 0, unknown: kUsualFocalLength
 /// @return the splats with the camera of the part
 /// @throws Error as fitScene() and splatsOf(), InvalidArgument

@@ -105,8 +105,8 @@ parseQuiltName(const std::filesystem::path& file);
 /// @param layout columns and rows, 1..1024 each; other fields are ignored
 /// @param aspect width : height of the scene
 /// @return the name
-/// @throws Error Mismatch (the name has another suffix; aspects match within 5 %); InvalidArgument
-///         (columns, rows, a suffix that parseQuiltName() refuses)
+/// @throws Error Mismatch (the name's suffix has another grid, or an aspect that differs by more
+///         than 5 %); InvalidArgument (columns, rows, a suffix that parseQuiltName() refuses)
 [[nodiscard]] ALTIRO3D_EXPORT std::filesystem::path
 quiltFileName(const std::filesystem::path& file, const QuiltLayout& layout, double aspect);
 

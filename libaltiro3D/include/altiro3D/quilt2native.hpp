@@ -93,7 +93,8 @@ class ALTIRO3D_EXPORT Quilt2Native {
     void render(const cv::Mat& quilt, cv::Mat& native,
                 ChannelOrder order = ChannelOrder::Bgr) const;
 
-    /// As above, in bands, so that the Native need not fit into memory. Fast only for prints.
+    /// As above, in bands for prints and for linear sampling, so that these Natives need not fit
+    /// into memory; other Natives, and all with a NativeLut, are passed whole.
     /// @param quilt as above
     /// @param sink receives the Native [rows x panel cols, CV_8UC3, BGR]; the same bytes as above
     /// @throws Error as above, and what `sink` throws
@@ -118,7 +119,7 @@ class ALTIRO3D_EXPORT Quilt2Native {
 /// A shader that renders Natives from quilts on the graphics card, for mpv and other players with
 /// libplacebo. The quilt may have any size. The text contains no strings of the calibration.
 ///
-/// On all known displays fewer than 0.1 % of the sub-pixels take another view than with
+/// On all known displays, fewer than 0.1 % of the sub-pixels show a different view from that of
 /// Quilt2Native, because of 32-bit floats. Within a view, a sub-pixel is off by at most one px.
 /// @param calibration the display
 /// @param quilt columns, rows and number of views; the size of a view has no effect
@@ -139,8 +140,8 @@ class ALTIRO3D_EXPORT Quilt2Native {
 
 /// How the views of a quilt file are fitted to the panel if their shapes differ.
 ///
-/// The shape of the views is the aspect in the file's name (`_qs8x6a0.75`), else that of their px.
-/// Immutable and thread-safe.
+/// The shape of the views is the aspect in the file's name (`_qs8x6a0.75`), without one their
+/// width : height in px. Immutable and thread-safe.
 class ALTIRO3D_EXPORT QuiltShape {
   public:
     /// @param file the quilt file; only its name is used
@@ -172,7 +173,7 @@ class ALTIRO3D_EXPORT QuiltShape {
     [[nodiscard]] FitMode fit() const { return fit_; }
 
     /// Whether the constructor chose to stretch the views, because the name does not state their
-    /// shape and the shape of their px differs from the panel's. Tools report this.
+    /// shape and their width : height in px differs from the panel's. Tools report this.
     /// @return true if `fit` was not given, the fit is Stretch, and the shapes differ
     [[nodiscard]] bool stretchesUnasked() const { return isStretchedUnasked_; }
 

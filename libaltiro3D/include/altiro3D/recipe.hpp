@@ -16,7 +16,7 @@ namespace altiro3D {
 /// All settings of a picture: how its views and its Native are made, and which settings are chosen
 /// for each scene.
 struct Recipe : NativeOptions {
-    /// What chooseFromScene() chooses. It replaces the values of these fields.
+    /// What chooseFromScene() chooses for each scene, instead of the recipe's own values.
     AutoChoices choices;
 };
 
@@ -55,10 +55,11 @@ struct RecipeField {
 /// @throws Error InvalidArgument (no field has this name)
 [[nodiscard]] ALTIRO3D_EXPORT const RecipeField& recipeField(std::string_view name);
 
-/// The settings as a JSON object with a member for each field: numbers, true or false, or words,
-/// never the number of a word. A number or a fit that is chosen for each scene is "auto". Settings
-/// without a field are not written: inpainting and its radius, the px of LayeredOptions, stated
-/// flaws, AutoChoices::isVideo. parseRecipe() refuses a strength above 100 %.
+/// The settings as a JSON object with a member for each field: numbers, true or false, words such
+/// as "layered", and "0.5,0.5" for the centre. A number or a fit that is chosen for each scene is
+/// "auto". Settings without a field are not written: inpainting and its radius, the px of
+/// LayeredOptions, stated flaws, AutoChoices::isVideo. parseRecipe() refuses a strength above
+/// 100 %.
 /// @param recipe the settings
 /// @return the object, on one line
 [[nodiscard]] ALTIRO3D_EXPORT std::string recipeText(const Recipe& recipe);

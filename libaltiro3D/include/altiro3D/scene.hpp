@@ -9,7 +9,9 @@ namespace altiro3D {
 /// eye's picture. It covers the whole photo.
 struct HiddenLayer {
     cv::Mat photo; ///< [any size, CV_8UC3, BGR]; empty: nothing is known
-    cv::Mat depth; ///< [as HiddenLayer::photo, CV_32FC1, 0..1, 1 = nearest, NaN = unknown]
+    /// [as HiddenLayer::photo, CV_32FC1, 0..1 or somewhat beyond, 1 = nearest, NaN = unknown]; from
+    /// matchStereo(): disparities, which scaleHiddenDepth() turns into depth
+    cv::Mat depth;
 };
 
 /// What is known about the edges of a depth map; it decides what refinement corrects.

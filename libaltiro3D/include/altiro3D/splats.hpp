@@ -66,14 +66,16 @@ enum class SplatAxes {
 
 /// Reads a scene of splats: .ply (as 3DGS and SHARP write it, and compressed), .splat, .spz (also
 /// version 4 if the library was built with libzstd). Splats with impossible numbers are left out
-/// and counted in a remark. A camera comes from the elements of SHARP, or, for a .ply that
-/// is not Rub, it is the middle one in `cameras.json` beside the file or two folders above.
+/// and counted in a remark. A camera comes from the elements of SHARP, or, for a .ply that is not
+/// Rub, it is the middle one in `cameras.json` beside the file or, for a file in a folder
+/// `iteration_...`, two folders above.
 /// @param path the file, at most 16 GiB; 64 million splats
 /// @param axes how the axes of the file lie
 /// @param notes if given, receives remarks
 /// @return the scene, with at least one splat
 /// @throws Error NotFound, ReadFailed, TooLarge, OutOfMemory, Unsupported (.sog, .ksplat, meshes,
-///         point clouds), BadFormat (what is damaged; how many splats of how many are there)
+///         point clouds), BadFormat (says what is damaged, or how many of the stated splats the
+///         file holds)
 [[nodiscard]] ALTIRO3D_EXPORT SplatScene readSplats(const std::filesystem::path& path,
                                                     SplatAxes axes = SplatAxes::Auto,
                                                     Notes* notes = nullptr);
@@ -97,8 +99,8 @@ ALTIRO3D_EXPORT void writeSplats(const std::filesystem::path& path, const SplatS
 
 /// How a camera is chosen for a scene. Fields that are not set are chosen from the scene.
 struct SplatCameraOptions {
-    double yaw = 0;  ///< Turn of the camera around the scene to its right, degrees, -360..360.
-    double tilt = 0; ///< Turn of the camera upwards around the scene, degrees, -90..90.
+    double yaw = 0;  ///< Turn around the scene, degrees, -360..360; > 0: the camera moves right.
+    double tilt = 0; ///< Turn around the scene, degrees, -90..90; > 0: the camera moves up.
     std::optional<cv::Vec3d> position; ///< Its place.
     std::optional<cv::Vec3d> lookAt;   ///< A point in the middle of the picture.
     std::optional<cv::Vec3d> up;       ///< A direction that is up in the picture.
@@ -201,8 +203,8 @@ ALTIRO3D_EXPORT bool renderQuilt(const SplatRenderer& renderer, const SplatPlace
                                  const QuiltLayout& layout, cv::Mat& quilt,
                                  const std::function<bool(int view)>& goOn = {});
 
-/// The depth of a view. @param view from SplatRenderer::render() @param placement from
-/// placeSplats()
+/// The depth of a view.
+/// @param view from SplatRenderer::render() @param placement from placeSplats()
 /// @return [as the view, CV_32FC1, 0..1, 1 = nearest]; px without a distance have depth 0
 /// @throws Error InvalidArgument (type of the distances, placement)
 [[nodiscard]] ALTIRO3D_EXPORT cv::Mat depthOf(const SplatView& view,
@@ -213,8 +215,8 @@ struct PhotoSplatOptions {
     double viewDegrees = 55; ///< Vertical angle of view of the photo, degrees, 1..150.
     double radius = 0.5;     ///< Standard deviation of a splat, px, 0.05..5.
     double focus = 0.5;      ///< Depth at SplatScene::focusDistance, 0..1.
-    /// Background is painted behind depth steps for outermost cameras with up to this parallax, as
-    /// ViewOptions::strengthPercent, 0..100.
+    /// Background is painted behind steps of depth as far as outermost views of this strength
+    /// (ViewOptions::strengthPercent, 0..100) show it.
     double reachPercent = 20;
 };
 

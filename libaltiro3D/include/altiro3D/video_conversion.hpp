@@ -35,7 +35,7 @@ struct StageReport {
 struct PipelineReport {
     std::vector<StageReport> stages; ///< In order.
     double seconds = 0;              ///< Wall time of the run, s.
-    std::int64_t dropped = 0;        ///< Frames of a live input or of `show` that were too late.
+    std::int64_t dropped = 0;        ///< Frames of a device or of `show` that were too late.
 };
 
 /// Kind of video that a conversion makes.
@@ -80,8 +80,8 @@ struct FoundEyes {
 /// @param facts of the input
 /// @param options as for VideoReader; `from` and `to` do not matter
 /// @return what was found; halves are never Automatic
-/// @throws Error Unsupported (the name says that the video is for headsets, or the file that it is
-///         in a layout that is not read); as VideoReader
+/// @throws Error Unsupported (the name says that the video is for headsets; the file states a
+///         layout that is not read); as VideoReader
 [[nodiscard]] ALTIRO3D_EXPORT FoundEyes findEyes(const std::filesystem::path& input,
                                                  const VideoFacts& facts,
                                                  const VideoReaderOptions& options = {});
@@ -176,13 +176,13 @@ struct VideoConversion {
     /// Layout of the quilts. Default: `map`'s, else `display`'s. It must not differ from `map`'s.
     std::optional<QuiltLayout> layout;
     /// How views are rendered and fitted. With `fromQuilt` only `fit` and `sampling` are used, for
-    /// Rgbd only `views.focus`. For Stereo, which shows whole frames at their own size and
-    /// refuses a framing, they are `views` (kEyesStrength is a good strength), `refine` and
-    /// `depthCurve`. If `recipe.refine.flaws` is not set, flaws are measured once per scene; with
-    /// method Fast, estimated depth is not refined.
+    /// Rgbd only `views.focus`. For Stereo, only `views` (kEyesStrength is a good strength),
+    /// `refine`, `depthCurve` and `choices` are used: frames are shown whole, at their own size,
+    /// and a framing is refused. If `recipe.refine.flaws` is not set, flaws are measured once per
+    /// scene; with method Fast, estimated depth is not refined.
     ///
     /// `recipe.choices` are made at the first frame of each scene and hold for the scene. The
-    /// strength is chosen for depth of 0..1, because depth changes during a scene. They are
+    /// strength is chosen for depth of 0..1, because depth changes during a scene. Choices are
     /// refused for Rgbd and with `fromQuilt`.
     Recipe recipe;
 
@@ -205,8 +205,8 @@ struct VideoConversion {
     std::optional<GivenVideoDepth> given; ///< Existing depth, used instead of an estimate.
 
     /// Options of the output. The converter sets `size`, `timeBase`, `frameRate`, `constantRate`,
-    /// `native` and `eyes`, for other products than Natives also a tag and, unless both eyes
-    /// share px, `compatible`.
+    /// `native` and `eyes`. For Stereo, it adds a tag. Except for Natives, anaglyphs and interlaced
+    /// pictures, it sets `compatible` if the codec is H264 or Hevc.
     VideoWriterOptions encoding;
     /// What to do with an unfinished earlier run. Ignored unless `input` is a regular file.
     UnfinishedRun unfinished = UnfinishedRun::Refuse;
@@ -261,8 +261,8 @@ struct VideoConversionResult {
 /// Given depth of 8 bits is not normalized: value 0 becomes 0, 255 becomes 1 (FarWhite: reversed).
 /// Depth of 16 bits has one range, see GivenVideoDepth::range. Distances and floats have no fixed
 /// range; VideoDepth normalizes them with a range that changes slowly. A frame gets the picture of
-/// a depth video that is shown at the same time, or the depth image of a directory that has the
-/// same number in the whole video. If the depth ends early, its last picture is used for the rest.
+/// the depth video that is shown at the same time. With a directory, frame n of the whole video
+/// gets the n-th depth image. If the depth ends early, its last picture is used for the rest.
 ///
 ///     VideoConversion conversion;
 ///     conversion.input = "clip.mp4";
@@ -355,7 +355,7 @@ struct VideoChunk {
 
 /// A video divided into chunks.
 struct VideoChunkPlan {
-    /// Chunks in the order in which to start them: first those without pictures, on which others
+    /// Chunks in the order in which to start them: first those without pictures, for which others
     /// wait, then the longest. Chunk number N is `chunks[N - 1]`.
     std::vector<VideoChunk> chunks;
     std::int64_t frames = 0; ///< Frames of the video.
@@ -371,14 +371,16 @@ struct VideoChunkPlan {
 /// How a video is divided.
 struct VideoChunkOptions {
     /// Desired length of a chunk, 1..86400 s. Chunks end between segments, soon after a scene cut
-    /// if there is one, and have half to one and a half of this length, and at least one segment.
+    /// if there is one. They have half to one and a half of this length (the last one may be
+    /// shorter), and at least one segment.
     double seconds = 60;
 };
 
 /// Divides a video into chunks: reads it once, finds the scene cuts, and writes the plan. If the
 /// folder already holds the plan of the same conversion and length, that plan is returned.
 /// @param conversion as for VideoConverter; `input` must be a regular file, `show` empty. With
-///        UnfinishedRun::Discard, another plan in the folder is removed with its chunks.
+///        UnfinishedRun::Discard, any plan in the folder, even an equal one, is removed with its
+///        chunks first.
 /// @param directory the folder; it is made if it does not exist. All machines must see it.
 /// @param options length of the chunks
 /// @param goOn receives the progress before each frame; may be empty

@@ -232,11 +232,12 @@ struct VideoWriterOptions {
     double crf = 16; ///< Constant rate factor of H264, H264Rgb, Hevc, 0..51; lower is better.
     EncoderPreset preset = EncoderPreset::SuperFast; ///< Effort of H264, H264Rgb and Hevc.
     /// The frames are Natives, whose neighbouring px belong to different views. In 4:4:4, H264 and
-    /// Hevc are then encoded without psychovisual optimization and at crf + 2, which is more
-    /// accurate at about the same size. H264 with the presets up to Fast also omits arithmetic
-    /// coding and deblocking, which halves the time to decode, and quantizes chroma a little more
-    /// coarsely than luma. With UltraFast and SuperFast, crf + 2 is a fixed quantizer, and the
-    /// encoder does not search for cuts, for sub-pixel motion or for the best number of B-frames.
+    /// Hevc are then encoded without psychovisual optimization and, unless crf is below 1, at
+    /// crf + 2, which is more accurate at about the same size. H264 with the presets up to Fast
+    /// also omits arithmetic coding and deblocking, which halves the time to decode, and quantizes
+    /// chroma a little more coarsely than luma. With UltraFast and SuperFast, the quantizer is
+    /// fixed (at that crf) unless maxRate is set, and the encoder does not search for cuts, for
+    /// sub-pixel motion or for the best number of B-frames.
     bool native = false;
     /// Largest mean bit rate of H264 and H264Rgb over some seconds, Mbit/s, 1..100000; 0: no limit.
     /// The quantizer rises where the limit requires it. Not with a lossless `crf` (below 1).
@@ -287,8 +288,8 @@ class OtherStreams;
 /// each frame has its own. If a file has several video streams, the largest one is read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
-/// frame is 0 or more. A damaged frame is skipped and counted, and the frame before it is shown
-/// longer. If a file is cut off, the frames that it holds are delivered.
+/// frame is 0 or more. A damaged frame is skipped and counted; the previous frame is shown longer
+/// instead. If a file is cut off, the frames that it holds are delivered.
 ///
 /// The class turns FFmpeg's messages on stderr off for the whole process, unless the process has
 /// called `av_log_set_level()`. One thread at a time per object.
@@ -338,8 +339,8 @@ class ALTIRO3D_EXPORT VideoReader {
     /// @throws Error as next()
     void skipTo(std::int64_t pts);
 
-    /// Counts of what was read so far. @return counts since the start, or since skipTo() if it has
-    ///         sought
+    /// Counts of what was read so far. @return counts since the start, or since the last seek by
+    ///         skipTo()
     [[nodiscard]] const VideoReadCounts& counts() const;
 
     /// Remarks about the file and what happened so far.
@@ -392,8 +393,8 @@ class ALTIRO3D_EXPORT VideoWriter {
     /// Encodes a frame.
     /// @param frame picture [VideoWriterOptions::size, CV_8UC3, BGR]; times in units of
     ///        VideoWriterOptions::timeBase; pts 0 or more, greater than that of the frame before,
-    ///        and not so much later that the container cannot store it (MP4, MOV: 6 hours or more,
-    ///        by the time base; Matroska: 1e11 s)
+    ///        by at most what the container can store: in MP4 and MOV 2^31 - 1 units of the file's
+    ///        time base (6.6 hours at 1/90000 s), in Matroska 1e11 s
     /// @throws Error InvalidArgument (picture, time, after finish()): the frame is not written;
     ///         WriteFailed (full disk, ...): the file is lost
     void write(const VideoFrame& frame);

@@ -39,7 +39,8 @@ enum class ViewMethod {
     Layered ///< Surfaces per row, cut at depth steps, over a background that is painted once.
 };
 
-/// What a disocclusion shows, i.e. a part of the background that is hidden in the photo.
+/// What a view shows in a disocclusion, a place where background comes into sight that the photo
+/// hides.
 enum class LayeredFill {
     Continue,       ///< The border pixel of the background, repeated along the row.
     BackgroundLayer ///< A hidden background, painted once behind the foreground for all views.
@@ -152,8 +153,8 @@ struct Camera {
     double zNear = 1;            ///< Distance at depth 1, 1e-6..1e9.
     /// Distance at depth 0, > zNear; may be infinite.
     double zFar = std::numeric_limits<double>::infinity();
-    /// Distance of the outermost cameras from the photo's, 0..1e9: the camera of view p is
-    /// p baseline to its right.
+    /// Distance of the outermost cameras from the photo's, 0..1e9. The camera of view p lies p
+    /// times this to the right of the photo's.
     double baseline = 0;
 };
 

@@ -16,7 +16,8 @@ namespace HWY_NAMESPACE { // NOLINT(readability-identifier-naming)
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Neighbouring pixels show few columns: a vector of them, from which each pixel takes its own.
+// The columns of neighbouring pixels lie close together: one vector of values holds most of them,
+// and each pixel picks its own.
 template <class D, class T, class U>
 HWY_INLINE void pickColumnsAs(D d, const std::int32_t* HWY_RESTRICT columns, std::size_t count,
                               const T* HWY_RESTRICT values, U* HWY_RESTRICT out) {

@@ -33,7 +33,7 @@ class SrgbLight {
     }
 
   private:
-    static constexpr int kSteps = 16384; // five for the smallest code
+    static constexpr int kSteps = 16384; // steps of light, 0..1; code 1 is five of them
 
     SrgbLight() : codes_(kSteps + 1) {
         for (std::size_t i = 0; i < light_.size(); ++i)

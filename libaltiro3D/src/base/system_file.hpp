@@ -95,7 +95,7 @@ bool givesBytesOnce(const std::filesystem::path& path);
 /// The first bytes that wait in a pipe; they stay there. Empty if it is another file.
 std::string waitingBytes(const FileHandle& pipe);
 
-/// Reads or writes up to 1 GiB, and waits for a pipe that does not wait itself.
+/// Reads or writes up to 1 GiB. If a pipe is non-blocking, waits until it is ready.
 /// @return the number of bytes, or -1 with errno
 std::ptrdiff_t readSome(const FileHandle& file, void* to, std::size_t size);
 std::ptrdiff_t writeSome(const FileHandle& file, const void* from, std::size_t size);
@@ -107,7 +107,8 @@ std::ptrdiff_t writeAt(const FileHandle& file, const void* from, std::size_t siz
 /// Locks an open file or directory against other processes until it is closed.
 /// @return false if another process holds the lock; true also where the file system has no locks
 bool lockFile(const FileHandle& file);
-/// Closes the lock of a directory where the system removes no directory that is locked.
+/// Gives up the lock of a directory before the directory is removed, on systems that cannot remove
+/// a locked one.
 void unlockToRemove(FileHandle& lock);
 
 /// A name beside a file: its own with an ending, or a number if that is too long.
@@ -130,7 +131,7 @@ int moveFile(const std::filesystem::path& from, const std::filesystem::path& to)
 /// The roots of the drives, as `D:\\`; empty where the system has one tree for all.
 std::vector<std::filesystem::path> driveRoots();
 
-/// Sets the time of a file or directory to that of its file system. Failures are ignored.
+/// Sets the time of a file or directory to now, by its file system. Failures are ignored.
 void touch(const std::filesystem::path& path);
 
 /// A temporary file in the directory of a file that it replaces. It has no name until moveTo(), so
@@ -161,7 +162,7 @@ class TemporaryFile {
 /// @param directory where it takes its space @return if not open, errno is set
 FileHandle unnamedFile(const std::filesystem::path& directory);
 
-// What follows is made of these, alike for every system (file_io.cpp).
+// The following functions are built on those above, alike for every system (file_io.cpp).
 
 /// Throws WriteFailed with the system's message for an errno.
 /// @param path the file as the user wrote it

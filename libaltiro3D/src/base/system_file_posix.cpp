@@ -59,7 +59,7 @@ FileState stateFrom(const struct stat& state) {
             state.st_mode & 07777U};
 }
 
-// Calls until the descriptor, which may be one of a pipe that does not wait, is ready.
+// Repeats a call until the descriptor is ready, which may be that of a non-blocking pipe.
 template <class Call>
 std::ptrdiff_t whenReady(const FileHandle& file, short event, const Call& call) {
     for (;;) {

@@ -166,7 +166,7 @@ FileHandle openFile(const fs::path& path, OpenFor use) {
         return openAs(path, GENERIC_WRITE, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL);
     case OpenFor::Part:
         return openAs(path, GENERIC_READ | GENERIC_WRITE, OPEN_ALWAYS, FILE_ATTRIBUTE_NORMAL);
-    case OpenFor::Directory: // has no locks: a file in it has, which goes when it is closed
+    case OpenFor::Directory: // cannot be locked: locks a file in it, deleted on closing
         return openAs(path / ".lock", GENERIC_READ | GENERIC_WRITE | DELETE, OPEN_ALWAYS,
                       FILE_ATTRIBUTE_HIDDEN | FILE_FLAG_DELETE_ON_CLOSE);
     case OpenFor::Device:

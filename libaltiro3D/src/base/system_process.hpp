@@ -19,7 +19,7 @@ bool isRunning(std::int64_t process);
 /// How work in a process of its own has ended.
 struct ApartEnd {
     int error = 0;         ///< errno: the process could not be started.
-    bool isInTime = false; ///< It ended within the time limit; otherwise it was ended.
+    bool isInTime = false; ///< It ended within the time limit; otherwise it was killed.
     bool isWhole = false;  ///< The work has returned; otherwise the process crashed.
     std::string how;       ///< What ended it: " (Segmentation fault)"; empty if unknown.
 };
@@ -37,8 +37,8 @@ std::string environmentOf(const char* name);
 /// What separates the entries of a list of directories in the environment.
 extern const char kListSeparator;
 
-/// What a shell's word stands between that has other characters than letters, and what stands for
-/// it inside.
+/// The quote around a word of the shell that has other characters than letters, and what stands for
+/// that quote inside the word.
 extern const char kShellQuote;
 extern const char* const kQuoteInShellQuotes;
 /// Where programs keep their data for this user. @return empty if it is not known

@@ -61,12 +61,12 @@ using CubeViKeys = std::array<const char*, 3>;
 constexpr CubeViKeys kCubeViSpellings[] = {{"lineNumber", "obliquity", "deviation"},
                                            {"interval", "slope", "x0"}};
 
-// The spelling of which an object has keys; null for other objects.
+// The spelling of the keys that an object has; null if it has neither.
 const CubeViKeys* cubeViKeys(const Json& node) {
     if (!node.is_object() || node.contains("pitch")) return nullptr;
     for (const CubeViKeys& keys : kCubeViSpellings) {
         const auto has = [&](const char* key) { return node.contains(key); };
-        const int least = &keys == kCubeViSpellings ? 1 : 2; // a slope alone is another's
+        const int least = &keys == kCubeViSpellings ? 1 : 2; // others have a slope as well
         if (std::count_if(keys.begin(), keys.end(), has) >= least) return &keys;
     }
     return nullptr;
@@ -94,7 +94,7 @@ struct Limits {
     double high;
     const char* expected;
     bool isRequired = false; // in a file; the others keep the value that they have
-    bool zeroIsGood = false; // it stands for one that is not known
+    bool zeroIsGood = false; // 0 is allowed and means that the number is not known
 };
 
 constexpr double kLargest = std::numeric_limits<double>::max();
@@ -162,7 +162,7 @@ void forNumbers(SubpixelLens& lens, const Visit& visit) {
     visit("slopeInSubpixels", lens.slopeInSubpixels, Limits{0, 1, "true or false"});
 }
 
-// Of the numbers of a CubeVi, in the order of CubeViKeys.
+// The limits of the numbers of a CubeVi, in the order of CubeViKeys.
 constexpr Limits kCubeViLimits[] = {
     {10, 40, "sub-pixels across a lens, 10..40", true},
     {-0.4999999, 0.4999999, "px per row, above -0.5 and below 0.5", true},
@@ -494,7 +494,7 @@ double LensGeometry::phase(int x, int y, int colour) const {
     const int k = blueFirst ? 2 - colour : colour;
     const double u = (x + 0.5) / panelWidth;
     const double v = 1 - (y + 0.5) / panelHeight;
-    double right = k * subpixelStep; // of the colour from the middle of the px
+    double right = k * subpixelStep; // from the middle of the px to the colour, in panel widths
     double up = 0;
     if (!cells.empty()) {
         const SubpixelCell& cell = cells[static_cast<std::size_t>(cellIndex(x, y))];

@@ -83,11 +83,13 @@ HWY_INLINE void storeShortViews(hn::Vec<hn::ScalableTag<std::uint16_t>> views, s
     hn::StoreU(hn::DemoteTo(narrow, hn::BitCast(d, views)), narrow, out);
 }
 
-// Views by the upper halves of the phases; only the few sub-pixels for which they do not suffice
-// need whole phases. Reads 2 bytes per sub-pixel. About ten operations per vector limit the speed.
+// Finds views from the upper halves of the phases. Only the few sub-pixels for which these do not
+// suffice need whole phases. Reads 2 bytes per sub-pixel. About ten operations per vector limit the
+// speed.
 //
 // The halves leave out less than 2 (from the column and from the row) of 2^-16 lens periods, and
-// the error of a phase moves a border by less than `margin` + 1. Between these, the view is sure.
+// the error of a phase moves a border by less than `margin` + 1. Farther from a border, the view is
+// certain.
 // @param views 1..256
 template <class T>
 HWY_INLINE std::uint32_t viewsOfHalfPhases(const std::uint32_t* HWY_RESTRICT columns,

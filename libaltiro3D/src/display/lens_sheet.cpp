@@ -148,7 +148,7 @@ LensFacts lensFacts(const Calibration& c) {
     const double views =
         sheet.views > 0 ? std::min<double>(sheet.views, facts.usefulViews) : facts.usefulViews;
     facts.sharpDepth = 2 * views * sheet.thickness / sheet.index;
-    // two lenses between neighbouring views
+    // a parallax of two lens pitches between neighbouring views
     facts.sharpStrength = std::min(100.0, 200 * views * pitch / facts.width);
     return facts;
 }

@@ -15,7 +15,8 @@
 
 namespace altiro3D {
 
-/// What a picture file states about its colours. Later members count only without the earlier ones.
+/// What a picture file states about its colours. A member counts only if none before it is set;
+/// `gamma` and `chromaticities` count together.
 struct ColourFacts {
     std::optional<ColourCode> code; ///< PNG's cICP, nclx of HEIC and AVIF.
     std::string icc;                ///< ICC profile.
@@ -56,7 +57,7 @@ bool isCmykProfile(std::string_view icc);
 /// Converts inks to sRGB as convertToSrgb() does.
 /// @param inks [CV_8UC4] cyan, magenta, yellow, black
 /// @param icc a profile for CMYK; empty: colours by the usual formula, (1 - ink) (1 - black)
-/// @param isInverted 0 is all of an ink, as Adobe's programs write it; else 255 is
+/// @param isInverted 0 means full ink, as Adobe's programs write it; otherwise 255 does
 /// @return [CV_8UC3, BGR]; empty if the profile is damaged
 cv::Mat inksToSrgb(const cv::Mat& inks, const std::string& icc, bool isInverted);
 

@@ -137,7 +137,7 @@ cv::Mat converted(const cv::Mat& picture, const Profile& profile, cmsUInt32Numbe
     return result;
 }
 
-// Values without a number are 0, and infinite ones as large as half floats can be.
+// NaN becomes 0, and infinite values become the largest half float.
 float finite(float value) {
     constexpr float kLargest = 65504;
     return std::isnan(value) ? 0 : std::clamp(value, -kLargest, kLargest);

@@ -37,7 +37,7 @@ cv::Mat depthMapOf(const DepthPart& part, const cv::Mat& samples) {
                          : mapped<std::uint16_t, float>(samples, look);
 }
 
-// Without the extremes, which may be single px.
+// Whether the depth has hardly any range. The 0.5 % at each end may be single px and do not count.
 bool isFlat(const cv::Mat& depth) {
     std::array<std::int64_t, 256> counts{};
     for (int y = 0; y < depth.rows; ++y) {

@@ -52,7 +52,8 @@ std::optional<EmbeddedDepth> depthOfHeif(string_view bytes, ImageFormat format, 
     }
 }
 
-// A renderer's distances beside its colours. The nearest but single px become 1.
+// Depth from the distances that a renderer has stored beside its colours. The nearest 0.5 % of the
+// px become 1.
 std::optional<EmbeddedDepth> depthOfExr(string_view bytes, Notes* notes) {
     try {
         const std::vector<ExrChannel> channels = exrChannels(bytes);

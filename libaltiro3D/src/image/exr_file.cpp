@@ -28,7 +28,7 @@ bool isOneOf(const std::string& text, const Text&... others) {
     return ((text == others) || ...);
 }
 
-// The smaller, the more surely a distance.
+// A rank: the smaller it is, the more surely the channel holds distances.
 int distanceRank(const NameParts& name, bool isOfVector) {
     constexpr int kNone = 100;
     if (isOfVector) return kNone; // positions and normals: X, Y, Z
@@ -47,7 +47,7 @@ std::string listed(const std::vector<std::string>& names) {
     return text + (names.size() > kMost ? ", ..." : "");
 }
 
-// What may be meant, by rank: the smaller, the more surely; else in the order of the file.
+// Candidates by rank: a smaller one is more certain. Those of one rank are in the file's order.
 using Ranked = std::multimap<int, std::vector<ExrChannel>>;
 
 ExrChoice firstOf(const Ranked& found) {

@@ -169,7 +169,7 @@ void readNetpbm(string_view bytes, ImageHeader& header) {
     const bool isBitmap = bytes[1] == '1' || bytes[1] == '4';
     if (header.format == ImageFormat::Pnm && !isBitmap) {
         const std::uint64_t largest = netpbmNumber(bytes, at);
-        // OpenCV spreads the short numbers of texts
+        // in text files, OpenCV itself scales numbers up to 255 to the full range
         const bool isText = bytes[1] <= '3';
         if (!isText || largest > 255)
             header.largestSample = static_cast<unsigned>(std::min<std::uint64_t>(largest, 65535));

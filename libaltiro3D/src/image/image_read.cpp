@@ -240,7 +240,7 @@ auto reading(const fs::path& path, const Work& work) {
     }
 }
 
-// Decodes inks; the colours are then done.
+// Decodes inks and converts them to sRGB; `facts` is cleared, so nothing is left to convert.
 cv::Mat decodeInks(const fs::path& path, ImageHeader& header, const std::string& bytes,
                    ColourFacts& facts, Notes* notes) {
     const std::string icc = isCmykProfile(facts.icc) ? facts.icc : std::string();
@@ -336,7 +336,7 @@ LoadedPicture load(const PhotoFile& file, Colours colours, Notes* notes,
                         " channels, expected grey, RGB or either with alpha");
     }
     if (colours == Colours::ToSrgb) addFloatNotes(picture, header, facts, notes);
-    if (!photoPart) convertToSrgb(picture, facts, notes); // nothing to do with Colours::AsStored
+    if (!photoPart) convertToSrgb(picture, facts, notes); // AsStored: `facts` is empty, no change
     loaded.picture = upright(picture, header.orientation);
     if (photoPart) convertPart(loaded.picture, photoPart(loaded.picture.size()), facts, notes);
     addNotes(header, extension, notes);

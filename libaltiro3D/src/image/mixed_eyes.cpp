@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kMinSide = 128; // px
 
-// How much more neighbouring rows differ than second ones: below 1 for photos, which are smooth.
+// How much a row differs from the next one, relative to the one after that: below 1 for photos,
+// which are smooth.
 double combOf(const cv::Mat& picture) {
     const auto differenceAt = [&](int distance) {
         const int count = picture.rows - 2;

@@ -125,7 +125,7 @@ constexpr decltype(altiro3D::OpenCvCodecs::readExr) readExr = nullptr;
 
 const altiro3D::OpenCvCodecs kAltiro3dOpenCvCodecs = {decode, encode, exrChannels, readExr};
 
-// Where it is linked; opencv_codecs_loaded.cpp has the other way.
+// For builds that link the codecs; opencv_codecs_loaded.cpp loads them at run time.
 const altiro3D::OpenCvCodecs& altiro3D::openCvCodecs() {
     return kAltiro3dOpenCvCodecs;
 }

@@ -40,7 +40,7 @@ StereoPair split(const cv::Mat& picture, const StatedEyes& eyes, const std::stri
     return pair;
 }
 
-// Lines of one colour at a rim, up to a step all along; 0 if there are none.
+// The number of lines of one colour at a rim, if they end in a step along the whole line; else 0.
 // @param line gives a row or column by its distance from the rim
 template <class Line>
 int frameLines(int count, const Line& line) {
@@ -262,7 +262,7 @@ StereoPair splitNamedHalves(const cv::Mat& picture, StereoLayout layout, StereoH
         halves = stated->squeeze == Squeeze::None ? StereoHalves::Full : StereoHalves::Squeezed;
     StereoPair pair = splitStereoPair(picture, layout, halves);
     constexpr const char* kOptions[] = {"left-right", "right-left", "top-bottom", "bottom-top"};
-    // the shape of a scene with whole halves, in the other direction than that of a squeezed one
+    // a squeezed pair has the shape of one scene; if it is wider, or higher, its halves are whole
     const double aspect = static_cast<double>(picture.cols) / picture.rows;
     const bool mayBeSqueezed = liesBeside(layout) ? aspect < 1.95 : aspect > 1.02;
     if (halves == StereoHalves::Automatic && mayBeSqueezed &&

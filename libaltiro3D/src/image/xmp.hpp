@@ -18,8 +18,8 @@ struct XmpItem {
     std::uint64_t padding = 0; ///< Bytes after it.
 };
 
-/// A property: the name of an attribute, or of an element that holds only text; of the entries of a
-/// list, the name of the list.
+/// A property: an attribute, or an element that holds only text. The entries of a list have the
+/// name of the list.
 struct XmpProperty {
     std::string space; ///< URI of the namespace.
     std::string name;  ///< Local name.

@@ -21,7 +21,7 @@ constexpr int kPq = 16;
 constexpr int kHlg = 18;
 constexpr double kWhite = 203; // cd/m², BT.2408
 constexpr double kPqPeak = 10000;
-constexpr double kHlgPeak = 1000; // peak of the display that HLG is shown on, and of what is mapped
+constexpr double kHlgPeak = 1000; // cd/m²: peak of a display for HLG; brighter light is clamped
 constexpr double kHlgGamma = 1.2;
 constexpr double kVideoGamma = 2.4;
 

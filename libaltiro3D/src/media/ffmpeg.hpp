@@ -85,7 +85,7 @@ FramePtr newFrame(int format, int width, int height);
 /// A decoder of a stream that is not open yet.
 CodecPtr newDecoder(const AVCodec* codec, const AVCodecParameters& parameters, AVRational unit);
 ParametersPtr copyOf(const AVCodecParameters& parameters);
-/// A container to write, of a kind or of the name of one.
+/// A container to write, given by its kind or by the name of the kind.
 OutputPtr newOutput(const AVOutputFormat* kind, const char* name);
 AVStream& newStream(AVFormatContext& output);
 

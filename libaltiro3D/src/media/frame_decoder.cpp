@@ -91,7 +91,7 @@ bool isOfRightEye(const AVFrame& frame) {
     const AVFrameSideData* const id = av_frame_get_side_data(&frame, AV_FRAME_DATA_VIEW_ID);
     return id != nullptr && *reinterpret_cast<const int*>(id->data) != 0;
 #else
-    return frame.data[0] == nullptr; // it never comes to this
+    return frame.data[0] == nullptr; // never: this FFmpeg decodes one eye of spatial video only
 #endif
 }
 

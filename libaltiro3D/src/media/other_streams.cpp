@@ -57,8 +57,8 @@ std::string describe(const OtherStream& stream) {
     return text;
 }
 
-// Whether a container lists the codec. Matroska also holds the sound of WAV files, by its number;
-// that of Flash has a number, but not packets of one size.
+// Whether a container lists the codec. Matroska also holds all sound that WAV has a number for, but
+// not Flash's ADPCM, whose packets differ in size.
 bool isListed(const AVOutputFormat& container, const AVCodecParameters& stream) {
     unsigned number = 0;
     return avformat_query_codec(&container, stream.codec_id, FF_COMPLIANCE_NORMAL) != 0 ||

@@ -89,8 +89,8 @@ class ResumableVideoWriter {
   public:
     /// Begins or resumes a run.
     /// @param source reader of the source video, used in this call only, so that an unsuitable
-    /// source
-    ///        fails before any work is done; it must not have delivered a frame. May be null.
+    ///        source fails before any work is done; it must not have delivered a frame. May be
+    ///        null.
     /// @throws Error as VideoWriter; InvalidArgument (segmentFrames); WriteFailed (an unfinished
     ///         run exists and `resume` is not set, or another process uses `NAME.parts`); Mismatch
     ///         (names the setting that differs); BadFormat (damaged contents of `NAME.parts`)

@@ -156,7 +156,7 @@ bool VideoContainer::canHold(const VideoWriterOptions& options,
                              const std::shared_ptr<OtherStreams>& source) {
     AVStream& pictures = newStream(*output_);
     pictures.codecpar->codec_type = AVMEDIA_TYPE_VIDEO;
-    pictures.codecpar->codec_id = AV_CODEC_ID_H264; // the others are held by any of them
+    pictures.codecpar->codec_id = AV_CODEC_ID_H264; // stands for any codec that the kind holds
     pictures.codecpar->width = pictures.codecpar->height = 16;
     pictures.time_base = {1, 1000};
     try {

@@ -52,11 +52,11 @@ class VideoContainer {
     /// @throws Error Unsupported (the extension)
     explicit VideoContainer(const std::filesystem::path& path);
 
-    /// FFmpeg's kind of container.
     const AVOutputFormat& kind() const { return *output_->oformat; }
     bool isMatroska() const { return altiro3D::isMatroska(kind()); }
 
-    /// Whether it can hold the streams of the source that are wanted. It cannot be opened then.
+    /// Whether it can hold the streams of the source that are wanted. The trial uses it up: it
+    /// cannot be opened afterwards.
     bool canHold(const VideoWriterOptions& options, const std::shared_ptr<OtherStreams>& source);
 
     /// Begins the file.

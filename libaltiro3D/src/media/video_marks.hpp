@@ -8,7 +8,7 @@
 /// What a video states about both eyes and about its projection, where FFmpeg does not read it.
 namespace altiro3D {
 
-/// How likely a stream holds depth, by its title and by its px: one grey value of 16 bits.
+/// How likely a stream holds depth, 0..3: by its title, and whether its px are grey of 16 bits.
 int likenessToDepth(const AVStream& stream);
 
 /// Finds out how a video holds both eyes and whether to join them. Sets `stream` to the left eye's

@@ -146,8 +146,8 @@ bool VideoPackets::read() {
     return true;
 }
 
-// A container counts the packets of each piece anew, and marks the last picture before a joint as
-// damaged, although it is whole; or the one before, where pictures are divided anew.
+// A container counts the packets of each piece anew, and so marks the last picture before a joint
+// as damaged, although it is whole; or the picture before that, if a parser divides the pictures.
 void VideoPackets::trustAtJoint() {
     constexpr std::size_t kMost = 1000; // packets of other streams between pictures
     AVPacket& first = *ahead_.front().packet;

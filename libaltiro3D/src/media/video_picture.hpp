@@ -37,9 +37,10 @@ class ColourTable {
     void row(const std::uint16_t* from, int channels, int columns, std::uint8_t* to) const;
 
   private:
-    /// Linear B, G and R, which may leave 0..1, by B, G and R. Empty: colours stay.
+    /// For each node of B, G and R: its linear light in the primaries of sRGB, which may leave
+    /// 0..1. Empty: colours stay.
     std::vector<std::array<float, 3>> nodes_;
-    std::vector<float> encoded_; ///< Encoded value by the root of light, 0..255.
+    std::vector<float> encoded_; ///< Encoded values, 0..255, by the square root of the light.
 };
 
 /// Sets the rotation and mirroring nearest to a display matrix (nine numbers); none if it is null.

@@ -87,7 +87,7 @@ struct VideoReader::Impl {
     void end();
     Fraction aspectOf(const AVFrame& picture) const;
 
-    // in the unit of the stream, s; the position of the part in the time of the file
+    // unit of the stream's times, s; then, in this unit, the range of the part in the file's time
     double unit_;
     std::int64_t fromPts_;
     std::int64_t toPts_;
@@ -248,7 +248,7 @@ void VideoReader::Impl::goTo(std::int64_t goal) {
     const bool needsBefore = decoder.deinterlaces(); // the frame depends on the one before
     if (input.hasFixedTimes() && goal - current_.pts > far &&
         seek(needsBefore ? goal - far : goal)) {
-        // Repaired times are not the same after a seek, so everything is read.
+        // Repaired times may differ after a seek. Unless the goal is met exactly, all is read.
         bool before = false;
         while ((hasCurrent_ = decoder.decode(current_)) && current_.pts < goal)
             before = true;

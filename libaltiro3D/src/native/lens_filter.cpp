@@ -39,11 +39,11 @@ double squared(double x) {
     return x * x;
 }
 
-// What red, green and blue add to a quantity of colour.
+// Weights of red, green and blue in a quantity of colour, such as luminance.
 using Colours = std::array<double, 3>;
 
-// Luminance, and the two differences of which CIELAB makes a and b, scaled as it does relative to
-// its lightness (linear sRGB, D65).
+// Luminance, and the two differences from which CIELAB makes a and b, scaled relative to its
+// lightness as CIELAB scales them (linear sRGB, D65).
 constexpr Colours kLuminance{0.2126729, 0.7151522, 0.0721750};
 constexpr Colours kGreenRed{500.0 / 116 * (0.4124564 / 0.95047 - 0.2126729),
                             500.0 / 116 * (0.3575761 / 0.95047 - 0.7151522),
@@ -95,7 +95,7 @@ class LensSpectrum {
         }
     }
 
-    // The filter's best gain for this frequency along and the one across: (2.10).
+    // The filter's best gain for frequency fy down and the one given to setAcross(): (2.10).
     double gain(double fy) const {
         const double wanted = wanted_ * blur(fy);
         const double power = pass_ * pass_ * wanted + noise(fy);
@@ -103,11 +103,11 @@ class LensSpectrum {
     }
 
   private:
-    // What detail of a frequency becomes at another one: (2.8).
+    // The part of detail that appears at another frequency: (2.8).
     struct Alias {
         double luminance; // power that passes an eye's blur across
         double colour;
-        double down; // from the frequency along to the other one
+        double down; // difference of the two frequencies down
     };
 
     // Power of luminance that passes an eye's blur in one direction.

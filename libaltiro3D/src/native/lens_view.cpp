@@ -160,7 +160,7 @@ class LensLight {
         }
         std::fill_n(light, 3 * columns, 0.0F);
         const uchar* row = native_.ptr<uchar>(y);
-        for (int i = 0; i < 3 * columns; ++i) { // a third of a px, the light of three sub-pixels
+        for (int i = 0; i < 3 * columns; ++i) { // thirds of px, with the light that the lens shows
             const std::int64_t lens = lensOf(places[static_cast<std::size_t>(i)]);
             const int lit = lenses[static_cast<std::size_t>(lens - first)].index;
             const int colour = lit % 3;
@@ -191,8 +191,9 @@ class LensLight {
         }
     }
 
-    // On panels with cells the sub-pixels of a colour are the nearest ones over more or less than a
-    // third of the width. Gives each colour the light of a third. Cells repeat after 4 rows.
+    // On panels with cells, the sub-pixels of one colour are the nearest ones over more or less
+    // than a third of the width. The gains give each colour the light of a third. Cells repeat
+    // after 4 rows.
     void balance() {
         std::array<double, 3> widths{};
         std::vector<std::int64_t> places(3 * expected_.size());
@@ -358,7 +359,7 @@ cv::Mat turned(const cv::Mat& picture) {
     return result;
 }
 
-// Lenses that lie are those of the display when it is turned.
+// For horizontal lenses: turns display and Native by a quarter, so that the lenses are vertical.
 void simulateLying(const cv::Mat& native, const Calibration& calibration, const LensEye& eye,
                    cv::Mat& seen, bool inverted) {
     const bool isNegated = calibration.slope < 0;
@@ -410,7 +411,7 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
     if (calibration.sheet && g.isLying() && g.cells.size() < 2 && !g.mirrorX && !g.mirrorY)
         return simulateLying(native, calibration, eye, seen, g.inverted);
     LensEye shown = eye;
-    if (const std::vector<int>& order = g.viewOrder; !order.empty()) { // where it has this view
+    if (const std::vector<int>& order = g.viewOrder; !order.empty()) { // phase that shows the view
         const auto count = static_cast<double>(order.size());
         const double place = (eye.phase - std::floor(eye.phase)) * count;
         const auto slot = std::find(order.begin(), order.end(), static_cast<int>(place));
@@ -421,7 +422,7 @@ void simulateView(const cv::Mat& native, const Calibration& calibration, const L
     if (eye.blur > 0) {
         seeBlurred(source, phases, shown.phase, eye.blur, seen);
     } else {
-        if (isPrint && eye.spot == 0) // between two px, both
+        if (isPrint && eye.spot == 0) // an eye between two px sees both
             shown.spot = std::min(1.0, kPrintSpot * 3 / g.lensPeriodSubpixels);
         const LitPhases lit = litPhases(shown, phases);
         for (int channel = 0; channel < 3; ++channel)

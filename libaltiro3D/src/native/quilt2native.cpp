@@ -142,7 +142,7 @@ Quilt2Native::Quilt2Native(const Calibration& calibration, const QuiltLayout& qu
     validate(quilt);
     const LensGeometry g = lensGeometry(calibration, invert);
     impl->panelSize = {g.panelWidth, g.panelHeight};
-    // tables have the size of the panel, which is that of memory for prints
+    // a table grows with the panel, and a print may have too many px for memory
     const bool isPrint = calibration.sheet && calibration.sheet->isPrint;
     if (!sampling.blends() && !isPrint) {
         impl->table = viewTable(g, quilt);

@@ -169,7 +169,7 @@ Candidate examine(const cv::Mat_<uchar>& grey, const Count& columns, const Count
     return candidate;
 }
 
-// The rows of a quilt go on in the row above. The difference is clear where the camera moves.
+// Where views continue after a row; in a quilt, in the row above. Clear only if the camera moves.
 enum class RowOrder { Upward, Downward, Unclear };
 
 RowOrder rowOrder(const Candidate& candidate) {

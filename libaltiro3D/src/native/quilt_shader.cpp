@@ -24,8 +24,8 @@ double fraction(double a) {
     return a - std::floor(a);
 }
 
-// Periods per px without whole ones, as the sum of two numbers. The product of the first and the
-// number of a px fits into the 24 bits of a float, so its fraction is exact.
+// The fraction of the periods per px, as the sum of two numbers. The product of the first one and
+// the number of a px fits into the 24 bits of a float, so its fraction is exact.
 struct Step {
     double high;
     double low;

@@ -150,7 +150,7 @@ void wholeShiftsOfPhases(const std::uint16_t* columnHalves, std::uint32_t row, s
     const double stretch = viewCount > 1 ? viewCount / (viewCount - 1.0) : 0;
     const double largest = static_cast<double>(halfParallax) * steps;
     const auto scale = static_cast<std::int16_t>(std::min(std::lround(largest * stretch), 32767L));
-    // the halves leave out a half on average, each
+    // the halves of column and row are each too small by half a step on average: adds one
     const auto half = static_cast<std::uint16_t>((row >> 16) + 1);
     HWY_DYNAMIC_DISPATCH(wholeShiftsOfPhasesOn)
     (columnHalves, half, count, scale, wholeShift(static_cast<double>(halfParallax), steps),

@@ -36,7 +36,7 @@ double positionsPerMetre(double strengthPercent) {
     return strengthPercent > 0 ? 2 * kEyesStrength / strengthPercent / kEyesMetres : 0;
 }
 
-// Colours that go on smoothly where none are set, so that JPEG has no edges there.
+// Fills places without colours smoothly from those around, so that JPEG has no edges there.
 // @param sums [CV_32FC4, blue, green, red, 1; 0 where none are set]
 cv::Mat goneOn(const cv::Mat& sums) {
     if (sums.cols == 1 && sums.rows == 1) {
@@ -137,8 +137,9 @@ class PhotoLayers {
         const long end = 1 + std::lround(pixel.share * (kEnds - 1));
         mark = static_cast<std::uint8_t>(mark - mark % 16 + std::clamp<long>(end, 1, kEnds));
     }
-    // Where the background of two surfaces overlaps, that of the one closer by; slivers, which
-    // steps of depth have, do not go on far behind what is before them.
+    // Where the backgrounds of two surfaces overlap, the px belongs to the surface whose end is
+    // nearer. Slivers, which occur at steps of depth, count as farther, so they do not reach far
+    // behind others.
     void addHidden(const LayeredPixel& pixel) {
         constexpr int kSliver = 16; // px
         const int x = pixel.x + margin_;
@@ -153,7 +154,8 @@ class PhotoLayers {
                                            static_cast<float>(pixel.bgr[1]),
                                            static_cast<float>(pixel.bgr[2]), 1};
     }
-    // The background begins with the px of its surface, from which colours are interpolated.
+    // Gives the background the colour of the px at the end of its surface, because colours are
+    // interpolated from there.
     void joinToSurface(const LayeredPixel& pixel) {
         const int x = pixel.x - pixel.beside;
         if (x < 0 || !holds(x)) return;
@@ -190,7 +192,7 @@ std::string base64(const unsigned char* bytes, std::size_t count) {
     return text;
 }
 
-// A source of a Content-Security-Policy: only what has these bytes.
+// A source of a Content-Security-Policy that allows only a part with exactly these bytes.
 std::string hashSource(const PagePart& part) {
     unsigned char digest[32];
     for (std::size_t i = 0; i < sizeof digest; ++i)

@@ -198,7 +198,7 @@ double subjectDepth(const cv::Mat& weights, const cv::Mat& depth, const cv::Rect
 
 cv::Rect withoutScanBorder(const cv::Mat& photo) {
     checkType(photo, {CV_8UC3}, "photo", "CV_8UC3 (8-bit BGR)");
-    // @param at index of a line from the rim, and of a px along it -> place
+    // @param at (number of a line from the rim, number of a px in it) -> place
     const auto border = [&](int across, int along, auto at) {
         const int most = static_cast<int>(across * kMaxScanBorder / 100);
         if (most < 1) return 0;

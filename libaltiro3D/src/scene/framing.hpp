@@ -44,8 +44,8 @@ double subjectDepth(const cv::Mat& weights, const cv::Mat& depth,
 
 /// Width of the border of a scan that withoutScanBorder() may cut at a side, % of the photo's.
 constexpr double kMaxScanBorder = 3;
-/// insideViews() enlarges a photo by at most this for what views show beside it, %; by twice as
-/// much if that is the border of a scan, which stands out.
+/// The most by which insideViews() enlarges a photo to hide what views would show beside it, %;
+/// twice as much if the border of a scan lies there, which stands out.
 constexpr double kMaxSideZoom = 5;
 
 /// Finds the border of a scan: rows and columns at the rim that have nearly one colour and end in a

@@ -18,7 +18,7 @@ namespace {
 // `part` of `whole`, at least 1 px, around `centre` as far as the ends allow.
 cv::Range around(int whole, double part, double centre) {
     const int length = static_cast<int>(std::lround(std::clamp<double>(part, 1, whole)));
-    constexpr double kRounding = 1e-6; // px; a centre made of whole px gives them back
+    constexpr double kRounding = 1e-6; // px; so that a centre made of whole px gives the same ones
     const double start = std::floor(centre * whole - length / 2.0 + kRounding);
     const int first = static_cast<int>(std::clamp<double>(start, 0, whole - length));
     return {first, first + length};

@@ -48,8 +48,8 @@ double fallOfRows(const cv::Mat& depth) {
     return std::max(right, left) / depth.rows;
 }
 
-// The strength at which kMaxAutoHidden of an outermost view was hidden or is stretched; (7.4).
-// Infinite if the depth is level.
+// The strength at which kMaxAutoHidden % of an outermost view consist of px that the photo hides or
+// that are stretched; (7.4). Infinite if the depth is level.
 double strengthLimit(const cv::Mat& depth) {
     return 2 * kMaxAutoHidden / fallOfRows(depth);
 }

@@ -218,7 +218,8 @@ void CameraSlide::Impl::find() {
     };
     use();
     if (paths.reversed) {
-        // which one hides the other, more certain if it agrees with the tracks
+        // decides by which things hide others; weaker evidence is enough if the tracks agree with
+        // it
         constexpr double kMore = 1.25;
         constexpr double kMuchMore = 2.2;
         constexpr double kWorse = 1.8;
@@ -453,7 +454,7 @@ void CameraSlide::makeViews(int count,
     struct Plan {
         int view;
         double position;
-        std::size_t first; // the same as `last` for the nearest one
+        std::size_t first; // equal to `last`: only the nearest picture is used
         std::size_t last;
     };
     std::vector<Plan> plans;

@@ -64,8 +64,8 @@ Step stepOf(const std::vector<Shift>& shifts, const std::vector<double>& nearnes
     return step;
 }
 
-// Finds the ways of the camera and the nearness of corners, alternately. A shift that all corners
-// share says nothing about the way: it comes from a hand that turns, or from aligned pictures.
+// Finds in turn how far the camera moves and how near corners are. A shift that all corners share
+// says nothing about this movement: it comes from a hand that turns, or from aligned pictures.
 std::vector<Step> findSteps(const std::vector<std::vector<Shift>>& shifts,
                             std::vector<double>& nearness, double pixel) {
     constexpr int kRounds = 8;
@@ -165,7 +165,7 @@ void guessPoints(const std::vector<SlideTrack>& tracks, SlidePath& path) {
 
 // Turns the axes of the scene: x along the path, z forwards. Positions become 0..1.
 void turnAlong(SlidePath& path) {
-    // What is behind infinity looks the same in front of it to a camera that moves the other way.
+    // A point beyond infinity (q < 0) looks like one in front to a camera that moves the other way.
     if (percentileOf(depthsOf(path), 0.95) < 0) {
         for (SlideCamera& camera : path.cameras)
             camera.place = -camera.place;

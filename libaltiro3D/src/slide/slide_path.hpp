@@ -17,7 +17,7 @@ struct FoundPaths {
     /// Set if the camera seems to follow a thing: another path that explains the tracks not much
     /// worse. In it, near and far are exchanged, the camera moves the other way; turns compensate.
     std::optional<SlidePath> reversed;
-    double worse = 1; ///< Ratio of its residuals to those of `path`, 1 or more.
+    double worse = 1; ///< Ratio of the residuals of `reversed` to those of `best`, 1 or more.
 };
 
 /// Finds cameras and points that explain the tracks: least squares of the places where points are

@@ -140,7 +140,7 @@ class Solver {
             kTurn, guess_.isTurntable ? kOrbit : kTurn, kTurn, 10 * pathLength_, away, away, kZoom,
             kShear};
     }
-    // A camera's unknowns in standard deviations from what is known.
+    // A camera's unknowns as deviations from prior knowledge, in standard deviations.
     Own knownOf(const SlideCamera& camera) const {
         const cv::Matx33d& r = camera.turn;
         const Own is(r(2, 1), r(0, 2), r(1, 0), camera.place[0], camera.place[1], camera.place[2],
@@ -182,7 +182,7 @@ class Solver {
             const double weight = 1 / (1 + r.dot(r) / square(reach_));
             const double scale = 1 / guess_.pixel;
             const ByPoint byP = is.byP * scale;
-            const cv::Matx33d cross(0, p[2], -p[1], -p[2], 0, p[0], p[1], -p[0], 0); // by turns
+            const cv::Matx33d cross(0, p[2], -p[1], -p[2], 0, p[0], p[1], -p[0], 0); // d p / d turn
             const ByPoint byTurn = byP * cross;
             const ByPoint byPlace = byP * camera.turn * -point.q;
             const cv::Matx33d pointAxes(camera.turn(0, 0), camera.turn(0, 1), 0, camera.turn(1, 0),
@@ -380,7 +380,7 @@ void solvePath(const std::vector<SlideTrack>& tracks, const SlideGuess& guess, S
     path.misfitShare =
         tracks.empty() ? 0 : static_cast<double>(misfits) / static_cast<double>(tracks.size());
     solver.run(kNearReach, 40);
-    // those that are a little wrong: where an edge passes in front of another one
+    // leaves out slightly wrong tracks, such as places where one edge passes in front of another
     std::vector<double> misses;
     for (std::size_t t = 0; t < tracks.size(); ++t)
         if (path.fits[t] != 0) misses.push_back(squareOf(t));

@@ -39,9 +39,8 @@ struct PictureSteps {
     std::vector<int> counts;        ///< Corners that were followed to each picture, at most 120.
     cv::Size window;                ///< Window in which corners are compared, px.
 };
-/// Steps of pictures, with a wide window if that follows more corners, where there is much noise.
+/// Steps of pictures. The window is wide if that follows more corners, as it does in strong noise.
 PictureSteps stepsOf(const std::vector<SlidePicture>& pictures);
-/// Steps of pictures with a given window.
 PictureSteps stepsWith(const std::vector<SlidePicture>& pictures, cv::Size window);
 
 /// Chooses pictures at equal steps of the way, of each step the sharpest one.
@@ -56,9 +55,10 @@ struct SlideTracks {
     int fewest = 0;            ///< Corners that were followed at least between two pictures.
 };
 
-/// Follows corners (pyramidal Lucas-Kanade, forwards and back). Each place is then found by what is
-/// seen where the track begins, so errors do not add up, and without the brightness around it:
-/// else a change of the light moves the places. Where that fails, the track ends.
+/// Follows corners (pyramidal Lucas-Kanade, forwards and back). Each place is then compared with
+/// the picture in which its track begins, so errors do not add up. The mean brightness around it
+/// does not count, because a change of the light would move the places. Where this fails, the track
+/// ends.
 /// @param aspect height : width of the pictures of the clip
 /// @param window of stepsOf()
 SlideTracks followCorners(const std::vector<const SlidePicture*>& pictures, double aspect,

@@ -18,7 +18,8 @@ namespace {
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr double kMatchPixels = 5e5; // at which frames are matched, at most
 
-// The ray of a px of a view, and what its inverse depth moves: p = ray - q away.
+// The ray of a px of a view in the axes of a camera, and how inverse depth q moves it: p = ray - q
+// away.
 struct Rays {
     Rays(const SlideCamera& camera, const SlideWindow& window, double position)
         : turn(camera.turn), byX(turn * cv::Vec3d(1 / window.focal, 0, 0)),
@@ -219,8 +220,8 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
             }
         }
     });
-    // What no frame knows is behind what is beside it, or is an unmatched part of it: the one where
-    // the frames agree better.
+    // Where neither frame knows the depth, it is that of the farther neighbour (something hidden)
+    // or of the nearer one (an unmatched part of it): the one with which the frames agree better.
     cv::Mat nearer = -depth;
     fillRows(depth);
     fillRows(nearer);

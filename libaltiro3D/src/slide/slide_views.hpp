@@ -8,7 +8,7 @@
 
 namespace altiro3D {
 
-/// The row of virtual cameras that look alike, along the path, not turned, and their common window.
+/// Virtual cameras in a row along the path, which all look in the same direction, and their window.
 /// A camera at position s sees a point of inverse depth q in the column
 ///
 ///     focal (x - s (q - focus)) + middle.x

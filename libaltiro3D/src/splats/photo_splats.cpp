@@ -63,7 +63,7 @@ class PixelSplats {
         splat.rotation = quaternionOf(first, z.cross(first), z);
     }
 
-    // Of the rotation whose columns these are.
+    // The quaternion of the rotation whose matrix has these columns.
     static cv::Vec4f quaternionOf(const cv::Vec3d& x, const cv::Vec3d& y, const cv::Vec3d& z) {
         cv::Vec4d q(1 + x[0] + y[1] + z[2], y[2] - z[1], z[0] - x[2], x[1] - y[0]);
         if (q[0] < 0.01) // turned by nearly half a turn: about x or y, as z points forward

@@ -11,7 +11,7 @@
 
 namespace altiro3D {
 
-/// Y of degree 0, by which files multiply colours: sqrt(1 / 4 pi).
+/// The spherical harmonic of degree 0, whose coefficients files give as colours: sqrt(1 / (4 pi)).
 constexpr double kHarmonic0 = 0.28209479177387814;
 /// Most splats of a file.
 constexpr std::uint64_t kMaxSplats = std::uint64_t{1} << 26;
@@ -39,8 +39,8 @@ inline float opacityOf(float logit) {
     return static_cast<float>(1 / (1 + std::exp(-static_cast<double>(logit))));
 }
 
-/// Four components of a unit vector of which a file has three, in ten bits each, highest first, and
-/// in the uppermost two bits which one, the largest, is left out.
+/// A unit vector of four components, of which a file leaves out the largest. The uppermost two bits
+/// say which one that is; the others follow in ten bits each, from the highest bits down.
 /// @param valueOf the value of ten bits
 template <class ValueOf>
 cv::Vec4f smallestThree(std::uint32_t packed, const ValueOf& valueOf) {

@@ -45,7 +45,7 @@ void blendSplatsOn(const ProjectedSplat* splats, const std::uint32_t* order, std
     const V zero = hn::Zero(d);
     const V one = hn::Set(d, 1.0F);
     const V half = hn::Set(d, 0.5F);
-    // 3DGS: what is denser counts as this, and where less light would pass, nothing more is drawn
+    // as in 3DGS: largest opacity of a splat, and least light that may be left after drawing one
     const V densest = hn::Set(d, 0.99F);
     const V darkest = hn::Set(d, 1e-4F);
     constexpr std::size_t kTestedEvery = 32;

@@ -58,7 +58,7 @@ struct PlyElement {
 // A number that is wanted of each row.
 struct PlyField {
     std::string name;
-    std::optional<double> otherwise = std::nullopt; // if there is none; nothing: it is needed
+    std::optional<double> otherwise = std::nullopt; // if the file has none; empty: it must have one
 };
 using PlyFields = std::vector<PlyField>;
 using Row = std::vector<double>; // of wanted numbers, and one more
@@ -123,7 +123,7 @@ class PlyFile {
         for (const PlyProperty& property : element.properties)
             least +=
                 isText_ ? 2 : (property.length == nullptr ? property.type : property.length)->bytes;
-        // the last number perhaps one
+        // the last number of a text may take one byte
         const std::uint64_t there = bytes_.size() - at_ + (isText_ ? 1 : 0);
         least = std::max<std::uint64_t>(least, 1);
         if (there / least < element.count) tellCut(element, there / least);

@@ -85,10 +85,10 @@ SpzHeader headerOf(std::string_view bytes, const std::string& name) {
 // The arrays of versions 1 to 3, one after the other.
 std::string unpacked(std::string_view packed, const SpzHeader& header, const std::string& name) {
     const std::uint64_t whole = kHeader + header.bytes();
-    constexpr std::uint64_t kMostPacked = 1040; // gzip makes of a byte at most so many
+    constexpr std::uint64_t kMostPacked = 1040; // gzip turns a byte into at most so many
     std::string bytes;
     if (whole / kMostPacked <= packed.size()) bytes = inflated(packed, whole, kGzip).bytes;
-    if (bytes.size() < whole) // positions come first, so all splats end early together
+    if (bytes.size() < whole) // arrays follow each other, so all splats lack something
         throw Error(ErrorCode::BadFormat, name,
                     "ends after " + std::to_string(bytes.size()) + " of " + std::to_string(whole) +
                         " bytes of its " + std::to_string(header.count) +
@@ -97,7 +97,7 @@ std::string unpacked(std::string_view packed, const SpzHeader& header, const std
 }
 
 #ifdef ALTIRO3D_HAVE_ZSTD
-// Those of version 4.
+// The arrays of version 4.
 std::string unpacked4(std::string_view bytes, const SpzHeader& header, const std::string& name) {
     const ByteReader reader(bytes, true);
     std::uint64_t entry = reader.u32(16); // of the table
@@ -150,7 +150,7 @@ std::optional<SplatAxes> axesRecord(std::string_view bytes, const std::string& n
     return std::nullopt;
 }
 
-// OpenCV has no type for it on every processor.
+// A half float. OpenCV does not have this type on every processor.
 float halfFloat(std::uint32_t bits) {
     const auto exponent = static_cast<int>(bits >> 10 & 31U);
     const auto fraction = static_cast<float>(bits & 1023U) / 1024;

@@ -20,7 +20,7 @@ void checkApart(const cv::Mat& result, const Scene& scene, const char* subject);
 ///        NaN counts as 0; hidden layer of the photo's size or empty
 /// @param options method and its options; must be valid
 /// @param outermost largest |position| of the views
-/// @return renders views of all columns, with the shifts of the shown ones
+/// @return renders all columns of the photo; its shifts are for the width of the shown ones
 /// @throws Error InvalidArgument (types, sizes, shown columns), Mismatch, TooLarge, OutOfMemory
 std::unique_ptr<ViewRenderer> makeRenderer(const Scene& scene, const ViewOptions& options,
                                            double outermost);

@@ -298,8 +298,8 @@ Displacement bestDisplacement(const Alignment& alignment, int mostGrowth) {
     return found;
 }
 
-// The growth with its fraction, from a parabola through three places. Along rows and columns
-// oblique edges move farther than edges move across themselves, on average by 15 %.
+// The growth with its fraction, from a parabola through three values. It is measured along rows and
+// columns, where oblique edges move farther than across themselves, on average by 15 %.
 double exactGrowth(const Alignment& alignment, const Displacement& found) {
     if (found.growth == 0) return 0;
     const double before = alignment.at(found.growth - 1, found.shift);

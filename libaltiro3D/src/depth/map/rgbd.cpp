@@ -190,7 +190,7 @@ void joinRgbd(const cv::Mat& photo, const cv::Mat& depth, const RgbdLayout& layo
     const cv::Size whole(beside ? 2 * half.width : half.width,
                          beside ? half.height : 2 * half.height);
     const Halves halves = halvesOf(layout.side, whole);
-    // they keep the samples if `picture` is the same object
+    // these headers keep the samples alive if `picture` is the same object as `photo` or `depth`
     cv::Mat first = photo;
     const cv::Mat given = depth;
     if (squeeze != Squeeze::None) {

@@ -184,7 +184,7 @@ void findSlopes(const cv::Mat& depth, cv::Mat& result) {
 template <class Filter>
 void inParts(const cv::Mat& from, cv::Mat& to, const Filter& filter) {
     to.create(from.size(), from.type());
-    // no columns beside it
+    // if `from` is a region, filters would also read the columns beside it
     const cv::Mat alone(from.size(), from.type(), const_cast<uchar*>(from.data), from.step);
     cv::parallel_for_(
         cv::Range(0, from.rows),

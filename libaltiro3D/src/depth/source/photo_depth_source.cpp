@@ -63,7 +63,7 @@ Found findDepth(const PhotoFile& photo) {
     return found.rawDepth.empty() ? findInFile(photo, found.notes) : found;
 }
 
-// The same, if a depth image beside the photo does not fit it.
+// If a depth image beside the photo does not fit it, takes the depth in the photo's file instead.
 void replaceUnfit(Found& found, const PhotoFile& photo, cv::Size size) {
     if (found.separateFile.empty()) return;
     const std::string reason = reasonAgainstDepth(found.rawDepth, size);
@@ -87,7 +87,7 @@ std::launch besideOthers() {
                                    : std::launch::deferred;
 }
 
-// @param photo goes with the depth, or waits for that of the other source
+// @param photo is passed on with the depth found; without depth, `fallback` estimates it later
 PhotoDepth withPhoto(Found found, const cv::Mat& photo, const DepthSource& fallback, Notes* notes) {
     addNotes(notes, found.notes);
     if (found.rawDepth.empty()) found.text = fallback.description();
@@ -111,7 +111,7 @@ cv::Mat readPhotoOf(const PhotoFile& file, bool unblurred, DepthSource& fallback
 
 PhotoDepth readStored(const PhotoFile& file, const PhotoDepthOptions& options,
                       DepthSource& fallback, Notes* notes) {
-    static_cast<void>(file.bytes()); // a pipe gives its depth as well
+    static_cast<void>(file.bytes()); // reads a pipe once, also for its depth
     std::future<Found> depth =
         std::async(besideOthers(), [&] { return options.useDepth ? findDepth(file) : Found(); });
     const std::optional<StereoPair> pair = withNamedNotes(file.path(), notes, [&](Notes* own) {

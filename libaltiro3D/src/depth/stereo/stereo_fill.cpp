@@ -81,7 +81,7 @@ void moveRow(const float* disparity, const std::uint8_t* bgr, const float* seen,
              std::uint8_t* hiddenBgr, float* hidden) {
     const auto put = [&](int x, float value, const std::uint8_t* first, float share) {
         if (x < 0 || x >= width || seen[x] - value < kBehind) return;
-        if (hidden[x] >= value) return; // the nearest one is visible behind the thing
+        if (hidden[x] >= value) return; // of several hidden px at one place, the nearest counts
         hidden[x] = value;
         for (int c = 0; c < 3; ++c) {
             const float colour = share > 0 ? static_cast<float>(first[c]) * (1 - share) +

@@ -59,7 +59,7 @@ Json jsonOf(const ChunkPlan& plan, const Fraction& timeBase) {
             {"chunks", chunks}};
 }
 
-// Whether the chunks with pictures are the video, each frame once.
+// Whether the chunks with pictures cover the video, each frame exactly once.
 bool coversVideo(const ChunkPlan& plan) {
     std::map<std::int64_t, std::int64_t> ends; // by first frame
     for (const VideoChunk& chunk : plan.shown.chunks) {

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Chunks that begin inside the same scene get a chunk that makes its depth, if they are as many.
+// If this many chunks or more begin inside one scene, a further chunk makes its depth for them.
 constexpr int kManyInScene = 3;
 // Depth alone takes about this share of the time of depth and picture.
 constexpr double kDepthShare = 0.3;
@@ -68,8 +68,8 @@ FramePlace beginOf(const VideoSurvey& survey, const ChunkDependence& on, const F
     return after == survey.cuts.begin() ? FramePlace() : *(after - 1);
 }
 
-// The segments that begin chunks. Frames whose depth is repeated count as much as frames by which a
-// chunk differs from its length.
+// The segments that begin chunks. A border costs the frames whose depth is made twice, plus the
+// frames by which the chunk differs from its wanted length.
 std::vector<std::size_t> bordersOf(const VideoSurvey& survey, const ChunkDependence& on,
                                    int segmentFrames, std::size_t wanted) {
     std::vector<std::size_t> borders = {0};

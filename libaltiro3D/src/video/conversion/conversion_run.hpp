@@ -84,7 +84,7 @@ class ConversionRun {
     void finish(VideoConversionResult& result);
     void finishRange(const VideoConversionResult& result);
     void finishFile(bool complete);
-    // Whether a frame is passed for the depth of later ones only.
+    // Whether a frame is needed only for the depth of later ones, and no picture is made of it.
     bool isBefore(const PipelineFrame& frame) const {
         return range_ && frame.number < range_->first;
     }

@@ -55,7 +55,7 @@ Json feedingOf(const DepthNetwork& network) {
             {"processor", static_cast<int>(network.target())}};
 }
 
-// Whether a struct gives all of its fields.
+// Whether a struct has a function fields() that gives all of its fields.
 template <typename T, typename = void>
 constexpr bool kHasFields = false;
 template <typename T>

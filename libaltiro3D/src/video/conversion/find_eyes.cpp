@@ -150,7 +150,7 @@ HalvesShape shapeOfHalves(StereoLayout layout, const std::optional<SceneName>& n
         if (name->halves != StereoHalves::Automatic) return stated(name->halves);
         const std::string tag = lowerCase(name->tag);
         const bool isShort = tag == "lr" || tag == "tb" || tag.rfind("3d", 0) == 0;
-        constexpr double kWide = 2.4; // no scene has half of it
+        constexpr double kWide = 2.4; // aspect from which on halves have the shape of a scene
         constexpr double kHigh = 1.1;
         if (isShort)
             return {(isBeside ? aspect < kWide : aspect > kHigh) ? StereoHalves::Squeezed
@@ -216,7 +216,7 @@ FoundEyes findEyes(const fs::path& input, const VideoFacts& facts,
         if (facts.areJoined()) found.eyes->halves = StereoHalves::Full;
         return found;
     }
-    if (startsWith(stated, kAlternateFrames)) { // not so from the first frame on
+    if (startsWith(stated, kAlternateFrames)) { // stated, but not by the first frame: not joined
         const std::string first = stated == kAlternateFrames ? "al:sbsl" : "ar:sbsl";
         throw Error(ErrorCode::Unsupported, input.string(),
                     "shows the eyes by turns, expected them beside each other, as made by the "

@@ -180,7 +180,8 @@ void GivenDepth::fitShape(cv::Size depth, double sampleAspect, const VideoFacts&
     const bool lacksRotation =
         isStoredTurned(video) && !(video_ && isStoredTurned(video_->facts()));
     const bool isAcross = video.rotationDegrees % 180 != 0;
-    // Where the shape does not decide, a video is stored as the other one is; pictures are upright.
+    // Where the shape does not decide, a depth video is taken as stored turned like the video, and
+    // pictures as upright.
     const bool isUndecided = !isAcross || std::abs(turned - upright) <= kSame;
     const bool follows = lacksRotation && (isUndecided ? video_.has_value() : fitsTurned);
     const std::string name = given_.source.string();
@@ -222,7 +223,7 @@ void GivenDepth::refuseUnusedRange(const cv::Mat& first) const {
                     ", which has no depth of 16 bits without a unit, expected none");
 }
 
-// Only depth that is read once, or that begins with 8 bits, has none.
+// Without a range, 16-bit depth is refused: it could be read only once, or begins with 8 bits.
 void GivenDepth::requireRange(const cv::Mat& raw) const {
     if (raw.depth() != CV_16U || given_.range || given_.kind == DepthKind::Metric) return;
     throw Error(ErrorCode::BadFormat, given_.source.string(),

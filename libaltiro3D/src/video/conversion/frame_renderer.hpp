@@ -30,7 +30,7 @@ class FrameRenderer {
     void work(PipelineFrame& frame);
     /// Passes a frame without making its picture: remembers what work() would.
     virtual void pass(PipelineFrame& /*frame*/) {}
-    /// Puts what the next frame's picture depends on, besides the frame, in front.
+    /// Prepends what the next frame's picture depends on, besides that frame, to the state.
     virtual void keepState(SavedState& /*state*/) const {}
     /// Removes what keepState() has put in front and continues from it. @throws Error BadFormat
     virtual void takeState(SavedState& /*state*/) {}
@@ -40,7 +40,7 @@ class FrameRenderer {
 
   protected:
     virtual void make(const PipelineFrame& frame, cv::Mat& picture) = 0;
-    /// Whether it equals the last one, if the shape of px does.
+    /// Whether the picture equals the last one, provided that the shape of px is the same.
     virtual bool isRepeated(PipelineFrame& frame) { return frame.step.repeated; }
 
   private:

@@ -29,7 +29,6 @@ struct PipelineStage {
     std::function<bool(PipelineFrame&)> work;
 };
 
-/// Options of a pipeline.
 struct PipelineOptions {
     int queueFrames = 3; ///< Frames that may wait between two stages, 1 or more.
     /// For live input: the first stage never waits. If queueFrames frames already wait behind it,

@@ -25,7 +25,7 @@ namespace {
 constexpr float kTrustedMisfit = 4;
 constexpr float kNewMisfit = 14;
 
-// Part of a range's difference that remains after each picture.
+// Share of the difference between the range of the depth and 0..1 that remains after a picture.
 constexpr double kRangeMemory = 0.95;
 
 // The share of `steadiness` that remains where content moves by kFast px or more per picture.

@@ -66,7 +66,7 @@ class LayeredReader {
         for (std::size_t i = 0; i < lines_.all().size(); ++i)
             pickColumns(columns_.data(), columns_.size(), known_.lines.all()[i]->data(),
                         lines_.all()[i]->data());
-        for (std::size_t i = 0; i < parts_.size(); ++i) // 1/32768 px per column to 1/512 px
+        for (std::size_t i = 0; i < parts_.size(); ++i) // slopes: 1/32768 px, offsets: 1/512 px
             lines_.offsets[i] = static_cast<std::int16_t>(
                 lines_.offsets[i] + lines_.slopes[i] * parts_[i] / (64 << kSubColumnBits));
         isPicked_ = isWholeRow_;

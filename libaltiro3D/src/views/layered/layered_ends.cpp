@@ -207,7 +207,7 @@ class Search {
     }
 
     // Place of the background painted `distance` px right of surface k, limited to the painted
-    // columns; without any, of its last column in the photo.
+    // columns. If none are painted: place of the surface's last column in the photo.
     std::int32_t beyondPlace(int k, float distance) const {
         const LayeredSurface& surface = surfaces_[k];
         if (surface.beyond == 0) return (base_ + surface.last) << kSubColumnBits;
@@ -271,9 +271,9 @@ class Search {
         return {placeAfter(column), 1, offsetOf(column)};
     }
 
-    // Covers the pixel, at which surface k has ended, with surfaces further left that are nearer
-    // than what is painted left of those further right: surface k has passed them. True if the
-    // pixel is complete.
+    // Surface k has ended at the pixel. Covers the pixel with surfaces further left that are nearer
+    // than the background painted left of the next surfaces at the right: surface k has passed
+    // them. True if the pixel is complete.
     bool showsPassed(int k) {
         float behind = -kFar;
         for (int right = k + 1; right < surfaceCount_ && behind == -kFar; ++right) {

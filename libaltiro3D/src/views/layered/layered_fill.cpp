@@ -12,8 +12,8 @@ namespace altiro3D {
 
 namespace {
 
-// The part of a cell that is the mean of as many visible px as it is px away from them. They are
-// at most 1 / kRowDivisor of the surface.
+// The share of a cell's colour that is the mean of visible px of its row: of as many px as the cell
+// is px away from them, but at most 1 / kRowDivisor of the surface.
 constexpr float kRowShare = 0.3F;
 constexpr int kRowDivisor = 4;
 // Cells this many px behind the first one take half of their colour from the row beside them.

@@ -73,10 +73,10 @@ HWY_INLINE I plainPlace(const LayeredTables& tables, const Lanes<F, I>& lanes, I
     return hn::IfThenElse(hn::Gt(lanes.base, hn::Zero(whole)), hn::Sub(ends, place), place);
 }
 
-// For open blocks. Pixels on a line have their place. If no other surface comes near, a
-// guess from the pixel's own depth and slope is verified: within a surface the contents are in
-// order, so it is the only solution. Arithmetic limits the speed: some seventy operations and a
-// gather of four bytes.
+// Finds places in open blocks. Pixels on a line have theirs already. For others, if no other
+// surface comes near, a guess from the pixel's own depth and slope is verified: within a surface
+// the contents are in order, so there is only one solution. Arithmetic limits the speed: some
+// seventy operations and a gather of four bytes.
 void layeredGuessesOn(const LayeredTables& tables, const LayeredPixels& pixels, LayeredRoom& room) {
     const hn::ScalableTag<float> d;
     const hn::RebindToSigned<decltype(d)> whole;
@@ -402,7 +402,7 @@ class AmongSurfaces {
             guess = hn::Add(columnF, hn::Div(hn::Sub(lanes_.x, from), width));
         }
         ends.hard = hn::Or(ends.hard, open);
-        // near the places of other pixels
+        // as places in the row, nearer in memory to those of other pixels than mirrored ones
         ends.place = plainPlace(tables_, lanes_, ends.place);
     }
 

@@ -21,8 +21,8 @@ struct LayeredPixel {
     /// 0: the photo's own px. Else it is this many columns right (< 0: left) of a surface's end.
     int beside = 0;
     int width = 0; ///< With `beside`: visible columns of the surface.
-    /// It is painted behind a nearer surface or beside the frame; else `beside` a border reaches
-    /// it.
+    /// Painted behind a nearer surface or beside the frame. Otherwise a px with `beside` is one
+    /// into which a surface's border reaches.
     bool isHidden = false;
     bool isLast = false; ///< The last px of a surface of its row.
 };

@@ -78,8 +78,8 @@ constexpr float kNeverPasses = 1e30F; ///< LayeredEndOffsets::passing without su
 struct LayeredEndOffsets {
     float first = 0;
     float last = 0;
-    /// From this movement on, px per such unit, the end of a surface further left is right of the
-    /// surface's end: a thin thing has passed what it hid.
+    /// Movement, px per such unit, from which on the end of a surface further left lies right of
+    /// this surface's end: a thin thing has passed what it hid.
     float passing = kNeverPasses;
 };
 

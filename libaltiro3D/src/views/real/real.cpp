@@ -232,7 +232,7 @@ class RealRenderer : public ViewRenderer {
             for (int x = 0; x < photo_.cols; ++x) {
                 const double place = x - shiftPixels * (static_cast<double>(depth[x]) - focus_);
                 const double out = place < 0 ? -place : place - (photo_.cols - 1);
-                // for distances too large to differ, the last pixel to leave is on the right
+                // distances may be too large to differ: at the left, the rightmost px then counts
                 if (out < least || (out == least && place < 0)) {
                     least = out;
                     best = x;

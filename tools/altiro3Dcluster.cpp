@@ -31,7 +31,7 @@ std::vector<int> missingChunks(const ClusterPlan& plan, int from, int to) {
     return missing;
 }
 
-// Runs the tool of a plan; it writes where this program does. @return whether it has succeeded
+// Runs the tool of a plan and forwards its output. @return whether it succeeded
 bool runTask(const ClusterPlan& plan, const QStringList& arguments) {
     QProcess process;
     process.setProcessChannelMode(QProcess::ForwardedChannels);

@@ -223,7 +223,7 @@ int makeLensFile(const TableJob& job, Messages& messages) {
     return kExitDone;
 }
 
-// Writes the calibration in the memory of a display, all of which is read.
+// Saves the calibration that a display holds in its memory, to a file. All of the memory is read.
 int saveUsbCalibration(const TableJob& job, Messages& messages) {
     const std::vector<UsbDisplay> displays = findUsbDisplays();
     const std::string& wanted = job.display.serial;

@@ -126,8 +126,8 @@ Row measureDepth(const std::string& name, DepthSource& source, const StereoScene
     return row;
 }
 
-// The mean of each row over the scenes.
-// @param rows the same `count` ones for each scene
+// The mean of each row over the scenes, but the maximum of the peak memory.
+// @param rows those of each scene in turn: `count` of them, in the same order
 std::vector<Row> meansOf(const std::vector<Row>& rows, std::size_t count) {
     std::vector<Row> means;
     const double share = static_cast<double>(count) / static_cast<double>(rows.size());
@@ -185,8 +185,8 @@ StereoScene readStereoScene(const std::string& name, const fs::path& photo,
     return makeStereoScene(name, left, raw, scale, readPhoto(truth));
 }
 
-// scenes.csv: scene, left, right, disp_left, disp_scale by name; files in a folder named as the
-// scene.
+// Reads scenes.csv. Its first line names the columns, among them scene, left, right, disp_left and
+// disp_scale. The files of a scene lie in a folder of its name.
 std::vector<StereoScene> readStereoScenes(const fs::path& file) {
     std::istringstream text(readFile(file, 1 << 20));
     std::vector<StereoScene> scenes;
@@ -309,8 +309,8 @@ loadDepthSources(const std::vector<NamedDepthSource>& sources, Messages& message
     return loaded;
 }
 
-// What each source of depth would cost and give instead of the true disparity. One that fails is
-// left out of every scene.
+// Time and accuracy of each source of depth in place of the true disparity. A source that fails on
+// one scene is left out of all scenes.
 std::vector<Row> measureDepths(const DepthRefineOptions& refine,
                                const std::vector<StereoScene>& scenes,
                                const std::vector<NamedDepthSource>& listed, Messages& messages) {
@@ -483,7 +483,7 @@ int run(const TradeJob& job, Messages& messages) {
                                     readStereoScene(job.photo.filename().string(), job.photo,
                                                     job.disparity, job.disparityScale, job.truth)};
         const auto sources = depthSources(messages);   // may fail, so before any work
-        const std::vector<StereoScene> exact = scenes; // the depth that rows are made of is refined
+        const std::vector<StereoScene> exact = scenes; // measureScenes() refines their depth
         rows = measureScenes(job, scenes, messages);
         depths = measureDepths(job.refine, exact, sources, messages);
         if (!job.saveViews.empty()) saveViews(scenes.front(), job.saveViews);

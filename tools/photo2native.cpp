@@ -71,7 +71,8 @@ PhotosMade makePhotos(const PhotoJob& job, const PhotoPart* part, Messages& mess
         job.go ? goDisplay() : findDisplay(job.display, messages, {}, displayUse(job));
     // with --print, display becomes that of the sheet
     const std::optional<PrintSheet> print = printSheet(job.print, display, messages);
-    // without a quilt, too: it has the number of the views and the shape of their parallax
+    // needed even if no quilt is made: it states the number of views, and their size, in whose px
+    // parallax is counted
     const QuiltLayout layout = chooseQuilt(job.quilt, display, messages);
     const PhotoInputs inputs =
         part == nullptr ? listPhotos(job, messages) : PhotoInputs{part->chunks.photos, {}, true};

@@ -23,7 +23,7 @@ namespace {
 
 // The command line.
 struct QuiltJob {
-    std::vector<fs::path> names; // with --go and --bridge: of quilts and their folders
+    std::vector<fs::path> names; // with --go or --bridge: quilts and folders of quilts
     fs::path quilt;              // or a folder of quilts
     fs::path native;             // empty: not made
     bool replace = false;
@@ -58,7 +58,7 @@ StereoPair eyesOf(const cv::Mat& quilt, const QuiltLayout& layout, double aspect
 }
 
 bool isVideo(const fs::path& file) {
-    if (canWriteImage(file) || !isFile(file)) return false; // by its name, or read only once
+    if (canWriteImage(file) || !isFile(file)) return false; // a picture by its name, or a pipe
     try {
         const VideoFacts facts = VideoReader(file).facts();
         return !isPicture(file, facts) && facts.format != "gif";
@@ -98,7 +98,8 @@ ReadQuilt readQuilt(const QuiltJob& job, const fs::path& quiltFile, bool isFromF
     return {picture, layout, shape};
 }
 
-// The quilt as it is on the panel. @param isCut views of whole px, for a map
+// Gives the views of a quilt the shape in which the panel shows them.
+// @param isCut cut the quilt to views of whole px first, as a map needs it
 cv::Mat shapedQuilt(const ReadQuilt& read, bool isCut, Messages& messages) {
     Notes notes;
     const cv::Mat tiles = isCut ? cropQuilt(read.picture, read.layout, &notes) : read.picture;
@@ -221,8 +222,8 @@ bool isQuilt(const QuiltJob& job, Messages& messages) {
     return isQuiltPicture(found, picture.size(), layout);
 }
 
-// A quilt with other columns, rows and size of views. Of other numbers of views each takes the
-// nearest one.
+// Lays a quilt out anew, with other columns, rows and size of views. If the number of views
+// differs, each new view is the nearest old one.
 cv::Mat laidOut(const cv::Mat& quilt, const QuiltLayout& from, const QuiltLayout& to) {
     if (from == to) return quilt;
     cv::Mat result(to.size(), CV_8UC3, cv::Scalar::all(0));

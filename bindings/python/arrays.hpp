@@ -74,7 +74,7 @@ void bindArrays(py::module_& m);
 
 namespace pybind11::detail {
 
-/// Both hold an object as it is.
+/// The conversion for Array and Out, which hold the Python object as it was given.
 template <class T>
 struct ArrayCaster {
     bool load(handle source, bool /*convert*/) {

@@ -96,7 +96,7 @@ struct Locked {
     Locked() {
         orRest([this] { gil.emplace(); });
     }
-    std::optional<py::gil_scoped_acquire> gil; ///< It.
+    std::optional<py::gil_scoped_acquire> gil; ///< Holds the GIL.
 };
 
 /// Runs the library's part of a function, while other threads of Python run.

@@ -3,9 +3,9 @@
 
     PYTHONPATH=build/dev/bindings/python make_stubs.py [--check]
 
-Needs mypy 1.0, that of Debian 12, as others write the same types in other words. --check fails if the
-file is not what would be made, or if stubtest finds that it does not describe the module; with another
-mypy only stubtest looks at it, without mypy it exits with 77.
+Needs mypy 1.0 (Debian 12), as other versions write the same types in other words. --check fails if
+the file is not what would be made, or if stubtest finds that it does not describe the module. With
+another version of mypy only stubtest is run; without mypy the program exits with 77.
 """
 import argparse
 import os

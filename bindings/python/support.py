@@ -80,7 +80,7 @@ def moving_frames(count, rows=48, columns=64):
 
 
 class Brightness(altiro3d.DepthSource):
-    """The brightness, as far as the count goes."""
+    """Takes the brightness for depth, and counts the calls."""
 
     calls = 0
 

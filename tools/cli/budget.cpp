@@ -120,7 +120,7 @@ void Budget::measure(const std::string& work, const std::vector<NamedViewOptions
     if (fromCache_) return messages.detail("costs: from the cache, " + file.string());
     costs_.clear();
     depthCosts_.clear();
-    bool isLasting = true; // what was left out would be left out again
+    bool isLasting = true; // a later run would leave out the same; only then the costs are cached
     for (const BudgetDepth& depth : depths) {
         double milliseconds = std::numeric_limits<double>::infinity();
         try {

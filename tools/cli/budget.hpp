@@ -66,8 +66,8 @@ class Budget {
 
     /// Chooses the setting for all pictures of a run and reports it. The costs are measured, or
     /// taken from the user's cache if they were measured before. A better method takes
-    /// precedence over a better source of depth: where the depth is good it gains up to 9 dB, and
-    /// where it is estimated as much as a better source (docs/lab/views.md).
+    /// precedence over a better source of depth: with good depth the method gains up to 9 dB, and
+    /// with estimated depth as much as a better source does (docs/lab/views.md).
     ///
     /// @param base strength and focus
     /// @param work key of what the costs depend on besides setting, picture and machine; must be

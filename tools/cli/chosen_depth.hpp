@@ -45,8 +45,8 @@ class ChosenDepth {
     const std::string& description() const { return description_; }
     /// Meaning of the numbers of given depth, or of source().
     DepthKind kind() const { return source_ ? source_->kind() : options_.kind; }
-    /// The source of all depth that no file of its own gives: of photos, depth that comes with a
-    /// photo precedes the network's. Null if depth is given by files.
+    /// The source of depth that is not in separate files. Depth that comes with a photo takes
+    /// precedence over the network's. Null if depth is given by files.
     const std::shared_ptr<DepthSource>& source() const { return source_; }
 
     /// Reads the photo of one item and reads or estimates its depth, as the options say.

@@ -49,7 +49,7 @@ struct DepthOptions {
     bool areVideos = false;                 ///< `--stereo videos`
     bool isFlat = false;                    ///< `--stereo off`: no eyes are looked for.
     PhotoDepthOptions stored{false, false}; ///< What is taken from photos; without options, depth.
-    bool refusesVr = false; ///< No option says what the photo holds; true without options.
+    bool refusesVr = false; ///< Refuse a photo for headsets, by its name; true without options.
 
     /// Whether each photo is named with its depth image, or with the right eye's picture.
     bool takesPairs() const { return fromFiles || isPair; }

@@ -19,7 +19,7 @@ constexpr const char* kSampleName = "portrait-sample.json";
 // The one volume of a display that is mounted, or the one that --serial names.
 std::optional<MountedCalibration> mountedVolume(const std::string& serial,
                                                 const VolumeSearch& search, Messages& messages) {
-    const std::vector<MountedCalibration> volumes = search.find(); // on drives, else over USB
+    const std::vector<MountedCalibration> volumes = search.find(); // and USB displays without any
     if (!serial.empty()) {
         const auto named = [&](const MountedCalibration& volume) {
             if (lowerCase(volume.volume) == lowerCase(serial)) return true;
@@ -181,7 +181,7 @@ ChosenDisplay chooseCalibration(const DisplayOptions& options, const VolumeSearc
         return display;
     }
     if (const auto volume = mountedVolume(options.serial, volumes, messages)) {
-        // the volume is chosen already: its file's serial may be cut short
+        // --serial has chosen the volume; it is not compared with the file, whose serial may be cut
         return displayIn(readCalibration(*volume), volume->file);
     }
     const fs::path sample = sampleCalibration();

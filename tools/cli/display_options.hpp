@@ -36,9 +36,9 @@ InvertViews invertOption(const CommandLine& commandLine);
 /// @throws UsageError
 DisplayOptions displayOptions(const CommandLine& commandLine);
 
-/// Adds the connected displays of the first generation, whose calibrations are kept in the user's
-/// cache. One that cannot be read has its problem; it is left out if there are volumes, as these
-/// displays have none.
+/// Adds the connected displays of the first generation, which have no volumes. Their calibrations
+/// are kept in the user's cache. A display that cannot be read is added with its `problem`, but
+/// only if there are no volumes.
 std::vector<MountedCalibration> withUsbDisplays(std::vector<MountedCalibration> volumes);
 
 /// How findDisplay() searches mounted volumes.

@@ -132,7 +132,7 @@ bool isBrief(const fs::path& video) {
     try {
         return VideoReader(video).facts().duration.value_or(0) <= kMaxSeconds;
     } catch (const Error&) {
-        return true; // it holds nothing else either
+        return true; // cannot be read, so nothing is lost if it counts as such a clip
     }
 }
 

@@ -36,7 +36,8 @@ class GoFolder {
     std::filesystem::path quiltFile(std::size_t index, const std::string& stem) const;
     /// Requires space for quilts. @throws Error WriteFailed
     void requireSpace(std::size_t quilts) const;
-    /// Writes the list of the quilts that were made, and what belongs to them; of none, nothing.
+    /// Writes the list of the quilts that were made, and what belongs to them. If none was made,
+    /// writes nothing and removes the empty folder.
     /// @throws Error WriteFailed
     void finish(const std::vector<std::filesystem::path>& quilts, Messages& messages) const;
 

@@ -54,7 +54,7 @@ bool isQuiltName(const fs::path& file) {
         const std::optional<QuiltName> name = parseQuiltName(file);
         return name && name->grid.columns * name->grid.rows > 1;
     } catch (const Error&) {
-        return false; // a name of its own
+        return false; // it looks like a quilt's, but its numbers are out of range
     }
 }
 

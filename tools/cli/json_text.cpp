@@ -31,7 +31,7 @@ void roundNumbers(Json& value) {
     constexpr int kLeast = 3;
     constexpr int kMost = 12;
     const int whole = static_cast<int>(std::floor(std::log10(size))) + 1;
-    // of one number in a thousand dump() does not write the shortest text: 1.5213699999999999
+    // dump() writes about one number in a thousand with too many digits: 1.5213699999999999
     constexpr std::size_t kLong = 16;
     for (int decimals = std::clamp(kSignificant - whole, kLeast, kMost); decimals > 0; --decimals) {
         const double unit = std::pow(10.0, decimals);

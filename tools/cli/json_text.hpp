@@ -26,8 +26,9 @@ void writeProgress(const nlohmann::ordered_json& line);
 /// Writes a line about a failure that came before all others, if `--progress json` is given.
 void tellEarlyFailure(const CommandLine& commandLine, const std::exception& error);
 
-/// Marks the report of an earlier run as that of this run, which has failed or was stopped. Other
-/// files, a report that this run has written, and what may not be replaced stay as they are.
+/// Replaces the report of an earlier run, or one of this run that says "done", by one that says
+/// that this run has failed or was stopped. Other files, a report of this run that says so itself,
+/// and what may not be replaced stay as they are.
 /// @param before fileStamp() of the report before the run @param error why; null: not known
 void outdateReport(const CommandLine& commandLine, const std::string& before, int exitStatus,
                    const std::exception* error);

@@ -75,7 +75,7 @@ void requireContinuous(const CommandLine& commandLine, const SceneOptions& optio
     }
 }
 
-// Whether no option asks for another way than all that the lenses show of a photo.
+// Whether no option asks for another way to show a photo than showAs(Detail::Lens).
 bool isPlain(const CommandLine& commandLine) {
     const auto others = {"quick",    "m",      "g", "method",    "view-filter",
                          "sampling", "budget", "k", "continuous"};

@@ -41,10 +41,10 @@ struct SceneOptions {
 /// @throws UsageError that names option, value and what was expected
 void readFields(const CommandLine& commandLine, Recipe& recipe);
 /// Reads the options of views and sampling, --fit, --center, --zoom, -k and --continuous.
-/// @param use Photos: more is made of them, as by NativeOptions::showAs(), unless
-///        --quick or an option that asks for something else is given; framing and focus are chosen
-///        and the strength is limited, unless options state them
-/// @param standard without --method
+/// @param use Photos: they are shown as by NativeOptions::showAs(Detail::Lens), unless --quick or
+///        an option for another way to show them is given; framing and focus are chosen and the
+///        strength is limited, unless options state them
+/// @param standard the method without --method
 /// @throws UsageError, also for an option of another method that does not have its default value
 SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
                           ViewMethod standard = ViewOptions().method);
@@ -56,7 +56,8 @@ NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& disp
                             bool preferContinuous = false);
 /// The name of the path of a maker: "direct" or "quilt".
 std::string pathName(const NativeMaker& maker);
-/// What was chosen unasked, and the options that choose nothing; empty without it.
+/// Tells what is chosen although no option asks for it, and the options that turn this off; empty
+/// if there is nothing to tell.
 std::string unaskedText(const AutoChoices& unasked);
 /// "focus 0.72, strength 8.4 %": what was chosen
 std::string autoText(const AutoChoices& choices, const Framing& framing, const ViewOptions& views);

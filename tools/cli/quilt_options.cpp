@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kSameAspect = 0.0025; // of a panel and its name
+constexpr double kSameAspect = 0.0025; // largest relative error of a short name
 
 // An error of the library about a quilt, with the option's name as its subject.
 Error inOptions(const Error& error) {
@@ -285,7 +285,7 @@ QuiltLayout chooseQuilt(QuiltRequest request, const ChosenDisplay& display, Mess
                             " with " + layout.text() + "; expected the map's");
         }
     }
-    // of a nameless quilt the map states what it is
+    // without these, only the map states the layout, which is then certain
     if (!display.map || request.grid || request.tileSize || request.name)
         messages.warn(resolved.notes);
     return layout;

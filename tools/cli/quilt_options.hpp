@@ -20,8 +20,8 @@ void addSamplingOptions(CommandLine& commandLine, const std::string& standard = 
 QuiltSampling samplingOption(const CommandLine& commandLine,
                              TileSampling standard = TileSampling::Nearest);
 /// The same for quilts that come as pictures: px inside a view are blended, unless `--sampling
-/// nearest` or `-m` is given. Px of a view are larger than those of the panel; repeated ones become
-/// coloured noise.
+/// nearest` or `-m` is given. A px of a view covers several px of the panel, and would become
+/// coloured noise if it were repeated there.
 QuiltSampling pictureSampling(const CommandLine& commandLine);
 ViewFilter viewFilterOption(const CommandLine& commandLine);
 

@@ -9,8 +9,8 @@
 /// What the tools ask of the system, beside what the library does. One source for each system.
 namespace altiro3D::tools {
 
-/// Prepares the standard streams for text in UTF-8 and for pictures, and makes a closed pipe and a
-/// file beyond the user's limit failed writes, instead of the end of the process.
+/// Prepares the standard streams for text in UTF-8 and for pictures. Lets writing to a closed pipe,
+/// or beyond the user's limit of file sizes, fail instead of ending the process.
 void prepareProcess();
 /// Calls a function when the user or the system asks the process to stop.
 void onStop(void (*handler)(int signal));

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kLookSide = 256; // px of the pictures that are compared
-constexpr int kAround = 900;   // numbers from the last one of a camera back to its first
+constexpr int kAround = 900;   // a number that falls by more starts again, as 0001 after 9999
 
 // A file name: its text with '#' for each number, and the numbers.
 struct NumberedName {
@@ -85,7 +85,7 @@ std::size_t beginningOf(const std::vector<fs::path>& files) {
     return first.empty() || timeOf(files.back()) <= first ? beginning : 0;
 }
 
-// Why the names do not count views.
+// Why the numbers in the names do not count views in equal steps; empty if they do.
 std::string reasonByNames(const std::vector<fs::path>& files) {
     const NumberedName first = numberedName(files.front());
     std::optional<std::size_t> place; // of the number that counts

@@ -18,8 +18,9 @@ namespace altiro3D::tools {
 /// Pictures of a folder below this number are not taken for views: bursts have a few pictures.
 constexpr std::size_t kFewestViews = 8;
 
-/// As listImages(), but what a camera numbered 0001 and more follows what it numbered up to 9999.
-/// @param notes receives that @throws Error NotFound (there are none)
+/// As listImages(), but if the numbers of a camera begin again in the folder, IMG_0001 follows
+/// IMG_9999.
+/// @param notes is told so @throws Error NotFound (there are none)
 std::vector<std::filesystem::path> listViews(const std::filesystem::path& directory, Notes* notes);
 
 /// Why the pictures of a folder are not views of one scene from a row of cameras. They are if there

@@ -36,7 +36,7 @@ void useThreads(int threads) {
     cv::parallel_for_(cv::Range(0, threads), [](const cv::Range&) {});
 }
 
-// Only the options of this call; all others are those of the plan.
+// Refuses options that are not of this call, as the plan states them. @param option "chunk", "join"
 void requireNoOthers(const CommandLine& commandLine, const std::string& option) {
     for (const auto& [given, value] : commandLine.given()) {
         const bool isOurs = given == option || given == "v" || given == "progress" ||

@@ -12,10 +12,10 @@
 
 /// Runs of a tool by many machines: what video2native and photo2native have in common.
 ///
-/// A folder that all machines see holds the plan of one run, and its chunks: `plan.json`,
-/// `arguments` (the working directory and the command line of the plan, each followed by a zero
-/// byte), `visual.json` (a copy of the calibration, if the command line names none), `chunks`, and
-/// `logs` with a file for each chunk and `join.log`.
+/// A folder that all machines see holds the plan of one run, and its chunks: `plan.json` for
+/// video2native, `photos` for photo2native, `arguments` (the working directory and the words of the
+/// command line, each followed by a zero byte), `visual.json` (a copy of the calibration, if the
+/// command line names none), `chunks`, and `logs` with a file for each chunk and `join.log`.
 namespace altiro3D::tools {
 
 /// A call of the tool for many machines.

@@ -11,13 +11,13 @@
 /// The chunks of a plan as jobs of Slurm.
 namespace altiro3D::tools {
 
-/// A plan of video2native or photo2native, as a program sees it that starts the chunks.
+/// What a program that starts the chunks needs to know of a plan of video2native or photo2native.
 struct ClusterPlan {
     std::filesystem::path folder;    ///< Absolute.
     std::string tool;                ///< "video2native" or "photo2native".
     std::string unit;                ///< What a chunk makes: "frame" or "photo".
-    int threads = 1;                 ///< With which chunks must be made.
-    int depthAlone = 0;              ///< The first chunks, on which others wait, make depth alone.
+    int threads = 1;                 ///< Number of threads that each chunk must be made with.
+    int depthAlone = 0;              ///< The first N chunks make depth alone; others wait for them.
     std::vector<std::int64_t> units; ///< Frames or photos of chunk 1, 2, ...; 0 for depth alone.
 
     int chunks() const { return static_cast<int>(units.size()); }

@@ -14,14 +14,15 @@
 #include <vector>
 
 /// photo2native for many machines, see chunk_folder.hpp. The folder of the plan also holds
-/// `photos`, the list of all photos. A chunk is a run with --skip-existing over a part of the list,
-/// and leaves the names of its outputs in `chunks`. The join is such a run over the whole list.
+/// `photos`, the list of all photos. A chunk is a run over a part of the list, with --skip-existing
+/// unless the plan has -y, and leaves the names of its outputs in `chunks`. The join is a run with
+/// --skip-existing over the whole list.
 namespace altiro3D::tools {
 
 /// The list of a plan.
 struct PhotoChunks {
     std::string madeWith; ///< Version, display and depth, which must be the same on all machines.
-    int threads = 1;      ///< With which chunks must be made.
+    int threads = 1;      ///< Number of threads that each chunk must be made with.
     int chunkPhotos = 1;  ///< Photos of a chunk; the last one may have fewer.
     std::vector<FolderFile> photos;
 
@@ -46,8 +47,8 @@ struct PhotoPart {
     PhotoChunks chunks; ///< All chunks of the plan.
     std::size_t first = 0;
     std::size_t end = 0;
-    /// The outputs that the chunks of a run that replaces files have made; when they are joined,
-    /// others are older.
+    /// Only for the join of a run that replaces files (-y): the outputs that its chunks have made.
+    /// All other files are older.
     std::optional<std::set<std::string>> made;
 
     /// Reduces a plan of all photos to this part.

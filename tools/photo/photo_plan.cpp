@@ -54,7 +54,8 @@ std::string pairName(const DepthOptions& depth) {
     return depth.fromFiles ? "PHOTO DEPTH" : "LEFT RIGHT";
 }
 
-// A folder in another one: of this name, else of a comparable one.
+// The folder at a relative path in another one. Where no folder has exactly the name, one with a
+// comparable name takes its place, see comparableName().
 fs::path folderIn(fs::path folder, const fs::path& relative) {
     for (const fs::path& name : relative) {
         const std::u32string comparable = comparableName(name.string());
@@ -72,8 +73,8 @@ fs::path folderIn(fs::path folder, const fs::path& relative) {
     return folder;
 }
 
-// Two folders: of photos, and of their depth images or right eyes' pictures, which have the names
-// of the photos, or else those of depth images beside them.
+// Pairs the photos of one folder with the depth images or right eyes' pictures of another one.
+// These are named as the photos, or as depth images beside photos are (a-depth.png).
 std::vector<FolderFile> pairsOf(const fs::path& photos, const fs::path& others,
                                 const FolderSearch& search, std::vector<LeftOutFile>& leftOut,
                                 Messages& messages) {

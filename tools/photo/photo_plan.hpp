@@ -51,9 +51,9 @@ struct OutputKind {
 };
 const std::vector<OutputKind>& outputKinds();
 
-/// What is asked of a tool that makes these outputs, whatever it makes them of.
+/// The part of the command line that tools with these outputs share, whatever they convert.
 struct OutputJob {
-    const char* things = "photos"; ///< That are converted, for messages.
+    const char* things = "photos"; ///< What is converted, for messages.
     /// Views have the shape of the display: the name of a quilt does not choose another one, and
     /// quilts that only Bridge needs lie in the cache.
     bool hasOwnViews = false;
@@ -64,7 +64,7 @@ struct OutputJob {
     std::filesystem::path report;
     std::optional<GoFolder> go; ///< `--go`: PhotoOutputs::quilt is its folder.
     std::optional<BridgeJob> bridge;
-    bool quiltIsForBridge = false; ///< No option asks for it: it gets a place of its own.
+    bool quiltIsForBridge = false; ///< No option names a quilt; planPhotos() chooses its place.
     bool replace = false;          ///< `-y`
     bool skipExisting = false;     ///< Photos whose outputs all exist are not made again.
     bool recursive = false;

@@ -147,8 +147,8 @@ Json photoReport(const PhotoRun& run, int exitStatus, const Messages& messages) 
         {"serial", run.display.calibration.serial},
         {"fingerprint", fingerprintText(run.display.map ? run.display.map->calibrationFingerprint()
                                                         : fingerprint(run.display.calibration))}};
-    // With a camera or auto each picture has its own. Else this is what was asked for; a picture
-    // whose estimated depth bears less has its own in its entry.
+    // Null with --camera or auto, as each picture then has its own strength; else what was asked
+    // for. If the limit for estimated depth has lowered it, the picture's entry tells.
     const Json strength = !job.camera.file().empty() || choices.strength
                               ? Json(nullptr)
                               : Json(options.views.strengthPercent);

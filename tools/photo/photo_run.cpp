@@ -81,7 +81,7 @@ PlacedPhoto placePhoto(const PhotoItem& item, const PhotoRun& run, const PhotoSc
     const cv::Size size = scene.photo.size();
     AutoChoices choices = run.job.scene.recipe.choices;
     const cv::Size workSize = run.maker.workSize(); // also over a quilt, where no lens is filtered
-    // as the scene is framed so far; for the camera, to which margins do not matter
+    // the fit with the framing so far; only the camera uses it, which margins do not affect
     const auto fitNow = [&] {
         return fitPhoto(size, aspect, workSize, options.fit, options.framing);
     };

@@ -43,7 +43,8 @@ void tellGain(const VideoChunkPlan& made, const VideoChunkOptions& options, Mess
                                    "output, of about 6 s each"
                                  : "the video is not longer than a chunk") +
                             plainly);
-    // The longest time with a machine for each chunk; those of depth alone go first.
+    // The time with a machine for each chunk, in frames: that of the longest chunk of depth alone,
+    // and then that of the longest other chunk.
     constexpr double kDepth = 0.5; // of the time of a frame, by the default network
     double depthAlone = 0;
     double longest = 0;

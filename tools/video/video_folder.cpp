@@ -34,7 +34,6 @@ std::string endingOf(const VideoJob& job, const fs::path& input) {
 // What names end with, by VideoProduct; the name of a quilt states its layout.
 constexpr const char* kSuffixes[] = {"_native", "", "_rgbd", "_stereo"};
 
-// The videos of the folder.
 std::vector<FolderFile> listVideos(const VideoJob& job, std::vector<LeftOutFile>& leftOut,
                                    Messages& messages) {
     const fs::path& folder = job.input;

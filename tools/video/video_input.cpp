@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// By its first bytes, HEIC or AVIF, which FFmpeg may open as a video.
+// Whether a file is HEIC or AVIF, by its first bytes. FFmpeg may open such a picture as a video.
 bool isHeifPicture(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     std::string start(12, '\0');
@@ -82,9 +82,9 @@ void takeDepthTrack(VideoRun& run, Messages& messages) {
                   " --depth-kind says otherwise, -n altiro3d estimates it");
 }
 
-// Shows some of the first frames of a file (0, 1, 2, 4, 8, ...): one of them may be dark, or a
-// title. None if the frames cannot be read twice.
-// @param look false: it has seen enough
+// Calls a function with some of the first frames of a file (0, 1, 2, 4, 8, ...), because one of
+// them may be dark, or a title. Not called if the input cannot be read twice.
+// @param look returns false when it has seen enough
 void forEarlyFrames(const VideoJob& job, int lastFrame,
                     const std::function<bool(const cv::Mat&)>& look) {
     if (!isFile(job.input)) return;
@@ -99,7 +99,7 @@ void forEarlyFrames(const VideoJob& job, int lastFrame,
     }
 }
 
-// Videos whose names say that frames hold photo and depth, and which do.
+// Refuses a video whose name says that its frames hold photo and depth; warns if they do not.
 void refuseRgbd(const VideoJob& job, Messages& messages) {
     constexpr int kLastFrame = 64;
     const std::optional<SceneName> name = parseSceneName(job.input);
@@ -120,7 +120,8 @@ void refuseRgbd(const VideoJob& job, Messages& messages) {
                      ", expected --rgbd with the side of the depth, as --rgbd right");
 }
 
-// Videos carry no mark; ordinary ones have no 4:4:4 at the very size of a panel.
+// Leaves a video of a folder out, or warns, if it seems to be a Native video. These carry no mark,
+// but ordinary videos do not have both the size of a panel and 4:4:4 colour.
 void refuseNativeVideo(const VideoJob& job, const VideoFacts& facts, const ChosenDisplay& display,
                        Messages& messages) {
     const bool fullColour = facts.pixelFormat.find("444") != std::string::npos ||
@@ -172,7 +173,8 @@ std::optional<FoundQuilt> searchFrames(const VideoJob& job, int lastFrame) {
     return best;
 }
 
-// Videos of a folder that are not named as videos of quilts are searched for one.
+// Refuses a video of a folder that is a video of quilts without its name saying so; warns if it
+// may be one.
 void refuseQuiltVideo(const VideoJob& job, Messages& messages) {
     constexpr int kLastFrame = 4;
     const std::optional<FoundQuilt> found = searchFrames(job, kLastFrame);
@@ -248,7 +250,7 @@ bool isPicture(const fs::path& file, const VideoFacts& facts) {
     if (facts.format != "image2" && !endsWith(facts.format, "_pipe")) return false;
     try {
         VideoReader reader(file);
-        return !reader.next() || !reader.next(); // pictures may also stand one after the other
+        return !reader.next() || !reader.next(); // several pictures one after the other are a video
     } catch (const Error&) {
         return true; // a broken one
     }

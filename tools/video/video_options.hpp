@@ -36,8 +36,8 @@ void addEncoderOptions(CommandLine& commandLine);
 
 /// The command line of a run.
 struct VideoJob {
-    // The names of the present video's files; of a folder, at first its own. An empty path: not
-    // given.
+    // The names of the files of the current video; in a run over a folder, those of the folder
+    // until makeVideo() sets them. An empty path: not given.
     std::filesystem::path input;
     std::filesystem::path depthInput; ///< A video or a directory of pictures.
     std::filesystem::path output;     ///< "-": standard output
@@ -48,7 +48,7 @@ struct VideoJob {
     bool show = false;         ///< Shown on the display, no output.
     bool canReadAgain = false; ///< The input is a file, so that a run can be resumed.
     bool isFolder = false;     ///< The input is a folder of videos.
-    bool isFromFolder = false; ///< Left out if it turns out to be a Native video.
+    bool isFromFolder = false; ///< Left out if it holds Natives, quilts, or photo and depth.
     bool isChecked = false;    ///< The names of inputs and outputs are checked.
     std::string place;         ///< "[2/7] clip.mp4 " of a folder, for the progress line.
     VideoReaderOptions part;   ///< By options; openVideo() adds threads and eyes.
@@ -86,7 +86,7 @@ struct VideoJob {
 DisplayUse displayUse(const VideoJob& job);
 /// Turns a command line of video2native into a job. @throws UsageError
 VideoJob videoJob(const CommandLine& commandLine);
-/// The same with names that were read already. @param job them, and nothing else
+/// The same if the names are read already. @param job holds the names and nothing else
 VideoJob videoJob(const CommandLine& commandLine, VideoJob job);
 
 } // namespace altiro3D::tools

@@ -31,7 +31,7 @@ class DisplayPlayer {
 
     DisplayPlayer(const VideoJob& job, const ChosenDisplay& display) {
         QStringList arguments{"--show", "-"};
-        if (!display.isMapOnly && !display.files.empty()) { // behind the map, if there is one
+        if (!display.isMapOnly && !display.files.empty()) { // the last file is the calibration
             arguments << "-c" << QFile::decodeName(display.files.back().string().c_str());
         }
         for (const auto& [option, value] :

@@ -85,10 +85,11 @@ int makeVideo(VideoRun& run, const FolderItem& file, const std::string& place, s
 std::string bytesText(double bytes);
 /// Size and rate of a file: "45.1 MB, 120.3 Mbit/s". @param seconds its length
 std::string bytesAndRateText(double bytes, double seconds);
-/// Says what decodes H.264 4:4:4 that one thread can hardly play. @param rate Mbit/s
+/// Says how many cores it takes to play a Native, if it is H.264 4:4:4, which graphics hardware
+/// does not decode, and one core can hardly play it. @param rate Mbit/s
 void tellDecoding(const VideoRun& run, double rate, Messages& messages);
 
-/// Shows the videos that a run has made by the Bridge that its job names, if it names one.
+/// Shows the videos of a run on the displays of Looking Glass Bridge, if its job names a Bridge.
 void showByBridge(const VideoRun& run, const std::vector<std::filesystem::path>& files,
                   Messages& messages);
 

@@ -88,8 +88,8 @@ void leaveDisplay(QWidget& window) {
 int runWindow(int& argc, char** argv, const ShowJob& job, const QuiltRequest& layout, bool isPair,
               Messages& messages) {
     requireDesktop();
-    // also volumes that are mounted elsewhere; of several the first will do, as the window can
-    // choose
+    // calibrations() also finds volumes that are mounted elsewhere. If there are several displays,
+    // the first one is taken, as the user can choose another one in the window.
     ChosenDisplay display = findDisplay(job.display, messages, {calibrations, true, true});
     if (display.isMapOnly) throw UsageError("a map is not enough, expected the calibration -c");
     display.quilt = chooseQuilt(layout, display, messages);

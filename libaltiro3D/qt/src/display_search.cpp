@@ -94,7 +94,7 @@ void pairBySize(std::vector<FoundDisplay>& displays, const std::vector<ScreenFac
     }
 }
 
-// Whether the desktop shows the panel enlarged or shrunk.
+// Whether a screen has the shape of the panel, so that the desktop only enlarges or shrinks it.
 bool hasShape(const ScreenFacts& screen, cv::Size panel) {
     const double scale = static_cast<double>(screen.size.width) / panel.width;
     return std::abs(screen.size.height - panel.height * scale) <= 2;

@@ -48,7 +48,7 @@ class DepthCanvas {
     bool isPainting() const { return painting_; }
     PaintTool tool() const { return paint_.tool; } ///< The last stroke's.
 
-    /// Lays a part of a stroke's before or after on the depth map.
+    /// Puts PaintedPart::before or PaintedPart::after into the depth map, to undo or redo a stroke.
     void put(const cv::Rect& place, const cv::Mat& part) { part.copyTo(depth_(place)); }
     /// The depth map so far; later strokes change it.
     const cv::Mat& depth() const { return stroke_ ? stroke_->depth() : depth_; }

@@ -62,8 +62,9 @@ class PlayedDepth {
     PlayedDepth(const PlayedDepth&) = delete;
     PlayedDepth& operator=(const PlayedDepth&) = delete;
 
-    /// Sets the depth of the next picture, if it is not in the picture, and its scene. That of both
-    /// eyes is matched; where they do not match it is estimated, or flat without a network.
+    /// Sets the scene of the next picture, and its depth unless the file gives it. If it has the
+    /// pictures of both eyes, depth is found by matching; if they do not match, all of it is
+    /// estimated, or flat without a network.
     /// @param wish Knobs::depth @param seconds time of the picture in the file
     void next(Document& document, const std::string& wish, double seconds);
 

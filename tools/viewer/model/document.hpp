@@ -60,7 +60,7 @@ struct Document {
     QuiltLayout layout;              ///< Layout of a quilt.
     std::optional<double> certainty; ///< The layout's, 0..1, if it was found in the picture.
     bool video = false;              ///< The picture belongs to a video.
-    std::optional<StereoVideo> eyes; ///< How the pictures of a video hold both eyes'.
+    std::optional<StereoVideo> eyes; ///< How a picture of the video holds those of both eyes.
     cv::Mat right; ///< What the right eye sees in such a video, for the depth; may be empty.
     /// Reads the depth stream of a video, which rawDepth then holds, 0..1; else null.
     std::shared_ptr<GivenDepthReader> depthTrack;

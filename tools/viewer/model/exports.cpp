@@ -33,7 +33,7 @@ QString problemOf(const Function& function) {
     return {};
 }
 
-// What an export of the open picture takes, made here from its file.
+// The setup for one file of many, made from the file as Exports::setup() is for the open picture.
 Setup setupOf(const BatchItem& item, const std::shared_ptr<const Display>& display,
               const DepthMaker& depthMaker, Studio& studio) {
     const std::string name = item.source.file.string();

@@ -192,7 +192,7 @@ void Files::noteShown(const std::shared_ptr<const Document>& picture) {
     if (picture != document_) return;
     pictureWaits_ = false;
     if (!player_ || !shownSince_) return;
-    // the time that the picture took to the window leads the next ones
+    // by the time that this picture took to the window, the next ones are delivered earlier
     const auto now = std::chrono::steady_clock::now();
     player_->noteDelay(std::chrono::duration<double>(now - *shownSince_).count());
     shownSince_.reset();

@@ -57,7 +57,7 @@ class Files : public QObject {
     void seekVideo(double seconds) {
         if (player_) player_->seek(seconds);
     }
-    /// Lets the next picture of the video come if this one, which was shown, is its last.
+    /// Notes that a picture was shown. If it is the latest one of the video, the next one may come.
     void noteShown(const std::shared_ptr<const Document>& picture);
 
   signals:

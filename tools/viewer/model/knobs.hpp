@@ -18,8 +18,8 @@ constexpr const char* kBestDepth = "best";
 /// The picture's own depth.
 constexpr const char* kGivenDepth = "given";
 
-/// All settings that the user can change while viewing; they apply to all pictures. A video has no
-/// choices unless the user asks for them, see ofVideo().
+/// All settings that the user can change while viewing; each file has its own, see Settings. A
+/// video has no choices unless the user asks for them, see ofVideo().
 struct Knobs : Recipe {
     Knobs() { choices = {true, true, false, true}; }
 

@@ -13,12 +13,12 @@ enum class LensStep { Coarse, Fine, Finest };
 
 /// Finding the numbers of a lens by looking at a test picture through it: one view is lit, all
 /// others are black. With the right numbers an eye sees all of the panel lit from one direction and
-/// dark from the others. An error of one lens across the panel (pitch) shows as one band side by
-/// side with the next one, one of one lens down (slope) as bands above each other; an error of the
-/// centre turns the light to another direction.
+/// dark from the others. A wrong pitch shows bands side by side, one for each lens by which the
+/// count across the panel is wrong. A wrong slope shows bands above each other, one for each lens
+/// by which the shift down the panel is wrong. A wrong centre turns the light to another direction.
 ///
-/// The knobs are independent of each other: pitch and slope turn around the middle of the panel,
-/// which keeps its light, and the slope keeps the lenses across.
+/// The knobs are independent of each other: pitch and slope leave the light in the middle of the
+/// panel as it is, and the slope leaves the number of lenses across as it is.
 class LensByEye {
   public:
     /// @param display where to begin: a panel with standing lenses
@@ -35,18 +35,18 @@ class LensByEye {
     /// @throws Error BadFormat (not valid), Unsupported (a print, lying lenses); nothing changes
     void setCalibration(const Calibration& calibration);
 
-    /// Turns a knob by a step: of pitch and slope in bands: 1, 1/10, 1/200; of the centre in lens
-    /// periods, 1/10, 1/100, 1/1000.
+    /// Turns a knob by a coarse, fine or finest step: pitch and slope by 1, 1/10 or 1/200 of a
+    /// band, the centre by 1/10, 1/100 or 1/1000 of a lens period.
     /// @param direction 1: the number grows, -1: it falls
     /// @throws Error as setCalibration(), at the end of what lenses can be
     void turn(LensKnob knob, LensStep step, int direction);
     /// @throws Error as setCalibration()
     void set(LensKnob knob, double value);
     double value(LensKnob knob) const;
-    /// What about one band is in the number of a knob; of the centre the whole period, 1.
+    /// How much the number of a knob changes per band, about; for the centre 1, the whole period.
     double band(LensKnob knob) const;
 
-    /// Nothing: as the calibration has it, none of those that can be chosen.
+    /// Order of the sub-pixels; nothing if that of the calibration is not one that can be chosen.
     std::optional<SubpixelOrder> order() const;
     void setOrder(SubpixelOrder order); ///< Not None.
 

@@ -25,7 +25,7 @@ enum class Mode {
     Stereo  ///< For two eyes: the whole photo as Request::eyes says.
 };
 
-/// The modes of a document, those of a photo without one; the first one is the default.
+/// The modes of a document (null: those of a photo); the first one is the default.
 std::vector<Mode> modesOf(const std::shared_ptr<const Document>& document);
 
 /// Depth that the user has painted.
@@ -45,7 +45,7 @@ struct Request {
     double position = 0;  ///< Position of camera or eye, -1 leftmost .. +1 rightmost.
     cv::Size area{};      ///< Area for the picture, px of the screen.
     cv::Point pan{};      ///< Mode Native: offset from the middle, px.
-    bool isDraft = false; ///< Fewer px; Natives of views' px without the lens filter, to be quick.
+    bool isDraft = false; ///< To be quick: fewer px, Natives of photos with less detail.
     /// Mode Stereo: each eye's picture has black bars, so that the area is full.
     bool fills = false;
     /// Mode Stereo: the eyes look from around `position`.
@@ -64,7 +64,7 @@ struct PhotoDepth {
 /// A request with the depth of its photo, which is all that its picture is made of.
 struct Setup : Request, PhotoDepth {
     DepthEdges edges = DepthEdges::Unknown; ///< Scene::edges, also of depth that was painted on.
-    std::string from{};                     ///< Another one for every other depth of the document.
+    std::string from{};                     ///< Names source and strokes: differs with the depth.
 };
 
 /// The depth of a photo; without a range it lies at the focus, as in the tools, so that all views
@@ -132,12 +132,12 @@ std::filesystem::path productFile(const Setup& setup, Product product,
 /// Warnings about what the file's format loses of a product, one sentence each.
 std::vector<std::string> lossesOf(Product product, const std::filesystem::path& file);
 
-/// Sets the framing, focus and strength that Knobs::automatic leaves to the photo, as photo2native
+/// Sets the framing, focus and strength that Knobs::choices leaves to the photo, as photo2native
 /// does. Then nothing is automatic.
 void chooseAutomatic(Setup& setup);
 
-/// How much of an outermost view the photo does not show, by the rule that limits a strength that
-/// is chosen, %; 0 if that would not limit the strength.
+/// How much of an outermost view the photo does not show, %, by the rule that limits the strength
+/// automatically; 0 if the rule allows this strength.
 double hiddenPercent(const Setup& setup);
 
 /// Makes a product and writes it.

@@ -147,7 +147,7 @@ void Stage::putPart(const PaintKey& key, const cv::Rect& place, const cv::Mat& p
     if (!canvas_ || canvasKey_ != key) useCanvas(key, painted().depth);
     canvas_->put(place, part);
     showCanvas(strokes);
-    // without strokes: the depth as it came, which the canvas keeps for other ones
+    // without a stroke left, the depth is as it came; the canvas keeps it for the next stroke
     if (painted_[key].strokes <= 0) painted_.erase(key);
     requestAll();
 }

@@ -57,14 +57,14 @@ bool isFlat(const cv::Mat& depth) {
     return low == high;
 }
 
-// The size, smaller if it has more px.
+// The size, reduced if it has more than `most` px.
 cv::Size limited(cv::Size size, double most) {
     if (size.area() <= most) return size;
     const double smaller = std::sqrt(most / size.area());
     return {static_cast<int>(size.width * smaller), static_cast<int>(size.height * smaller)};
 }
 
-// Of an eye that sees every second px of a row or column.
+// The size of what an eye sees of an interlaced picture: half the rows or half the columns.
 cv::Size halved(cv::Size eye, EyesPicture picture) {
     if (!isInterlaced(picture)) return eye;
     return picture == EyesPicture::Rows ? cv::Size(eye.width, (eye.height + 1) / 2)
@@ -194,8 +194,8 @@ struct Studio::State {
         return {setup.document, setup.from, setup.display, knobs, setup.isDraft};
     }
 
-    // What is automatic. A video keeps the choice of the picture of a scene that came first with
-    // these settings, so that it stays steady.
+    // Chooses what is automatic. A video stays steady: all pictures of a scene share the choice for
+    // the first one that was made with these settings.
     void choose(Setup& setup) {
         if (!setup.knobs.choices.any()) return;
         const Document& document = *setup.document;
@@ -290,7 +290,7 @@ cv::Size inside(cv::Size area, double aspect) {
 double depthSeenAt(const cv::Mat& depth, const ViewOptions& views, double position, cv::Point at) {
     const double shift = position * views.strengthPercent / 100 * depth.cols / 2;
     const int y = std::clamp(at.y, 0, depth.rows - 1);
-    // x shows the nearest of the contents whose own depth moves them there
+    // several contents may move to this place, each by its own depth; the nearest hides the others
     double best = -1;
     for (int x = 0; x < depth.cols; ++x) {
         const double d = static_cast<double>(depth.at<float>(y, x));
@@ -393,7 +393,7 @@ Frame Studio::render(const Request& request) {
                             std::max(1, request.area.height / parts.height));
         cv::Size eye = inside(part, eyesAspect(setup));
         frame.target = eyesSize(eye, picture);
-        // enlarged rows would belong to no eye
+        // not for interlaced pictures: the window would enlarge their rows, which then fit no eye
         if (!request.fills && !isInterlaced(picture)) eye = limited(eye, kMaxPreviewPixels);
         StereoPair eyes = request.follows ? state_->eyesAround(setup, halved(eye, picture))
                                           : state_->eyesOf(setup, eye);

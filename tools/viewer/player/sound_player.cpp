@@ -98,7 +98,7 @@ namespace {
 constexpr std::size_t kChunk = 2048;         // samples that are read at a time
 constexpr std::size_t kRing = 16 * kChunk;   // 0.7 s
 constexpr double kRate = SoundDevice::kRate; // samples per second
-constexpr double kUnheard = 1;               // s before the start, until the first sample is taken
+constexpr double kUnheard = 1;               // s before the start, where time() waits for sound
 constexpr std::chrono::milliseconds kStuck(2000); // without a call of the device
 
 } // namespace

@@ -82,7 +82,7 @@ VideoPlayer::State VideoPlayer::state() const {
     return state;
 }
 
-// Called with the mutex held, as the next one.
+// Called with the mutex held, as is startClock().
 double VideoPlayer::now() {
     if (sound_ && sound_->isStuck()) { // the device is lost
         base_ = std::max(sound_->time(), state_.position);

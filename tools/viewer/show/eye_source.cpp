@@ -68,7 +68,7 @@ void EyeSource::readInput() {
     if (!input_.getChar(&byte)) static_cast<QSocketNotifier*>(sender())->setEnabled(false);
     if (byte == '\n')
         take(std::exchange(line_, {}));
-    else if (line_.size() <= kLongestLine) // what is too long stays so
+    else if (line_.size() <= kLongestLine) // one byte more, so that positionOf() refuses the line
         line_ += byte;
 }
 

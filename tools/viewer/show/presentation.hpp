@@ -92,8 +92,8 @@ bool readPixmap(std::FILE& file, cv::Mat& picture);
 
 /// A Native by which the eye tells faults of a display apart.
 ///
-/// The views are red on the left, green in the middle and blue on the right; the fifth of them in
-/// the middle is green. Up to 16 views show their numbers. A strip of panel px, the same for all
+/// The views are red on the left, green in the middle and blue on the right; one fifth of them is
+/// green. Up to 16 views show their numbers. A strip of panel px, the same for all
 /// views, has a square of lines of 1 px beside a square of the grey that is as bright as their mean
 /// (188), and steps of grey. A line of 1 px runs along all four edges.
 /// @param display its calibration, quilt and order of views

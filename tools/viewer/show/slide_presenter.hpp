@@ -28,8 +28,8 @@ class SlideMaker {
   public:
     /// @param display the display; nothing if its calibration is not known: then only Natives can
     ///        be shown
-    /// @param eyes what is wanted for two eyes, of mode Stereo, without display, document and area;
-    ///        nothing: Natives of all views
+    /// @param eyes for a show for two eyes: a request of mode Stereo, whose display, document and
+    ///        area are not used; nothing: Natives of all views
     SlideMaker(std::shared_ptr<const Display> display, qt::ScreenFacts screen,
                const std::optional<Request>& eyes = {});
 
@@ -95,7 +95,7 @@ class SlidePresenter : public QObject {
     QTimer ticks_;
     QTimer rescan_;
     QFileSystemWatcher watcher_;
-    int change_ = 0; // of the show, that is on the screen
+    int change_ = 0; // SlideShow::changes() of the slide that is on the screen
     cv::Mat native_; // of the slide or of the frame that is shown
     VideoPlayer::Counts counts_;
     PlaySettings playSettings_;

@@ -159,7 +159,7 @@ LensByEyeDialog::LensByEyeDialog(const Display& display, QScreen& screen, QWidge
     picture_.showOn(screen);
 }
 
-// The keys belong to the panel.
+// Activates the dialog when the test picture gets active, as the keys belong to the dialog.
 bool LensByEyeDialog::eventFilter(QObject* object, QEvent* event) {
     if (object == &picture_ && event->type() == QEvent::WindowActivate)
         QTimer::singleShot(0, this, [this] { activateWindow(); });

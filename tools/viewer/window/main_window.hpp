@@ -92,7 +92,7 @@ class MainWindow : public QMainWindow {
     void showProgress(bool runs); ///< Shows or hides the progress of an export.
     void showStrip();
     bool mayLosePaintedDepth();
-    void showAction(); // after one: what was said about the time before goes
+    void showAction(); // after an action of the user: restarts the count of dropped pictures
     void showOnDisplay();
     void showForEyes();
     /// Full screen, until the user leaves it.

@@ -450,7 +450,7 @@ void MainWindow::welcome(const QString& display) {
     static_cast<QBoxLayout*>(picture_->parentWidget()->layout())->insertWidget(0, welcome_);
     files_.open(std::vector<fs::path>{sample});
     hasSample_ = true;
-    try { // the depth of its own is better than what photos get
+    try { // estimate the depth, as of most photos: the depth beside the sample is better
         Knobs knobs = settings_.knobs();
         if (const auto network = standardNetwork()) knobs.depth = network->profile.name;
         settings_.turn(knobs, tr("depth"));

@@ -23,7 +23,7 @@ QString sizeOf(double bytes) {
     return QString::fromStdString(tools::bytesText(bytes));
 }
 
-// Long words are broken anywhere, as labels do not.
+// Lets a long word be broken after every 32 characters; labels break lines at blanks only.
 QString breakable(QString word) {
     const QString place(QChar(0x200B)); // to break, without a width
     return word.replace(QRegularExpression("(.{32})(?=.)"), "\\1" + place);

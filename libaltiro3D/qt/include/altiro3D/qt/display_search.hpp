@@ -45,8 +45,8 @@ struct FoundDisplay {
     PairedBy pairedBy = PairedBy::Nothing;  ///< How screen and volume were paired.
     std::vector<std::string> problems;      ///< What keeps it from showing Natives correctly.
 
-    /// "LKG-P00655": the volume's name, else the word that begins with LKG in the screen's name,
-    /// model or serial number.
+    /// "LKG-P00655": the volume's name, else the word that begins with LKG or CubeVi in the
+    /// screen's name, model or serial number, in upper case.
     std::string name;
 };
 
@@ -67,10 +67,11 @@ struct FoundDisplay {
 
 /// Finds the light-field displays among screens and mounted volumes and pairs the two.
 ///
-/// A screen is a light-field display if a word of its name, model or serial number begins with LKG.
-/// It is paired with the volume of the same name or serial number. The remaining volumes are paired
-/// by size where the panel size equals the mode and the pair is unambiguous; the screen may then
-/// have any name. A display without screen or volume is listed with a problem that states this.
+/// A screen is a light-field display if a word of its name, model or serial number begins with LKG
+/// or CubeVi. It is paired with the volume of the same name or serial number. The remaining volumes
+/// are paired by size where the panel size equals the mode and the pair is unambiguous; the screen
+/// may then have any name. A display without screen or volume is listed with a problem that states
+/// this.
 /// @param screens from factsOf()
 /// @param volumes from findVolumes(); invalid files become problems
 /// @return displays with screens in the order of `screens`, then the others in that of `volumes`

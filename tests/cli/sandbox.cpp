@@ -22,7 +22,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-// The main() of the tools, which CMakeLists.txt renames.
+// The main() of the tools, which CMakeLists.txt renames in the object files.
+extern "C" {
 int altiro3DnativeMain(int argc, char** argv);
 int photo2nativeMain(int argc, char** argv);
 int video2nativeMain(int argc, char** argv);
@@ -33,6 +34,7 @@ int native2viewMain(int argc, char** argv);
 int slide2nativeMain(int argc, char** argv);
 int splat2nativeMain(int argc, char** argv);
 int altiro3DtradeoffMain(int argc, char** argv);
+}
 
 namespace altiro3D::test {
 

@@ -5,6 +5,7 @@
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
+#include "support/slow.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -95,6 +96,7 @@ World randomWorld(cv::Size size, int seed) {
 }
 
 TEST(DepthContours, TheyAreThoseOfTheFormulas) {
+    ALTIRO3D_TAKES(0.6);
     // the longest give lengths of 1 and 2 px per px of the formulas
     for (const cv::Size size :
          {cv::Size(61, 47), {131, 97}, {23, 521}, {1030, 13}, {1, 521}, {300, 1}, {2, 5}, {1, 1}}) {

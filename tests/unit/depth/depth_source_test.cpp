@@ -332,6 +332,7 @@ TEST_F(DepthSourceTest, APairBringsWhatOnlyTheRightEyeSees) {
 }
 
 TEST_F(DepthSourceTest, NamesOfBothEyesCountIfTheHalvesResembleEachOther) {
+    ALTIRO3D_TAKES(0.8);
     const Eyes eyes = wallAndThing(6, 26);
     cv::Mat beside;
     cv::Mat stacked;

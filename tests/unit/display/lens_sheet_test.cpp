@@ -8,6 +8,7 @@
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/reference.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -251,6 +252,7 @@ BarrierNumbers barrier(cv::Size panel, double pitch, double slope, double offset
 
 // By the table of the default quilt, whose columns and rows are those of the published formula.
 TEST(CubeVi, EverySubpixelHasTheViewOfThePublishedFormula) {
+    ALTIRO3D_TAKES(4);
     const double known[][3] = {{19.6138, .09878, -1.951725},
                                {19.625, .1057, 8.89},
                                {10, -.49, 100},
@@ -299,6 +301,7 @@ TEST(CubeVi, BothSpellingsAreReadAndWrittenAgain) {
 
 // Three made panels; in the second one many sub-pixels lie exactly between two views.
 TEST(Barrier, EverySubpixelHasItsViewInOrder) {
+    ALTIRO3D_TAKES(2.4);
     for (BarrierNumbers n : {barrier({1920, 1080}, 4.6667, 1, 0, {0, 2, 1, 3}),
                              barrier({1366, 768}, 4.5, -1, 2.25, {8, 6, 4, 2, 0, 1, 3, 5, 7}),
                              barrier({2560, 1440}, 17.9213, .3333, -7.1, {})}) {
@@ -365,6 +368,7 @@ TEST(Barrier, WhatIsOutOfRangeIsNamed) {
 // Seen through the lenses, an eye on either side of the viewer sees its own picture alone. With
 // views in another order, the border stays in the middle.
 TEST(EyesToNative, TheBorderBetweenTheEyesFollowsTheViewer) {
+    ALTIRO3D_TAKES(1.2);
     for (const Calibration& c : {read(cubeVi(19.6138, .09878, -1.951725)), stripePanel(192, 128),
                                  calibrationOf(barrier({160, 90}, 8.97, 1, 0, {})),
                                  calibrationOf(barrier({160, 90}, 12, 1, 0, {0, 2, 1, 3}))}) {

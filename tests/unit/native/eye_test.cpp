@@ -6,6 +6,7 @@
 #include "support/files.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -28,6 +29,7 @@ std::vector<Calibration> panels() {
 
 // The figures of another program in another language: 38.63 dB and 1.227.
 TEST(EyeTwin, PlainGreyHasTheFiguresOfTheMosaic) {
+    ALTIRO3D_TAKES(0.7);
     const Calibration c = readCalibration(sourcePath("calibration/portrait-sample.json"));
     const LensTwin lens(lensGeometry(c));
     const cv::Mat light = lightOf(cv::Mat(c.screenH, c.screenW, CV_8UC3, cv::Scalar::all(128)));

@@ -313,6 +313,7 @@ TEST(CameraSlide, PicturesThatAreNotInOrderAreTold) {
 }
 
 TEST(CameraSlide, TwoPicturesHaveViewsAndDepth) {
+    ALTIRO3D_TAKES(0.8);
     CameraSlide slide(sourceOf({clip().pictures[6], clip().pictures[15]}));
     cv::Mat photo;
     cv::Mat depth;

@@ -82,6 +82,7 @@ class StereoVideoTest : public FileTest {
 };
 
 TEST_F(StereoVideoTest, DepthIsThatOfThePairAndSteady) {
+    ALTIRO3D_TAKES(0.7);
     const Eyes eyes = wallAndThing(kWall, kThing);
     const fs::path input = clip("clip.mkv", {4, joined(eyes)});
     for (const int every : {0, 1}) {
@@ -132,6 +133,7 @@ TEST_F(StereoVideoTest, NativesAreThoseOfThePairAsAPhoto) {
 }
 
 TEST_F(StereoVideoTest, FramesWithoutMatchHaveEstimatedDepthAndAreSaid) {
+    ALTIRO3D_TAKES(1);
     const Eyes eyes = wallAndThing(kWall, kThing);
     const auto notesOf = [&](const std::vector<cv::Mat>& all) {
         return textOf(toRgbd(clip("clip.mkv", all), 1).notes);
@@ -376,6 +378,7 @@ TEST_F(FindEyes, StripsAreFlatAndEyesByTurnsArePairs) {
 }
 
 TEST_F(FindEyes, NamesCountIfHalvesMatch) {
+    ALTIRO3D_TAKES(1.3);
     const std::vector<cv::Mat> pair(3, joined(wallAndThing(kWall, kThing)));
     const FoundEyes named = found(clip("film_LR.mkv", pair));
     ASSERT_TRUE(named.eyes);
@@ -395,6 +398,7 @@ TEST_F(FindEyes, NamesCountIfHalvesMatch) {
 }
 
 TEST_F(FindEyes, FlatVideosGetAHintAtMost) {
+    ALTIRO3D_TAKES(0.9);
     const Eyes eyes = wallAndThing(kWall, kThing);
     const FoundEyes beside = found(clip("film.mkv", {3, joined(eyes)}));
     EXPECT_FALSE(beside.eyes);

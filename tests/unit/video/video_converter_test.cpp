@@ -6,6 +6,7 @@
 #include "support/compare.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/slow.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>
@@ -254,6 +255,7 @@ TEST_F(VideoConverterTest, QuiltsAndRgbdAreOtherProducts) {
 }
 
 TEST_F(VideoConverterTest, StereoHasBothEyesOfWholeFramesAndIsMarked) {
+    ALTIRO3D_TAKES(0.6);
     const std::vector<altiro3D::Scene> expected = scenes();
     PlacementOptions options;
     options.views.strengthPercent = kEyesStrength;
@@ -518,6 +520,7 @@ TEST_F(VideoConverterTest, DepthIsEstimatedIfNoneIsGiven) {
 }
 
 TEST_F(VideoConverterTest, KnownFlawsOfEstimatedDepthAreCorrected) {
+    ALTIRO3D_TAKES(0.6);
     writeClip(directory / "clip.mkv", movingPictures({480, 640}, 1));
     const auto first = [this](ViewMethod method, const DepthRefineOptions& refine) {
         run("native.mkv", [&](VideoConversion& made) {

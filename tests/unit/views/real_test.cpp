@@ -8,6 +8,7 @@
 #include "support/middlebury.hpp"
 #include "support/random_pictures.hpp"
 #include "support/scene.hpp"
+#include "support/slow.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -186,6 +187,7 @@ TEST(ViewsReal, InpaintingIsAChoice) {
 }
 
 TEST(ViewsReal, ViewsOfAnExactSceneAreThoseOfItsOtherCameras) {
+    ALTIRO3D_TAKES(0.6);
     const Scene scene = sampleScene();
     const cv::Size size(90, 120);
     const double cameraX = 0.06;

@@ -40,10 +40,9 @@ cv::Size lensDetail(const LensGeometry& lens, double dpiDown) {
         size.height =
             std::max(size.height, static_cast<int>(std::min(rows, kMostPrintPixels / size.width)));
     }
-    const double pixels = 1.0 * size.width * size.height;
-    if (times == 1 && pixels > kMostLensPixels)
-        return {(panel.width + 1) / 2, (panel.height + 1) / 2};
-    const double scale = std::sqrt(std::min(1.0, kMostPrintPixels / pixels));
+    if (times == 1 && 1.0 * size.width * size.height > kMostLensPixels)
+        size = {(panel.width + 1) / 2, (panel.height + 1) / 2};
+    const double scale = std::sqrt(std::min(1.0, kMostPrintPixels / size.width / size.height));
     return {static_cast<int>(size.width * scale), static_cast<int>(size.height * scale)};
 }
 

@@ -216,6 +216,9 @@ TEST(NativeMaker, WorksOnTwoToThreePixelsPerLensAndNotOnAllOfAnEightK) {
     EXPECT_EQ(sizeAt({3840, 2160}, 75), cv::Size(3840, 2160));
     EXPECT_EQ(sizeAt({7680, 4320}, 38), cv::Size(3840, 2160));
     EXPECT_EQ(sizeAt({7680, 4320}, 75), cv::Size(3840, 2160)); // 33 million px otherwise
+    const cv::Size wall = sizeAt({12800, 16000}, 75); // a quarter of it is 51 million px
+    EXPECT_NEAR(wall.area(), 12e6, 1e4);
+    EXPECT_NEAR(1.25 * wall.width, wall.height, 2);
 }
 
 // Stripes of one px, which no lens shows, stand behind a near bar.

@@ -31,9 +31,9 @@
 /// - View position runs from -1 (leftmost camera) to +1 (rightmost). View 0 is the leftmost view
 ///   and the bottom-left tile of a quilt.
 /// - Most computed images are output parameters: a matrix is reused if its size and type fit, else
-///   allocated. Where an output must not share memory with an input, the two may still be disjoint
-///   regions of one matrix. Images read from files, and images that are parts of others, are return
-///   values instead.
+///   allocated. Where an output must not share memory with an input, the two must not overlap;
+///   disjoint regions of one matrix are allowed. Images read from files, and images that are parts
+///   of others, are return values instead.
 /// - A wrong argument or file is reported as altiro3D::Error. The library itself prints nothing;
 ///   OpenCV (its codecs and its network module) and ONNX Runtime may.
 /// - Remarks (Notes) report unusual findings that are not failures. A parameter `notes` may be

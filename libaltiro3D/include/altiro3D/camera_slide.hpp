@@ -90,7 +90,7 @@ struct ALTIRO3D_EXPORT SlideReport {
     /// Times for reading the pictures, tracking features, finding the path and making views, s.
     double seconds[4] = {};
 
-    /// Describes the slide for people: path length, pictures used, vertical residual, speed, focus.
+    /// Describes the slide for people: the camera's path, pictures used, residuals, speed, focus.
     /// @return five lines
     [[nodiscard]] std::vector<std::string> lines() const;
 };

@@ -109,8 +109,8 @@ struct NamedViewOptions {
     ViewOptions options; ///< Method and its options.
 };
 
-/// The settings worth comparing: every method, also with other values of some of its options. The
-/// most accurate setting is the last one.
+/// The settings worth comparing: each method with the options of `base` (Fast with refinement 0),
+/// and also with one of its options changed. The last setting is the most accurate one.
 /// @param base the options that a setting does not vary, such as strength and focus
 /// @return the settings; their names are unique
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<NamedViewOptions>
@@ -179,8 +179,9 @@ struct ALTIRO3D_EXPORT StereoScene : Scene {
 /// Builds a scene from its pictures.
 /// @param name name in tables and errors
 /// @param photo [rows x cols, CV_8UC3, BGR]
-/// @param rawDisparity [as photo, CV_32FC1], 0 and non-finite = unknown; an unknown value becomes
-///        the smaller of the nearest valid values to its left and right in the row
+/// @param rawDisparity [as photo, CV_32FC1]; 0, negative and non-finite values are unknown. An
+///        unknown value takes the next valid value to its left or right, whichever is smaller; a
+///        row without valid values becomes 0.
 /// @param scale raw values per px of disparity, > 0
 /// @param truth [as photo], the photo of the second camera
 /// @return the scene; photo and truth share memory with the arguments

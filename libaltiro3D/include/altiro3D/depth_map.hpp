@@ -35,14 +35,14 @@ struct DepthNormalization {
 ///
 /// The two percentiles of the valid values (for metric depth: of 1/Z) become 0 and 1, and values
 /// beyond are clamped, so outliers do not compress the rest. A percentile is the value at its rank,
-/// without interpolation; ranks are rounded outwards, so with fewer than about 200 values 0.5 and
-/// 99.5 are the extremes.
+/// without interpolation. Ranks are rounded outwards: of 200 values or fewer, percentile 0.5 is the
+/// smallest and percentile 99.5 the largest.
 ///
-/// An unknown value becomes the farther of the nearest valid values to its left and right in the
-/// row; a row without valid values becomes a copy of the nearest row that has some. Non-finite
-/// values are unknown, except +inf in metric depth, which is infinitely far. In metric depth,
-/// Z <= 0 is unknown as well, and so is the 16-bit value 65535. But if values of 64880..65534 occur
-/// too, 65535 is a valid distance, the farthest one.
+/// An unknown value takes the depth of the next valid value to its left or right, whichever is
+/// farther from the camera. A row without valid values becomes a copy of the nearest row that has
+/// some. Non-finite values are unknown, except +inf in metric depth, which is infinitely far. In
+/// metric depth, Z <= 0 is unknown as well, and so is the 16-bit value 65535. But if values of
+/// 64880..65534 occur too, 65535 is a valid distance, the farthest one.
 ///
 /// The result is defined for every input of a valid type: an image that is constant, entirely
 /// unknown, or whose range between the percentiles is floating-point noise (1e-6 of the larger
@@ -67,7 +67,7 @@ ALTIRO3D_EXPORT void checkDepthRange(const cv::Mat& depth);
 /// distance and by how similar the picture is at the px and at each sample (joint bilateral
 /// upsampling, docs/mathematics.md, (4.1)). If it is shrunk, each px gets the nearest sample, so
 /// the depth at an edge is that of one side and never a mixture. Equal sizes are copied. The result
-/// stays within the range of the samples. Ramps under a uniform picture stay ramps.
+/// stays within the range of the samples. Where the picture is uniform, ramps of depth stay ramps.
 /// @param depth [any size, CV_32FC1, 0..1]
 /// @param part the part of `depth` that the guide shows, in px of `depth` (fractions allowed),
 ///        inside [0, cols] x [0, rows]
@@ -305,8 +305,8 @@ class ALTIRO3D_EXPORT DepthStroke {
 /// @param amount change of depth, -1..1; positive is nearer
 /// @param lifted [as depth]; may be `depth` itself
 /// @return the part of the depth map that may have changed; empty if none
-/// @throws Error InvalidArgument (empty, wrong type, an amount or a point that is out of range or
-///         not finite), Mismatch (sizes differ)
+/// @throws Error InvalidArgument (empty, wrong type, an amount out of range, a point that is not
+///         finite), Mismatch (sizes differ)
 ALTIRO3D_EXPORT cv::Rect liftDepth(const cv::Mat& photo, const cv::Mat& depth,
                                    const std::vector<cv::Point2d>& outline, double amount,
                                    cv::Mat& lifted);

@@ -28,9 +28,9 @@ enum class ChannelOrder { Rgb, Bgr };
 
 /// Shape of a network's input.
 enum class InputShape {
-    Fixed, ///< inputWidth x inputHeight; every photo is stretched to it.
-    Photo  ///< The photo's shape; its longer side is the larger of inputWidth and inputHeight, or
-           ///< as requested from DepthNetwork::estimate().
+    Fixed, ///< The input has the size DepthNetwork::inputSize(); every photo is stretched to it.
+    Photo  ///< The input has the photo's shape. Its longer side is that of
+           ///< DepthNetwork::inputSize(), or the one given to DepthNetwork::estimate().
 };
 
 /// How a photo is resampled to the network's input.
@@ -199,9 +199,9 @@ ALTIRO3D_EXPORT void probeNetwork(const std::filesystem::path& file, const Netwo
                                   cv::Size inputSize = {}, double seconds = 120,
                                   InferenceEngine engine = InferenceEngine::Best);
 
-/// Does the work of the child process of probeNetwork() where a process cannot be copied (Windows):
-/// there, probeNetwork() starts this program again, with other arguments. If a program does not
-/// begin with this call, probeNetwork() tests networks in the program's own process.
+/// Does the work of the child process of probeNetwork() on Windows, where a process cannot be
+/// copied: probeNetwork() starts the program again, with other arguments. A program on Windows that
+/// does not begin with this call tests networks in its own process.
 /// @param arguments those of the program, without its name, in UTF-8
 /// @return true if the program was started as this child; it should then end
 [[nodiscard]] ALTIRO3D_EXPORT bool answerProbe(const std::vector<std::string>& arguments);

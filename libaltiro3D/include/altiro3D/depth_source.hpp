@@ -19,7 +19,7 @@ namespace altiro3D {
 /// left picture - x in the right one) / width. Larger = nearer. 3D cameras shift the pictures
 /// against each other, so disparities may have both signs.
 struct ALTIRO3D_EXPORT StereoMatch {
-    double shift = 0;    ///< Median disparity; like the next two, of px with detail only.
+    double shift = 0;    ///< Median disparity. This and the next two count only px with detail.
     double farthest = 0; ///< Smallest disparity: percentile 0.5.
     double nearest = 0;  ///< Largest disparity: percentile 99.5.
     /// Share of the width by which the right picture's middle is lower; undone before matching.
@@ -178,7 +178,7 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// Depth from a network, with DepthEdges::Aligned.
 ///
-/// Of a photo, networks read a copy of at most 1024 px a side. Those with InputShape::Photo run
+/// Networks read a copy of the photo with at most 1024 px a side. Those with InputShape::Photo run
 /// three times: on the copy at their profile's size, and on the mirrored copy at 1.25 and at 1.625
 /// times that size. The result is the mean of the first two runs, with half of the fine detail of
 /// the third. If DepthNetwork::inputSize() exceeds the profile's size, the third run uses it
@@ -194,7 +194,8 @@ class ALTIRO3D_EXPORT DepthSource {
 
 /// As depthFromNetwork(), but loads the network when a photo first needs it: network() is null
 /// before that. With storedDepthOr(), photos that contain depth cost no time for loading.
-/// @param file the ONNX file, and the next arguments: as for DepthNetwork::DepthNetwork()
+/// @param file the ONNX file; it and the following arguments are as for
+///        DepthNetwork::DepthNetwork()
 /// @param profile preparation of the input, meaning of the output
 /// @param target processor to run on
 /// @param inputSize size of the network's input; empty: the profile's
@@ -206,9 +207,10 @@ depthFromNetworkFile(std::filesystem::path file, NetworkProfile profile,
                      InferenceEngine engine = InferenceEngine::Best);
 
 /// Depth estimated from the photo alone by standardNetwork(), loaded when first needed, as by
-/// depthFromNetworkFile(). If no network is installed, only photos without depth fail.
-/// @return the source; its description() names the network, and its read(), readScene() and load()
-///         throw Error NotFound if no network is installed
+/// depthFromNetworkFile(). If no network is installed, estimating fails; with storedDepthOr(),
+/// photos that have depth still work.
+/// @return the source; its description() names the network, or is "no network" if none is
+///         installed; read(), readFrame(), readScene() and load() then throw Error NotFound
 /// @throws Error as standardNetwork()
 [[nodiscard]] ALTIRO3D_EXPORT std::unique_ptr<DepthSource> estimatedDepth();
 

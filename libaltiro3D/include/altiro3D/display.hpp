@@ -66,11 +66,11 @@ struct Calibration {
     double flipSubp = 0;       ///< The panel is BGR instead of RGB if >= 0.5.
     int CellPatternMode = 0;   ///< How the cells repeat over the panel, 0..4.
     std::vector<SubpixelCell> subpixelCells; ///< At most 16; empty on classic RGB stripe panels.
-    std::vector<std::string> missing;        ///< "viewCone", "invView": those that the file lacks.
+    std::vector<std::string> missing;        ///< Which of "viewCone", "invView" the file lacks.
     std::optional<LensSheet> sheet;          ///< Set for prints and screens with a lens sheet.
     /// Set if the lenses are known in sub-pixels; setLens() derives pitch, slope and center from
-    /// it. Unless cells or flipImageX are set, phases and views are computed from it, not from
-    /// these.
+    /// it. Phases and views are then computed from it and not from pitch, slope and center, unless
+    /// subpixelCells or flipImageX are set.
     std::optional<SubpixelLens> lens;
     /// The views under a lens from left to right, a permutation of 0..N-1 with N of 2..64, as on
     /// some screens with a parallax barrier; empty: in order.
@@ -223,7 +223,9 @@ struct DisplayModel {
 
 /// The default quilt of a display: its model's, or for an unknown model 48 views of the panel's
 /// shape, 6 columns x 8 rows (upright panels 8 x 6), in a quilt of about the area of 4096 x 4096
-/// px. Prints and screens with a lens sheet have LensSheet::views.
+/// px. Prints and screens with a lens sheet have LensSheet::views; if these are not 48, there are
+/// about as many columns as rows. Views of a print have two px per lens, but its quilt has at most
+/// about the area of 8192 x 8192 px.
 /// @param calibration the display; must be valid
 /// @return the layout
 [[nodiscard]] ALTIRO3D_EXPORT QuiltLayout defaultQuilt(const Calibration& calibration);
@@ -260,8 +262,8 @@ struct Display {
                                                 const std::string& source = {});
 
 /// The layout that a request without a view size refers to: DisplayModel::earlierQuilt if the
-/// request's grid (without one, its quilt size) is that of this layout; else the display's default
-/// layout.
+/// request has the grid of earlierQuilt (or no grid, but the size of such a quilt); else the
+/// display's default layout.
 /// @param display the display
 /// @param request what is known
 /// @return the layout, for resolveQuilt()

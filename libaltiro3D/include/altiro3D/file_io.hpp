@@ -44,8 +44,8 @@ ALTIRO3D_EXPORT void writeFile(const std::filesystem::path& path, const std::str
 
 /// Normalizes a file name for comparisons in which neither the case of A..Z nor the encoding of
 /// letters with marks matters: A..Z become a..z, and a letter and its mark, as a Mac writes them
-/// (NFD), become one code point (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. Prefer
-/// a name that is equal byte for byte to one that is only comparable.
+/// (NFD), become one code point (NFC) if Latin, Greek, Cyrillic, Japanese or Korean has one. If
+/// several names are comparable to a given name, prefer the one that equals it byte for byte.
 /// @param name a file name, UTF-8; other bytes are only equal to themselves
 /// @return code points; equal for names that are comparable
 [[nodiscard]] ALTIRO3D_EXPORT std::u32string comparableName(const std::string& name);

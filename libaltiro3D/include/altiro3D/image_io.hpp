@@ -120,9 +120,9 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// three. Values are not normalized; normalizeDepth() does that. EXIF orientation is applied.
 ///
 /// Depth of 8 or 16 bits that is drawn in one of the colour maps turbo, jet, Spectral, inferno,
-/// magma, viridis, plasma and hue is read as the place in the map, 0..255: 255 is the warm or
-/// bright end; of hue, which begins and ends with red, it is the end after magenta. Black px are 0
-/// if the map does not contain black.
+/// magma, viridis, plasma and hue is read as the place in the map, 0..255, where 255 is the warm or
+/// bright end. The map hue begins and ends with red; its 255 is the end after magenta. Black px are
+/// 0 if the map does not contain black.
 /// @param file as for readImage(); 16-bit PNG/PGM/TIFF, float TIFF, PFM and EXR keep their values
 /// @param notes as for readImage(); also a remark if the picture shows colours
 /// @return [rows x cols, CV_32FC1, as in the file]
@@ -146,7 +146,7 @@ class ALTIRO3D_EXPORT PhotoFile {
 /// @throws Error InvalidArgument (empty or wrong type)
 [[nodiscard]] ALTIRO3D_EXPORT bool hasColours(const cv::Mat& picture);
 
-/// Mark in a picture file that prevents its use as something else.
+/// What a picture file is marked as, so that it is not used as a photo by mistake.
 enum class ImageMark {
     None,
     Native ///< A Native: a PNG file gets a text chunk "altiro3D".
@@ -174,9 +174,9 @@ ALTIRO3D_EXPORT void writeImage(const std::filesystem::path& path, const cv::Mat
 [[nodiscard]] ALTIRO3D_EXPORT std::vector<unsigned char>
 encodePicture(const cv::Mat& picture, ImageMark mark = ImageMark::None);
 
-/// Encodes a picture in any format that is written.
+/// Encodes a picture in any format that writeImage() can write.
 /// @param picture [rows x cols, CV_8UC1, CV_8UC3, CV_16UC1 or CV_16UC3, BGR]
-/// @param name its extension names the format, as for writeImage(); it stands in messages
+/// @param name file name; its extension decides the format, as for writeImage(). Errors name it.
 /// @param mark as for writeImage()
 /// @return the bytes that writeImage() writes to a file of that name
 /// @throws Error as writeImage()
@@ -284,7 +284,7 @@ findDepthBeside(const std::filesystem::path& photo);
 
 /// Writes a photo with its depth as one JPEG in the form Dynamic Depth 1.0: both with quality 95,
 /// the depth as RangeInverse (near = dark), after the photo. The file appears complete or not at
-/// all. readEmbeddedDepth() reads it back, as do programs that take depth photos of phones.
+/// all. readEmbeddedDepth() reads it back; so do programs for the depth photos that phones take.
 /// @param path file name with the extension .jpg or .jpeg
 /// @param photo [rows x cols, CV_8UC3, BGR], sides of at most 65500 px
 /// @param depth [any size of the photo's shape, CV_32FC1, 0..1, 1 = nearest]; clamped, NaN is 0

@@ -23,7 +23,7 @@ enum class ViewPositions {
     /// Follows its phase z under the lens: p = (2Nz - N)/(N-1), limited to -1..1
     /// (docs/conventions.md); N = number of views of the display. Method Layered interpolates
     /// between columns of the view, at the centre of the panel px; rows are those of Discrete.
-    /// With Calibration::viewOrder, as Discrete.
+    /// With Calibration::viewOrder, the same as Discrete.
     Continuous
 };
 
@@ -119,7 +119,8 @@ struct NativeOptions : PlacementOptions {
     }
 
     /// Sets detail, filter and positions for the most accurate picture through the lenses.
-    /// @param most Lens; Panel takes 3 times the time and is no more accurate (docs/tradeoff.md)
+    /// @param most the detail. Lens is recommended: Panel takes 3 times the time and is no more
+    ///        accurate (docs/tradeoff.md).
     void showAs(Detail most) {
         detail = most;
         lensFilter = true;
@@ -209,8 +210,8 @@ class ALTIRO3D_EXPORT NativeMaker {
     /// @return columns x rows in px
     [[nodiscard]] cv::Size workSize() const;
     /// Size to which photos are fitted for a quilt.
-    /// @return columns x rows in px: the size of a view, or the panel's with Detail::Panel and no
-    ///         filter
+    /// @return columns x rows in px: the size of a view, or the panel's if the constructor was
+    ///         given Detail::Panel without lensFilter
     [[nodiscard]] cv::Size quiltSize() const;
 
     /// Makes the quilt of a fitted photo, whatever path() is.

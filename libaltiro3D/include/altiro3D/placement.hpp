@@ -23,7 +23,7 @@ struct PlacementOptions {
     FitMode fit = FitMode::Cover; ///< How a photo is fitted to the panel if their shapes differ.
     Framing framing;              ///< The part of a photo that is shown.
     DepthRefineOptions refine;    ///< How the depth of a fitted photo is refined.
-    /// Exponent for bendDepth(), 0.5..2. `views.focus` is a depth after this.
+    /// Exponent for bendDepth(), 0.5..2. `views.focus` refers to the depth that bendDepth() gives.
     double depthCurve = 1;
 
     /// All fields, to compare or save them. @param o the options @return references to its fields
@@ -47,8 +47,9 @@ struct Placement {
 [[nodiscard]] ALTIRO3D_EXPORT Scene withDepthCurve(const Scene& scene, double exponent);
 
 /// Adds the margins that views from the side show at the edges of the panel. Their width is the
-/// largest shift, rounded up to a multiple of 1/32 of the result's width (so small changes of the
-/// options keep the fit), and at most half the width.
+/// largest shift plus 2 px, rounded up to a multiple of 1/32 of the result's width (so small
+/// changes of the options keep the fit), and at most half the width. If nothing shifts, there are
+/// none.
 /// @param fit from fitPhoto()
 /// @param picture size of the picture in px that the fit was made for
 /// @param options strength and focus of the views
@@ -69,7 +70,8 @@ struct Placement {
                                                       const PlacementOptions& options);
 
 /// Fits a scene to a panel and refines its depth: fitWithMargins(), fitScene(). With method Fast,
-/// which gains little from exact edges, estimated depth (DepthEdges::Aligned) is not refined.
+/// which gains little from exact edges, estimated depth (DepthEdges::Aligned) is refined only if
+/// `options.refine` states flaws.
 /// @param scene a photo of any size and its depth of any size; see DepthSource::readScene()
 /// @param aspect as for fitPhoto()
 /// @param size of the fitted photo in px: NativeMaker::workSize() or NativeMaker::quiltSize()
@@ -93,7 +95,7 @@ struct AutoChoices {
     /// The photo is the first frame of a video's scene; the other frames may have any depth.
     bool isVideo = false;
 
-    /// Whether something is to be chosen. @return true if a field is
+    /// Whether something is to be chosen. @return true if framing, focus, strength or limit is set
     [[nodiscard]] bool any() const { return framing || focus || strength || limit; }
 
     /// All fields, to compare or save them. @param o the choices @return references to its fields
@@ -116,8 +118,8 @@ constexpr double kMaxAutoHidden = 5;
 struct ChosenOptions {
     PlacementOptions options; ///< With the framing, focus and strength that were chosen.
     /// Part of the photo: a scan's border is left out at each side at which views would show it.
-    /// All of the photo if the framing was not to be chosen. For messages only: the framing
-    /// excludes the border.
+    /// All of the photo for videos, and if the framing was not to be chosen. Use it for messages
+    /// only; the chosen framing already excludes the border.
     cv::Rect inside;
 };
 

@@ -49,7 +49,7 @@ constexpr int kSavedDepthSide = 4096;
 /// @param scene photo and depth
 /// @param options as for placeScene(); fit, framing and strength are replaced
 /// @param strengthPercent parallax between the eyes, % of the width (kEyesStrength)
-/// @param from which eyes are rendered
+/// @param from the eyes to render
 /// @return both pictures, of the photo's size
 /// @throws Error as placeScene() and renderEyes(); one side of the photo must not exceed 100 times
 ///         the other

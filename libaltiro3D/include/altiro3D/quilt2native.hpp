@@ -22,7 +22,7 @@ namespace altiro3D {
 enum class ViewFilter {
     Nearest, ///< The view whose interval contains the lens phase. Sharp; the default.
     Linear   ///< The two views nearest to the phase, blended. Soft transitions, slight ghosting.
-             ///< As Nearest with Calibration::viewOrder.
+             ///< With Calibration::viewOrder, the same as Nearest.
 };
 
 /// How a sub-pixel samples the pixels inside a view.
@@ -105,9 +105,9 @@ class ALTIRO3D_EXPORT Quilt2Native {
     std::shared_ptr<const Impl> impl_;
 };
 
-/// Removes detail of views that the lenses of a display cannot show in one direction, where it
-/// would become coloured noise: docs/mathematics.md, (2.10). Rendered and photographed views need
-/// this filter; for views of Depth2Quilt, NativeOptions::lensFilter applies it.
+/// Removes from views the detail that the lenses of a display cannot show in one direction.
+/// Otherwise it becomes coloured noise: docs/mathematics.md, (2.10). Rendered and photographed
+/// views need this filter; for views of Depth2Quilt, NativeOptions::lensFilter applies it.
 /// @param quilt [layout.size(), CV_8UC3, BGR]
 /// @param layout its layout
 /// @param calibration the display; nothing is removed for horizontal lenses
@@ -200,8 +200,9 @@ enum class QuiltVerdict {
 /// The layout that a picture seems to have.
 struct FoundQuilt {
     QuiltVerdict verdict = QuiltVerdict::NoQuilt; ///< How far the layout can be trusted.
-    QuiltLayout layout; ///< The most likely layout; meaningless if the confidence is 0. Its tiles
-                        ///< have the size of the picture divided by columns and rows, rounded down.
+    /// The most likely layout; meaningless for NoQuilt, and if the confidence is 0. Its tiles have
+    /// the size of the picture divided by columns and rows, rounded down.
+    QuiltLayout layout;
     double confidence = 0;  ///< Similarity of neighbouring views, 0..1, lowered if another layout
                             ///< fits as well, or if the views hold nothing but a regular pattern.
     bool isFromTop = false; ///< The layout is clear, but its rows run downwards: Unsure.
@@ -213,9 +214,9 @@ struct FoundQuilt {
 /// and the first one of the row above. The function searches divisions of the picture of up to 20
 /// columns and 20 rows, and takes the finest one whose parts resemble each other in this way.
 /// Quilts may be scaled, compressed, and cropped by some px, and have lines between their views. If
-/// no row continues another, one row of 4 or more views is searched. The verdict is Unsure
-/// if the camera moves along the rows, but no row continues in the row above. It is also Unsure for
-/// drawn grids and other regular patterns, because any multiple of their period fits.
+/// no row continues another, the function looks for a single row of 4 or more views. The verdict is
+/// Unsure if the camera moves along the rows, but no row continues in the row above. It is also
+/// Unsure for drawn grids and other regular patterns, because any multiple of their period fits.
 /// @param picture [rows x cols, CV_8UC3, BGR]
 /// @return verdict, layout and confidence; Unsure, with confidence 0, for pictures of one colour,
 ///         or with a side below 128 px
@@ -242,9 +243,9 @@ struct FoundQuilt {
 ALTIRO3D_EXPORT void eyesToNative(const cv::Mat& left, const cv::Mat& right, const Display& display,
                                   double position, cv::Mat& native);
 
-/// Similarity of consecutive pictures, as of neighbouring cameras' views. Shifts up to a tenth of
-/// the width do not count. Measured: 0.9 and more for rendered and captured views, below 0.1 for
-/// unrelated photos.
+/// How much consecutive pictures resemble each other, as the views of neighbouring cameras do.
+/// Shifts up to a tenth of the width do not count. Measured: 0.9 and more for rendered and captured
+/// views, below 0.1 for unrelated photos.
 /// @param pictures in camera order [any size, CV_8UC3, BGR]; small copies are sufficient
 /// @return 0..1; 1 if there is nothing to compare: fewer than two pictures, or no contrast
 /// @throws Error InvalidArgument (an empty picture or a wrong type)

@@ -22,8 +22,8 @@ struct Recipe : NativeOptions {
 
 /// What a setting applies to.
 enum class RecipePart {
-    Views,     ///< The views, whatever they are used for.
-    Placement, ///< The part of a picture that is shown, and its depth.
+    Views,     ///< The views and their depth, whatever they are used for.
+    Placement, ///< How a picture is fitted, and the part of it that is shown.
     Native     ///< Natives only.
 };
 
@@ -57,9 +57,9 @@ struct RecipeField {
 
 /// The settings as a JSON object with a member for each field: numbers, true or false, words such
 /// as "layered", and "0.5,0.5" for the centre. A number or a fit that is chosen for each scene is
-/// "auto". Settings without a field are not written: inpainting and its radius, the px of
-/// LayeredOptions, stated flaws, AutoChoices::isVideo. parseRecipe() refuses a strength above
-/// 100 %.
+/// "auto". Settings without a field are not written: RealOptions::inpainting and inpaintingRadius,
+/// LayeredOptions::tearPixels and edgeDilationPixels, stated flaws, AutoChoices::isVideo.
+/// parseRecipe() refuses a strength above 100 %.
 /// @param recipe the settings
 /// @return the object, on one line
 [[nodiscard]] ALTIRO3D_EXPORT std::string recipeText(const Recipe& recipe);

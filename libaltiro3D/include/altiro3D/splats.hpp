@@ -43,12 +43,12 @@ struct SplatCamera {
 struct SplatScene {
     std::vector<Splat> splats; ///< In the order of the file.
     int degree = 0;            ///< Degree of the spherical harmonics, 0 (none) .. 3.
-    /// Coefficients that change the colour with the direction of view: red, green and blue of each,
-    /// (degree + 1)^2 - 1 of them for each splat.
+    /// For each splat, (degree + 1)^2 - 1 coefficients that change its colour with the direction of
+    /// view. Each coefficient is three numbers: red, green and blue.
     std::vector<float> harmonics;
     /// The scene was trained with the filter of Mip-Splatting: small splats are fainter.
     bool isAntialiased = false;
-    std::optional<SplatCamera> camera; ///< The camera of the photo, if the file has it.
+    std::optional<SplatCamera> camera; ///< The photo's camera, if known; see readSplats().
     /// Distance of zero parallax from `camera`; 0 if the file does not have it.
     double focusDistance = 0;
 };
@@ -66,9 +66,15 @@ enum class SplatAxes {
 
 /// Reads a scene of splats: .ply (as 3DGS and SHARP write it, and compressed), .splat, .spz (also
 /// version 4 if the library was built with libzstd). Splats with impossible numbers are left out
-/// and counted in a remark. A camera comes from the elements of SHARP, or, for a .ply that is not
-/// Rub, it is the middle one in `cameras.json` beside the file or, for a file in a folder
-/// `iteration_...`, two folders above.
+/// and counted in a remark.
+///
+/// A .ply gets the first of these cameras that exists:
+/// - that of the elements of SHARP in the file;
+/// - the middle one in `cameras.json` beside the file;
+/// - if the file is in a folder named `iteration_...`: the middle one in `cameras.json` two folders
+///   above that folder.
+///
+/// With SplatAxes::Rub, `cameras.json` is not used.
 /// @param path the file, at most 16 GiB; 64 million splats
 /// @param axes how the axes of the file lie
 /// @param notes if given, receives remarks
@@ -173,8 +179,8 @@ struct SplatPlacement {
     double focusDistance = 0; ///< Distance of zero parallax.
     double baseline = 0;      ///< Distance of the outermost cameras from the middle one.
     double focus = 0;         ///< 0 (farthest) .. 1 (nearest): `focusDistance` as depth.
-    double strengthPercent =
-        0;            ///< Parallax between the outermost views of depth 0 and 1, % of width.
+    /// Parallax of depth 1 against depth 0 between the outermost views, % of a view's width.
+    double strengthPercent = 0;
     double zNear = 0; ///< Distance of depth 1: 2 % of what is seen is nearer.
     double zFar = 0;  ///< Distance of depth 0: 2 % of what is seen is farther.
 };

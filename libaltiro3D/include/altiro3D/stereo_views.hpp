@@ -26,7 +26,7 @@ struct EyesPictureName {
 /// Whether a file name has a tag by which players know the kind of picture.
 /// @param file the name; directories are ignored and the file is not accessed
 /// @param picture the kind
-/// @return true for any of the usual tags; always true for interlaced ones, which have none
+/// @return true for any of the usual tags; always true for interlaced pictures, which have no tag
 [[nodiscard]] ALTIRO3D_EXPORT bool hasEyesTag(const std::filesystem::path& file,
                                               EyesPicture picture);
 
@@ -66,7 +66,7 @@ enum class EyesFrom {
 /// Renders the pictures of both eyes from a photo with depth.
 /// @param scene as for Depth2Quilt::render(), for example from placeScene()
 /// @param views method, strength (kEyesStrength) and focus
-/// @param from which eyes are rendered
+/// @param from the eyes to render
 /// @return left and right eye [rows x shown columns of the scene]; with KeepLeft, the left one is a
 ///         copy of the photo
 /// @throws Error as Depth2Quilt::render()

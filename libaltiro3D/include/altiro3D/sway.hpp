@@ -90,7 +90,7 @@ using SwayView = std::function<void(double position, cv::Mat& picture)>;
 /// bit for bit; the work that all views share is done once.
 /// @param scene as for Depth2Quilt::render(); must not change afterwards
 /// @param options method, strength, focus and the options of each method
-/// @return renders pictures of the photo's size
+/// @return renders pictures of the photo's size without its margins (Scene::shown)
 /// @throws Error InvalidArgument (types, options), Mismatch (sizes differ), TooLarge, OutOfMemory
 [[nodiscard]] ALTIRO3D_EXPORT SwayView photoViews(const Scene& scene,
                                                   const ViewOptions& options = {});

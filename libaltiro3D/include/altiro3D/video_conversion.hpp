@@ -73,10 +73,11 @@ struct FoundEyes {
     Notes notes; ///< Doubts: halves that look like a pair, tags that contradict the pictures, ...
 };
 
-/// Finds out whether a video's frames hold both eyes' pictures, by what the file states, then by
-/// its name's tag (parseSceneName()). A tag that may mean something else counts only if the halves
-/// of some frames match. A video without either is flat; if its halves match, a note says so.
-/// @param input as for VideoReader; only the frames of regular files are looked at
+/// Finds out whether a video's frames hold both eyes' pictures, by what the file states, else by
+/// the tag in its name (parseSceneName()). A tag counts only if the halves of at least one examined
+/// frame match. A video without either is flat; if its halves match, a note says so.
+/// @param input as for VideoReader; only the frames of regular files are looked at, so tags of
+///        other inputs do not count
 /// @param facts of the input
 /// @param options as for VideoReader; `from` and `to` do not matter
 /// @return what was found; halves are never Automatic
@@ -116,7 +117,7 @@ struct GivenVideoDepth {
     /// Position of the depth half in RGB-D frames. Automatic halves follow the frame's shape in px.
     std::optional<RgbdLayout> rgbd;
     DepthKind kind = DepthKind::NearWhite; ///< Meaning of the numbers.
-    /// Range of depth of 16 bits that is not a distance. Default: percentiles 0.5 and 99.5 of all
+    /// Range of 16-bit depth whose `kind` is not Metric. Default: percentiles 0.5 and 99.5 of all
     /// pictures of `source`, read once before the run. Required if `source` can be read only once.
     std::optional<DepthRange> range;
     /// Reads a depth image of the directory, as readDepthSamples(), which is the default.
@@ -343,11 +344,15 @@ class ALTIRO3D_EXPORT VideoConverter {
 
 /// A piece of work of a plan.
 struct VideoChunk {
-    /// First frame whose depth is made if no state was left by another chunk, from 0 in the part.
+    /// First frame whose depth is made, if no other chunk has left a state. Frames are counted from
+    /// 0 at the start of the part.
     std::int64_t begin = 0;
-    std::int64_t first = 0; ///< First frame whose picture is made; begin..first.
-    /// Frames whose pictures are made. 0: the chunk makes depth alone, for chunks that begin inside
-    /// one long scene. Without it, each would make depth from the scene's first frame.
+    /// First frame whose picture is made, `begin` or later. The frames from `begin` up to it get
+    /// depth only.
+    std::int64_t first = 0;
+    /// Frames whose pictures are made. 0: the chunk makes depth alone, for the chunks that begin
+    /// inside one long scene. Without it, each of these would make depth from the scene's first
+    /// frame.
     std::int64_t frames = 0;
     double start = 0; ///< Time of frame `first`, s from the start of the part.
     double end = 0;   ///< End of the last frame, s from the start of the part.
@@ -355,8 +360,8 @@ struct VideoChunk {
 
 /// A video divided into chunks.
 struct VideoChunkPlan {
-    /// Chunks in the order in which to start them: first those without pictures, for which others
-    /// wait, then the longest. Chunk number N is `chunks[N - 1]`.
+    /// Chunks in the order in which to start them: first those without pictures, which save other
+    /// chunks work, then the others, the longest first. Chunk number N is `chunks[N - 1]`.
     std::vector<VideoChunk> chunks;
     std::int64_t frames = 0; ///< Frames of the video.
     double end = 0;          ///< End of the last frame, s from the start of the part.

@@ -284,8 +284,8 @@ class OtherStreams;
 /// the matrix and range that the stream states. If it states none, BT.601 is assumed up to 576
 /// lines and BT.709 above. Values of more than 8 bits are rounded. Wide gamut (BT.2020, P3) and HDR
 /// (PQ, HLG) become sRGB as in photos; only the base layer of Dolby Vision is read. Transparent
-/// parts become black. Interlaced frames are deinterlaced. If the size or the shape of px changes,
-/// each frame has its own. If a file has several video streams, the largest one is read.
+/// parts become black. Interlaced frames are deinterlaced. If the frame size or the shape of the px
+/// changes, each frame has its own. If a file has several video streams, the largest one is read.
 ///
 /// Times count from the start of the file, or from `VideoReaderOptions::from`; the pts of the first
 /// frame is 0 or more. A damaged frame is skipped and counted; the previous frame is shown longer

@@ -1,5 +1,4 @@
 """Natives, against the tools and against NumPy."""
-import threading
 import unittest
 
 import numpy
@@ -82,25 +81,6 @@ class Natives(Case):
         linear = altiro3d.NativeOptions()
         linear.sampling.views = altiro3d.ViewFilter.Linear
         self.assertIn("blended", altiro3d.NativeMaker.obstacle(maker.layout, linear))
-
-    def test_threads_work_at_the_same_time(self):
-        display = small_display()
-        scene = random_scene(100, 90)
-        makers = [altiro3d.NativeMaker(display) for _ in range(2)]
-        expected = makers[0].make_native(scene)
-        faults = []
-
-        def work(maker):
-            for _ in range(20):
-                if not numpy.array_equal(maker.make_native(scene), expected):
-                    faults.append(maker)
-
-        threads = [threading.Thread(target=work, args=(maker,)) for maker in makers]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(faults, [])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 // altiro3Dcluster, with commands of Slurm and GNU Parallel that record what they are asked
 
 #include "sandbox.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <nlohmann/json.hpp>

@@ -4,7 +4,6 @@
 #include "support/files.hpp"
 #include "support/onnx.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>

@@ -3,7 +3,6 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -138,14 +137,6 @@ TEST_P(EveryTool, ManualAndCompletionsAreForProgramsOnly) { // tests/docs looks 
     const std::string help = studio_.run(tool(), "--help-all").out;
     for (const char* option : {"--help-man", "--help-completion"})
         EXPECT_FALSE(holds(help, option));
-    const Outcome manual = studio_.run(tool(), "--help-man");
-    EXPECT_TRUE(isDone(manual));
-    EXPECT_EQ(manual.out.rfind(".TH ", 0), 0U) << manual.out;
-    const Outcome bash = studio_.run(tool(), "--help-completion bash");
-    EXPECT_TRUE(says(bash, " _" + tool() + " " + tool() + "\n"));
-    const Outcome zsh = studio_.run(tool(), "--help-completion zsh");
-    EXPECT_TRUE(isDone(zsh));
-    EXPECT_EQ(zsh.out.rfind("#compdef " + tool() + "\n", 0), 0U) << zsh.out;
     EXPECT_TRUE(fails(studio_.run(tool(), "--help-completion fish"), 2,
                       "--help-completion is \"fish\", expected bash or zsh"));
     const Outcome version = studio_.run(tool(), "--version");

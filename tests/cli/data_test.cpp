@@ -1,10 +1,9 @@
-// The large test data through the tools: every photo, quilt, light field and RGB-D pair.
+// The large test data through the tools: photos, a light field and RGB-D pairs.
 
-#include "altiro3D/altiro3D.hpp"
+#include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -86,42 +85,6 @@ TEST(Data, OtherFormatsBecomeNativesOrAreRefused) {
     walkPhotos("photos/pillow"); // also GIF and PCX, which are not supported
 }
 
-TEST(Data, BrokenPhotosAreRefusedInOneLine) {
-    ALTIRO3D_REQUIRE_DATA("photos/pillow_broken");
-    EXPECT_GE(walkPhotos("photos/pillow_broken"), 5U);
-    SmallStudio studio;
-    for (const char* name : {"truncated_image.png", "decompression_bomb.gif", "zero_width.gif"}) {
-        const std::string photo = dataPath("photos/pillow_broken").string() + "/" + name;
-        EXPECT_TRUE(fails(studio.convert("photo2native", {photo, "a.png"}), 1, photo));
-        EXPECT_TRUE(fails(studio.convert("quilt2native", {photo, "a.png"}), 1, photo));
-    }
-}
-
-TEST(Data, QuiltsBecomeNatives) {
-    struct Case {
-        const char* file;
-        int columns;
-        int rows;
-    };
-    for (const auto& [file, columns, rows] :
-         {Case{"quilts/kirurobo/example01.png", 4, 8}, Case{"quilts/kirurobo/example02.png", 4, 8},
-          Case{"quilts/kirurobo/startup.png", 4, 8}, Case{"quilts/modprods/unity_quilt.png", 4, 8},
-          Case{"quilts/greenbuddha/GreenBuddha_qs7x5a0.5625.jpg", 7, 5}}) {
-        ALTIRO3D_REQUIRE_DATA(file);
-        SmallStudio studio;
-        const Outcome outcome =
-            studio.run("quilt2native", {"-c", "small.json", "--fit", "stretch", "-q",
-                                        std::to_string(rows) + "x" + std::to_string(columns),
-                                        dataPath(file).string(), "a.png"});
-        EXPECT_EQ(outcome.status, 0) << outcome.text();
-        expectOwnLines(outcome);
-        const cv::Mat quilt = readPhoto(dataPath(file));
-        EXPECT_TRUE(
-            samePicture(readBack(studio / "a.png"), libraryNative(studio, quilt, columns, rows)))
-            << file;
-    }
-}
-
 TEST(Data, AViewSequenceBecomesTheQuiltMadeOfIt) {
     ALTIRO3D_REQUIRE_DATA("lightfields/greenbuddha_33");
     ALTIRO3D_REQUIRE_DATA("quilts/greenbuddha");
@@ -182,70 +145,6 @@ TEST(Data, PairsOfPhotoAndDepthBecomeNatives) {
             EXPECT_EQ(low, 0) << file;
             EXPECT_EQ(high, 65535) << file;
         }
-    }
-}
-
-TEST(Data, ANetworkGivesTheNativeOfTheLibrary) {
-    ALTIRO3D_REQUIRE_DATA("models/fastdepth/fastdepth_224_op10.onnx");
-    const fs::path network = dataPath("models/fastdepth/fastdepth_224_op10.onnx");
-    const fs::path photo = dataPath("models/fastdepth/rgb.png");
-    SmallStudio studio;
-    const QuiltLayout layout = smallLayout();
-    const auto catalog = readModelCatalog(sourcePath("models/catalog.json"));
-    const NetworkProfile* profile = findProfile(catalog, network);
-    ASSERT_NE(profile, nullptr);
-    cv::Mat quilt;
-    cv::Mat native;
-    Network2Quilt(DepthNetwork(network, *profile), layout, {}, 0.75)
-        .render(readPhoto(photo), quilt);
-    Quilt2Native(readCalibration(studio / "small.json"), layout, {}).render(quilt, native);
-
-    studio.set("ALTIRO3D_MODELS",
-               sourcePath("models").string() + ":" + network.parent_path().string());
-    for (const std::string& name :
-         {network.string(), std::string("fastdepth"), std::string("fastdepth_224_op10.onnx")}) {
-        for (const char* threads : {"1", "2"}) {
-            EXPECT_TRUE(
-                says(studio.convert("photo2native", fixedWay({"--quick", "-y", "-j", threads, "-n",
-                                                              name, "--report", "r.json"}) +
-                                                        Arguments{photo.string(), "a.png"}),
-                     "network fastdepth"));
-            // the network's sums depend on the number of threads in the last digits
-            EXPECT_TRUE(samePicture(readBack(studio / "a.png"), native, 2));
-            const Json settings = studio.json("r.json").at("settings");
-            EXPECT_EQ(settings.at("network").at("name"), "fastdepth");
-            EXPECT_EQ(settings.at("network").at("file"), network.string());
-        }
-    }
-    EXPECT_TRUE(
-        fails(studio.convert("photo2native", {"-l", "-n", "fastdepth", photo.string(), "b.png"}), 2,
-              "fastdepth"));
-}
-
-TEST(Data, NetworksThatCannotBeUsedAreRefusedInOneLine) {
-    ALTIRO3D_REQUIRE_DATA("models/midas_small_graph_only/midas_small.onnx");
-    SmallStudio studio;
-    spill(studio / "p.json", R"({"name": "p", "inputWidth": 256, "inputHeight": 256})");
-    for (const std::string& network :
-         {dataPath("models/midas_small_graph_only/midas_small.onnx").string(),
-          (studio / "photo.png").string(), std::string("p.json"), std::string("views")}) {
-        EXPECT_TRUE(fails(studio.convert("photo2native", {"-n", network, "--net-profile", "p.json",
-                                                          "photo.png", "a.png"}),
-                          1, network));
-    }
-}
-
-TEST(Data, EveryCalibrationIsExplained) {
-    ALTIRO3D_REQUIRE_DATA("calibrations");
-    SmallStudio studio;
-    for (const std::string& file : inputsIn(dataPath("calibrations"))) {
-        const bool partial = file.find("partial") != std::string::npos;
-        const bool other = file.find("reference_samples") != std::string::npos ||
-                           file.find("templates") != std::string::npos;
-        const Outcome outcome = studio.run("altiro3Dnative", {"--json", file});
-        expectOwnLines(outcome);
-        EXPECT_TRUE(partial || other ? outcome.status <= 1 : outcome.status == 0) << outcome.text();
-        EXPECT_EQ(Json::accept(outcome.out), outcome.status == 0) << outcome.text();
     }
 }
 

@@ -1,9 +1,8 @@
-// How a run finds its display: -m, -c, the search without them, and the cache of tables.
+// How a run finds its display: -m, -c, the search without them.
 
 #include "altiro3D/display.hpp"
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
-#include "support/texts.hpp"
 
 #include <opencv2/core.hpp>
 
@@ -20,21 +19,6 @@ int nativeWidth(const Sandbox& sandbox, const Arguments& more = {}) {
     const Outcome outcome = sandbox.run("views2native", more + Arguments{"-y"} + kQuilt +
                                                             Arguments("views native.png"));
     return outcome.status == 0 ? readBack(sandbox / "native.png").cols : -1;
-}
-
-fs::path onlyCacheFile(const fs::path& directory) {
-    fs::path found;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(directory, error)) {
-        EXPECT_TRUE(found.empty()) << "a second file: " << entry.path();
-        found = entry.path();
-    }
-    return found;
-}
-
-Outcome verboseViews(const Sandbox& sandbox) {
-    return sandbox.run("views2native", Arguments("-v --sampling nearest -y -c small.json") +
-                                           kQuilt + Arguments("views native.png"));
 }
 
 } // namespace
@@ -250,69 +234,6 @@ TEST_F(DisplayChoice, DamagedMapsAreRefused) { // each kind of damage: the libra
           std::pair("empty.map", ": "), std::pair("views", ": ")})
         EXPECT_TRUE(
             fails(run({"-m", name, "quilt.png", "native.png"}), 1, std::string(name) + problem));
-}
-
-class LutCache : public StudioTest {
-  protected:
-    LutCache() : StudioTest("views2native") {}
-};
-
-TEST_F(LutCache, IsKeptAndUsedAgainAndADamagedTableIsBuiltAnew) {
-    EXPECT_TRUE(says(verboseViews(studio_), "built and kept"));
-    const std::string expected = slurp(studio_ / "native.png");
-    EXPECT_TRUE(says(verboseViews(studio_), "from the cache"));
-    EXPECT_EQ(slurp(studio_ / "native.png"), expected);
-    const fs::path cached = onlyCacheFile(studio_.home() / ".cache/altiro3D");
-    const std::string good = slurp(cached);
-    std::string flipped = good;
-    flipped[good.size() / 2] = static_cast<char>(flipped[good.size() / 2] ^ 0xff);
-    for (const std::string& bytes : {std::string(), good.substr(0, 100), flipped}) {
-        spill(cached, bytes);
-        EXPECT_TRUE(says(verboseViews(studio_), "built and kept"));
-        EXPECT_EQ(slurp(studio_ / "native.png"), expected);
-        EXPECT_EQ(slurp(cached), good);
-    }
-}
-
-TEST_F(LutCache, DisplaysAndOrdersOfViewsDoNotMix) {
-    writeCalibration(studio_ / "other.json", {96, 128}, 50);
-    const auto native = [&](const Arguments& arguments) {
-        EXPECT_TRUE(isDone(studio_.run(
-            "quilt2native",
-            arguments + Arguments("-y --sampling nearest -q 2x3 quilt.png native.png"))));
-        return slurp(studio_ / "native.png");
-    };
-    const std::string plain = native("-c small.json");
-    EXPECT_NE(native("-c small.json --invert off"), plain);
-    EXPECT_NE(native("-c other.json"), plain);
-    EXPECT_EQ(native("-c small.json"), plain);
-}
-
-TEST_F(LutCache, XdgCacheHomeComesFirst) {
-    studio_.set("XDG_CACHE_HOME", (studio_.home() / "elsewhere").string());
-    EXPECT_TRUE(isDone(verboseViews(studio_)));
-    EXPECT_FALSE(onlyCacheFile(studio_.home() / "elsewhere/altiro3D").empty());
-    EXPECT_FALSE(fs::exists(studio_.home() / ".cache"));
-    studio_.set("XDG_CACHE_HOME", "relative"); // the XDG standard requires that it is ignored
-    EXPECT_TRUE(isDone(verboseViews(studio_)));
-    EXPECT_FALSE(fs::exists(studio_ / "relative"));
-    EXPECT_FALSE(onlyCacheFile(studio_.home() / ".cache/altiro3D").empty());
-}
-
-TEST_F(LutCache, AHomeThatCannotBeWrittenIsNoError) {
-    ASSERT_TRUE(isDone(verboseViews(studio_)));
-    const std::string expected = slurp(studio_ / "native.png");
-    for (const std::optional<std::string>& home :
-         {std::optional<std::string>("/proc"), std::optional<std::string>("/dev/null"),
-          // below a file, where not even root can make directories
-          std::optional<std::string>((studio_ / "small.json").string() + "/at/all/\xff"),
-          std::optional<std::string>("")}) {
-        studio_.set("HOME", home);
-        EXPECT_TRUE(isDone(verboseViews(studio_)));
-        EXPECT_EQ(slurp(studio_ / "native.png"), expected);
-    }
-    studio_.set("HOME", std::nullopt);
-    EXPECT_TRUE(isDone(verboseViews(studio_)));
 }
 
 } // namespace altiro3D::test

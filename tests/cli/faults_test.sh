@@ -167,9 +167,6 @@ for tool in "${tools_tried[@]}"; do
         check "$tool: input is $kind: one line that names it" one_error "$tool" "bad/$kind: "
         check "$tool: input is $kind: no output" test ! -e "$out"
     done
-    call "$tool" "$root/bad/line"$'\n'"break" "$out"
-    run "$tool" "${words[@]}"
-    check "$tool: a missing input with a line break in its name" one_error "$tool" "bad/line break: "
     if [[ $(id -u) -eq 0 ]] && command -v setpriv >/dev/null; then
         as_nobody=(setpriv --reuid=65534 --regid=65534 --clear-groups env XDG_CACHE_HOME=/nonexistent)
         rm -rf secret shared
@@ -210,23 +207,6 @@ for tool in "${tools_tried[@]}"; do
     else
         skip "$tool: full disk (needs the right to mount)"
     fi
-    if [[ -c /dev/full ]]; then
-        ln -sf /dev/full "device.$ending"
-        call "$tool" "$input" "$root/device.$ending"
-        run "$tool" -y "${words[@]}"
-        check "$tool: /dev/full" ends 1
-        check "$tool: /dev/full: one line" one_error "$tool" "device.$ending: "
-        check "$tool: /dev/full stays" test -c /dev/full
-    fi
-    cp -r "$input" "mine.$ending"
-    before=$(find "mine.$ending" -type f -exec cat {} + | cksum)
-    if [[ -f mine.$ending ]]; then
-        call "$tool" "$root/mine.$ending" "$root/mine.$ending"
-        run "$tool" -y "${words[@]}"
-        check "$tool: output is input" ends 2
-        check "$tool: output is input: it stays" test "$before" = "$(cksum <"mine.$ending")"
-    fi
-    rm -rf "mine.$ending"
 
     # --- two at once: each ends by itself, and what is there is whole
     call "$tool" "$input" "$out"
@@ -248,17 +228,6 @@ for tool in "${tools_tried[@]}"; do
     status=$?
     check "$tool: no HOME" ends 0
     check "$tool: no HOME: the same output" same "$out" "$reference"
-    for name in 'with blank' $'line\nbreak' $'\xc3\xa4\xe6\x97\xa5' -dash; do
-        rm -rf named
-        mkdir named
-        cp -r "$input" "named/$name$suffix"
-        # a leading dash must stand in front of the whole word
-        (cd named && call "$tool" "$name$suffix" "$name-out.$ending" &&
-            run "$tool" "${words[@]}" && exit "$status")
-        status=$?
-        check "$tool: the name '$name'" ends 0
-        check "$tool: the name '$name': the same output" same "named/$name-out.$ending" "$reference"
-    done
     rm -f "$out"
     { timeout 120 "$tools/$tool" -v "${words[@]}" 2>err || echo "$?" >status; } | true
     status=$(cat status 2>/dev/null || echo 0)

@@ -1,7 +1,6 @@
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
-#include "support/texts.hpp"
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -15,13 +14,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 namespace {
-
-std::set<std::string> filesBelow(const fs::path& folder) {
-    std::set<std::string> files;
-    for (const auto& entry : fs::recursive_directory_iterator(folder))
-        if (entry.is_regular_file()) files.insert(fs::relative(entry.path(), folder).string());
-    return files;
-}
 
 const QuiltLayout kGo{11, 6, {372, 682}, 66};
 

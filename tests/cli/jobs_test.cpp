@@ -4,7 +4,6 @@
 #include "altiro3D/image_io.hpp"
 #include "photo/photo_plan.hpp"
 #include "sandbox.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 #include "video/video_options.hpp"
 
@@ -171,8 +170,6 @@ photo.png a.mp4 => a.mp4: unknown picture extension, expected .png; video2native
 --stereo-layout tb photo.png a.png => describes --save-stereo
 --save-stereo e.mp4 photo.png => e.mp4
 --strength -1 photo.png a.png => --strength is "-1", expected a number 0..100
---strength nan photo.png a.png => --strength is "nan", expected a number 0..100
---strength 1e999 photo.png a.png => --strength is "1e999", expected a number 0..100
 --focus 1.01 photo.png a.png => --focus is "1.01", expected a number 0..1
 --fit fill photo.png a.png => --fit is "fill", expected cover, contain, stretch or auto
 --center 0.5 photo.png a.png => --center is "0.5", expected two numbers 0..1 with a comma
@@ -184,9 +181,7 @@ photo.png a.mp4 => a.mp4: unknown picture extension, expected .png; video2native
 --sampling cubic photo.png a.png => --sampling is "cubic", expected nearest or linear
 --method slow photo.png a.png => --method is "slow", expected layered, fast or real
 --method Fast photo.png a.png => --method is "Fast", expected layered, fast or real
---refine -1 photo.png a.png => --refine is "-1", expected a whole number 0..16
 --refine 17 photo.png a.png => --refine is "17", expected a whole number 0..16
---refine 1.5 photo.png a.png => --refine is "1.5", expected a whole number 0..16
 --fill paint photo.png a.png => --fill is "paint", expected background or continue
 --borders sharp photo.png a.png => --borders is "sharp", expected soft or hard
 --inpaint-from before photo.png a.png => --inpaint-from is "before", expected around or behind
@@ -210,8 +205,6 @@ photo.png a.mp4 => a.mp4: unknown picture extension, expected .png; video2native
 -g --camera camera.json --report camera.json photo.png a.png => is also an input
 --budget 0 photo.png a.png => --budget is "0"
 --budget 1e7 photo.png a.png => --budget is "1e7"
---budget nan photo.png a.png => --budget is "nan"
---budget 5ms photo.png a.png => --budget is "5ms"
 --budget 100 --method fast photo.png a.png => --budget and --method exclude each other
 --budget 100 -g photo.png a.png => --budget and -g exclude each other
 --budget 100 --refine 1 photo.png a.png => --budget and -
@@ -332,6 +325,8 @@ TEST_F(Jobs, OptionsOfPhotosBecomeFields) {
          [](Job j) { return j.scene.recipe.views.method == ViewMethod::Real; }},
         {"-g --method real p.png a.png",
          [](Job j) { return j.scene.recipe.views.method == ViewMethod::Real; }},
+        {"--borders hard p.png a.png",
+         [](Job j) { return !j.scene.recipe.views.layered.softBorders; }},
         {"--keep p.png a.png", [](Job j) { return j.scene.recipe.detail == Detail::Panel; }},
         {"p.png b.png", [](Job j) { return j.scene.recipe.detail == Detail::Lens; }},
         {"--quick p.png a.png", [](Job j) { return j.scene.recipe.detail == Detail::View; }},
@@ -490,6 +485,18 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
         {"--fill continue clip.mp4 o.mp4",
          [](Job j) { return j.scene.recipe.views.layered.fill == LayeredFill::Continue; }},
         {"--fit contain clip.mp4 o.mp4", [](Job j) { return j.fit == FitMode::Contain; }},
+        {"--continuous clip.mp4 o.mp4",
+         [](Job j) { return j.scene.recipe.positions == ViewPositions::Continuous; }},
+        {"--view-filter linear --sampling linear clip.mp4 o.mp4",
+         [](Job j) {
+             return j.scene.recipe.sampling.views == ViewFilter::Linear &&
+                    j.scene.recipe.sampling.inTile == TileSampling::Linear;
+         }},
+        {"-c x.json --serial S-1 --invert off clip.mp4 o.mp4",
+         [](Job j) {
+             return j.display.calibration == "x.json" && j.display.serial == "S-1" &&
+                    j.display.invert == InvertViews::Off;
+         }},
         {"--from 1:30 --preview 0.5 clip.mp4 o.mp4",
          [](Job j) { return j.part.from == 90 && j.part.to == 90.5; }},
         {"--from 0:01:30.5 --to 2:00 clip.mp4 o.mp4",
@@ -512,7 +519,10 @@ TEST_F(Jobs, OptionsOfVideosBecomeFields) {
         {"-y --resume --report r.json clip.mp4 o.mp4",
          [](Job j) { return j.replace && j.resume && j.settings.empty(); }},
         {"--focus 0.3 clip.mp4 o.mp4",
-         [](Job j) { return j.settings.at("--focus") == "0.3" && j.canReadAgain; }},
+         [](Job j) {
+             return j.scene.recipe.views.focus == 0.3 && j.settings.at("--focus") == "0.3" &&
+                    j.canReadAgain;
+         }},
         {"in out", [](Job j) { return j.isFolder; }}};
     for (const auto& [call, isSo] : cases)
         EXPECT_TRUE(isSo(video(call))) << call;

@@ -2,7 +2,6 @@
 
 #include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
-#include "support/texts.hpp"
 
 #include <opencv2/core.hpp>
 

@@ -1,11 +1,7 @@
 // The command lines of the original altiro3D give the same results as our tools.
 
-#include "altiro3D/image_io.hpp"
 #include "sandbox.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
-
-#include <opencv2/core/mat.hpp>
 
 namespace altiro3D::test {
 
@@ -14,7 +10,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kImage = "altiro3Dimage";
-const Arguments kShort("--seconds 0.2 --turns 1");
 
 // The original's studio: a map instead of a calibration.
 class OriginalStudio : public SmallStudio {
@@ -37,31 +32,36 @@ class OriginalStudio : public SmallStudio {
         EXPECT_EQ(second.status, 0) << second.text();
         EXPECT_TRUE(slurp(*this / "a.png") == slurp(*this / "b.png")) << first.text();
     }
-
-    // The same for a.mp4 of --lg and b.mp4 of the second call.
-    void expectSameWithVideo(const Arguments& options, const std::string& picture,
-                             const std::string& ours, const Arguments& call) {
-        for (const char* output : {"a.png", "a.mp4", "b.png"})
-            fs::remove(*this / output);
-        const Outcome first =
-            run(kImage, kShort + options + Arguments{"--lg=a.mp4", picture, "a.png"});
-        const Outcome second = run(ours, call + Arguments{picture, "b.png"});
-        EXPECT_EQ(first.status, 0) << first.text();
-        EXPECT_EQ(second.status, 0) << second.text();
-        EXPECT_TRUE(slurp(*this / "a.png") == slurp(*this / "b.png")) << first.text();
-        EXPECT_TRUE(slurp(*this / "a.mp4") == slurp(*this / "b.mp4")) << first.text();
-    }
 };
 
 } // namespace
 
-TEST(OriginalCommands, OptionsOfPhotosMakeAPhoto) {
+TEST(OriginalCommands, ThePictureDecidesWhichToolMakesIt) {
     OriginalStudio studio;
-    for (const Arguments& options :
-         {Arguments{"-k"}, Arguments{"-g"}, Arguments("--strength 5"), Arguments("-y -k")}) {
-        studio.expectSame(kImage, "photo2native", studio.map() + options + Arguments{"quilt.png"});
+    studio.expectSame(kImage, "photo2native", studio.map() + Arguments("-k collage.png"));
+    studio.expectSame(kImage, "quilt2native", studio.map() + Arguments("collage.png"));
+    const std::pair<Arguments, const char*> kinds[] = {
+        {studio.map() + Arguments("collage.png"), "quilt"}, // of the quilt's size
+        {"-m small.map collage.png", "quilt"},
+        {studio.display() + Arguments("collage.png"), "quilt"},
+        {"--map=small.map --layout=2x3 -v --lg=a.mp4 collage.png", "quilt"},
+        {studio.display() + Arguments("--sampling linear --view-filter=linear collage.png"),
+         "quilt"},
+        {"-c small.json photo_qs3x2a0.75.png", "quilt"}, // by its name
+        {studio.map() + Arguments("photo.png"), "photo"},
+        {studio.display() + Arguments("photo.png"), "photo"},
+        {studio.map() + Arguments("--lg videos views"), "photo"},
+        // options of photos
+        {studio.map() + Arguments("-g collage.png"), "photo"},
+        {studio.map() + Arguments("--strength 5 collage.png"), "photo"},
+        {studio.map() + Arguments("-y -k --lg=a.mp4 collage.png"), "photo"},
+        {studio.map() + Arguments("-d collage.png depth.png"), "photo"}};
+    for (const auto& [call, kind] : kinds) {
+        const Outcome told =
+            studio.run("quilt2native", Arguments("--tell-kind") + call + Arguments("a.png"));
+        // as altiro3Dimage takes it
+        EXPECT_EQ(told.status == 0 ? told.out : "photo\n", kind + std::string("\n")) << told.text();
     }
-    studio.expectSame(kImage, "photo2native", studio.map() + Arguments("-d quilt.png depth.png"));
 }
 
 TEST(OriginalCommands, NetworksMakeAPhoto) {
@@ -80,50 +80,6 @@ TEST(OriginalCommands, WithoutArgumentsNoToolIsGuessed) {
         << outcome.text();
 }
 
-TEST(OriginalCommands, SwayingVideosOfPhotosAreThoseOfPhoto2native) {
-    OriginalStudio studio;
-    studio.expectSameWithVideo(studio.map(), "photo.png", "photo2native",
-                               studio.map() + kShort + Arguments("-y --lg b.mp4"));
-    // an option of photos decides
-    studio.expectSameWithVideo(studio.map() + Arguments{"-k"}, "collage.png", "photo2native",
-                               studio.map() + kShort + Arguments("-yk --lg b.mp4"));
-    fs::create_directory(studio / "in");
-    fs::copy(studio / "photo.png", studio / "in/one.png");
-    EXPECT_EQ(studio.run(kImage, studio.map() + kShort + Arguments("--lg videos in out")).status,
-              0);
-    EXPECT_TRUE(fs::exists(studio / "videos/one.mp4"));
-}
-
-TEST(OriginalCommands, SwayingVideosOfQuiltsAreThoseOfQuilt2native) {
-    OriginalStudio studio;
-    for (const Arguments& options :
-         {studio.map(), Arguments("-m small.map"),
-          studio.display() +
-              Arguments("--sampling linear --view-filter=linear --size 64x32 --fit cover")}) {
-        studio.expectSameWithVideo(options, "collage.png", "quilt2native",
-                                   options + kShort + Arguments("-y --lg b.mp4"));
-    }
-}
-
-TEST(OriginalCommands, APictureOfTheQuiltsSizeIsAQuilt) {
-    OriginalStudio studio;
-    studio.expectSame(kImage, "quilt2native", studio.map() + Arguments{"collage.png"});
-    studio.expectSame(kImage, "quilt2native", "-m small.map collage.png");
-    studio.expectSame(kImage, "quilt2native", studio.display() + Arguments{"collage.png"});
-    studio.expectSame(kImage, "quilt2native", "--map=small.map --layout=2x3 -v collage.png");
-}
-
-TEST(OriginalCommands, ANameCanSayQuilt) {
-    OriginalStudio studio;
-    studio.expectSame(kImage, "quilt2native", "-c small.json photo_qs3x2a0.75.png");
-}
-
-TEST(OriginalCommands, AnyOtherPictureIsAPhoto) {
-    OriginalStudio studio;
-    studio.expectSame(kImage, "photo2native", studio.map() + Arguments{"photo.png"});
-    studio.expectSame(kImage, "photo2native", studio.display() + Arguments{"photo.png"});
-}
-
 TEST(OriginalCommands, TakeOddNames) {
     OriginalStudio studio;
     const std::string odd = "-k it's \"a\" $(touch bad) * \n photo.png";
@@ -139,11 +95,6 @@ TEST(OriginalCommands, TakeOddNames) {
     EXPECT_TRUE(isDone(studio.run(kImage, {"-m", "-k.map", "--", "-q" + odd, "-n \n.png"})));
     EXPECT_TRUE(fs::exists(studio / "-n \n.png"));
     EXPECT_FALSE(fs::exists(studio / "bad"));
-}
-
-TEST(OriginalCommands, ViewsBecomeANative) {
-    OriginalStudio studio;
-    studio.expectSame("images2native", "views2native", studio.map() + Arguments{"views"});
 }
 
 TEST(OriginalCommands, VideosBecomeNativeVideos) {

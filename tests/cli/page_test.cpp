@@ -4,7 +4,6 @@
 #include "sandbox.hpp"
 #include "support/photo_files.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 
 #include <QByteArray>
 #include <QCryptographicHash>

@@ -4,7 +4,6 @@
 #include "sandbox.hpp"
 #include "support/photo_files.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 
 #include <csignal>
 #include <map>
@@ -61,15 +60,7 @@ class PhotoStudio : public SmallStudio {
     }
     // All outputs by name.
     std::map<std::string, std::string> outputs() const {
-        std::map<std::string, std::string> all;
-        for (const char* folder : {"out", "q", "v"}) {
-            if (!fs::exists(*this / folder)) continue;
-            for (const auto& entry : fs::recursive_directory_iterator(*this / folder)) {
-                if (entry.is_regular_file())
-                    all[fs::relative(entry.path(), work()).string()] = slurp(entry.path());
-            }
-        }
-        return all;
+        return contentsBelow(*this, {"out", "q", "v"});
     }
 };
 

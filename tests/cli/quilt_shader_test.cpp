@@ -1,9 +1,8 @@
+#include "altiro3D/lens_sheet.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
 #include "support/displays.hpp"
-#include "support/texts.hpp"
 
-#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 /// The shader of `altiro3Dnative --mpv-shader`, run by a software Vulkan and OpenGL of Mesa.
@@ -22,33 +21,6 @@ std::string softwareVulkan() {
          fs::directory_iterator("/usr/share/vulkan/icd.d", error))
         if (entry.path().filename().string().rfind("lvp_icd", 0) == 0) return entry.path();
     return {};
-}
-
-// A visual.json that states all fields which the mapping uses.
-void writeFullCalibration(const fs::path& file, const Calibration& c) {
-    nlohmann::json cells = nlohmann::json::array();
-    for (const SubpixelCell& cell : c.subpixelCells) {
-        cells.push_back({{"ROffsetX", cell.x[0]},
-                         {"GOffsetX", cell.x[1]},
-                         {"BOffsetX", cell.x[2]},
-                         {"ROffsetY", cell.y[0]},
-                         {"GOffsetY", cell.y[1]},
-                         {"BOffsetY", cell.y[2]}});
-    }
-    spill(file, nlohmann::json{{"serial", c.serial},
-                               {"pitch", c.pitch},
-                               {"slope", c.slope},
-                               {"center", c.center},
-                               {"invView", c.invView},
-                               {"DPI", c.DPI},
-                               {"screenW", c.screenW},
-                               {"screenH", c.screenH},
-                               {"flipImageX", c.flipImageX},
-                               {"flipImageY", c.flipImageY},
-                               {"flipSubp", c.flipSubp},
-                               {"CellPatternMode", c.CellPatternMode},
-                               {"subpixelCells", cells}}
-                    .dump());
 }
 
 // Mean and share of what differs: a few sub-pixels may take another view.
@@ -104,7 +76,7 @@ TEST_F(QuiltShaderRun, PlaceboShowsTheNativeOfQuilt2Native) {
     const cv::Mat quilt = readBack(studio_ / "quilt.png");
     for (const Calibration& panel : panels) {
         SCOPED_TRACE(std::to_string(&panel - panels.data()));
-        writeFullCalibration(studio_ / "small.json", panel);
+        spill(studio_ / "small.json", calibrationText(panel));
         const cv::Size size(panel.screenW, panel.screenH);
         ASSERT_EQ(run("-y --mpv-shader s.glsl --sampling nearest -q 2x3 small.json").status, 0);
         expectAlike(

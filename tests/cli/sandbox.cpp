@@ -5,7 +5,6 @@
 #include "altiro3D/image_io.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/hand_slide.hpp"
-#include "support/texts.hpp"
 #include "support/tiny_network.hpp"
 
 #include <algorithm>
@@ -248,6 +247,24 @@ Outcome Sandbox::run(const std::string& tool, const Arguments& arguments, int si
         if (name.rfind(".altiro3D-", 0) == 0) outcome.odd.push_back(entry.path().string());
     }
     return outcome;
+}
+
+std::set<std::string> filesBelow(const fs::path& folder) {
+    std::set<std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file()) files.insert(fs::relative(entry.path(), folder).string());
+    return files;
+}
+
+std::map<std::string, std::string> contentsBelow(const Sandbox& sandbox,
+                                                 const std::vector<std::string>& folders) {
+    std::map<std::string, std::string> contents;
+    for (const std::string& folder : folders) {
+        if (!fs::exists(sandbox / folder)) continue;
+        for (const std::string& file : filesBelow(sandbox / folder))
+            contents[folder + "/" + file] = slurp(sandbox / folder / file);
+    }
+    return contents;
 }
 
 void writeCalibration(const fs::path& file, cv::Size panel, double pitch,

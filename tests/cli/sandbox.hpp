@@ -12,6 +12,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -100,6 +101,12 @@ class Sandbox {
     bool isStarted_ = false;
     std::map<std::string, std::string> environment_;
 };
+
+/// Names of all files below a folder, relative to it.
+std::set<std::string> filesBelow(const std::filesystem::path& folder);
+/// Contents of all files below some folders of a sandbox, by name; folders may be missing.
+std::map<std::string, std::string> contentsBelow(const Sandbox& sandbox,
+                                                 const std::vector<std::string>& folders);
 
 /// Writes a calibration of a made-up panel.
 void writeCalibration(const std::filesystem::path& file, cv::Size panel = {96, 128},

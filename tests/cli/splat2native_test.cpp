@@ -3,7 +3,6 @@
 #include "altiro3D/quilt2native.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
-#include "support/texts.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

@@ -3,7 +3,6 @@
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
 #include "support/compare.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <cmath>

@@ -2,7 +2,6 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "sandbox.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 
 #include <algorithm>

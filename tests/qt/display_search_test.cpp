@@ -1,7 +1,6 @@
 #include "altiro3D/qt/display_search.hpp"
 
 #include "support/files.hpp"
-#include "support/texts.hpp"
 
 #include <QGuiApplication>
 #include <QScreen>

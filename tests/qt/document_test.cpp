@@ -9,7 +9,6 @@
 #include "support/photo_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/stereo_scene.hpp"
-#include "support/texts.hpp"
 #include "viewer/model/knobs.hpp"
 #include "viewer/window/photo_strip.hpp"
 #include "viewer_scenes.hpp"
@@ -234,7 +233,7 @@ TEST_F(ViewerDocument, ScenesOfSplatsBecomeTheQuiltOfTheirViews) {
     renderQuilt(renderer, placeSplats(renderer.render(), camera, display_.quilt), display_.quilt,
                 quilt);
     EXPECT_TRUE(samePicture(document.picture, quilt, 2)); // a .ply has opacities as logits
-    EXPECT_TRUE(contains(textOf(document.notes), "that of the file"));
+    EXPECT_TRUE(holds(textOf(document.notes), "that of the file"));
     EXPECT_EQ(codeOf([&] { (void)read("missing.splat"); }), ErrorCode::NotFound);
     // the photo that they were made of is not opened beside them
     const std::vector<Source> sources =
@@ -297,17 +296,18 @@ TEST_F(ViewerDocument, ADirectoryOfViewsIsAQuilt) {
 
 TEST_F(ViewerDocument, PhotosOfAMovingCameraBecomeRealViews) {
     const Boards boards;
-    int number = 0;
-    for (const HandCamera& camera : handSlide(shakyHand(16, 0.4)))
-        writeImage(folder_ / ("IMG_" + std::to_string(number++) + ".png"),
-                   boards.photograph({320, 240}, camera));
+    int number = 9990;
+    for (const HandCamera& camera : handSlide(shakyHand(16, 0.4))) {
+        const std::string digits = std::to_string(10000 + number++ % 10000).substr(1);
+        writeImage(folder_ / ("IMG_" + digits + ".png"), boards.photograph({320, 240}, camera));
+    }
     const Document views = readDocument({folder_.path(), {}, Reading::Slide}, display_);
     EXPECT_EQ(views.kind, Kind::Quilt);
     EXPECT_FALSE(views.video);
     EXPECT_EQ(views.layout, display_.quilt);
-    EXPECT_TRUE(contains(textOf(views.notes), "pictures: 16 of 16 used"));
-    EXPECT_TRUE(contains(errorOf([&] { (void)read("IMG_3.png", Reading::Slide); }),
-                         "IMG_3.png: holds 1 picture, expected a video or several photos"));
+    EXPECT_TRUE(holds(textOf(views.notes), "pictures: 16 of 16 used"));
+    EXPECT_TRUE(holds(errorOf([&] { (void)read("IMG_9993.png", Reading::Slide); }),
+                      "IMG_9993.png: holds 1 picture, expected a video or several photos"));
 }
 
 // The files of a folder by name, "photo+depth" for pairs.

@@ -2,6 +2,7 @@
 
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 
 #include <QColor>
 #include <gtest/gtest.h>
@@ -11,9 +12,7 @@ namespace altiro3D::test {
 namespace {
 
 cv::Mat noise(int cols, int rows, int type = CV_8UC3) {
-    cv::Mat picture(rows, cols, type);
-    cv::RNG(3).fill(picture, cv::RNG::UNIFORM, 0, 256);
-    return picture;
+    return randomPicture({cols, rows}, type, 3);
 }
 
 TEST(QtImage, SharesThePicturesMemoryAndShowsItsColours) {

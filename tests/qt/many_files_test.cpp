@@ -1,7 +1,7 @@
 // Many open files: settings of each, the strip of icons, the export of all.
 
 #include "support/compare.hpp"
-#include "support/texts.hpp"
+#include "support/files.hpp"
 #include "viewer/window/main_window.hpp"
 #include "viewer/window/photo_strip.hpp"
 #include "viewer_scenes.hpp"

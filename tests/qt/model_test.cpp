@@ -6,7 +6,6 @@
 #include "support/files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 #include "support/video.hpp"
 #include "viewer/model/depth_maker.hpp"
 #include "viewer_scenes.hpp"

@@ -2,6 +2,7 @@
 
 #include "altiro3D/qt/image.hpp"
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 
 #include <QGuiApplication>
 #include <QScreen>
@@ -14,9 +15,7 @@ namespace altiro3D::test {
 namespace {
 
 cv::Mat noise(int cols, int rows) {
-    cv::Mat picture(rows, cols, CV_8UC3);
-    cv::RNG(3).fill(picture, cv::RNG::UNIFORM, 0, 256);
-    return picture;
+    return randomPicture({cols, rows}, CV_8UC3, 3);
 }
 
 // What a widget paints, in px of the screen. The tests run at several scales of the desktop.

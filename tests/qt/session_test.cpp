@@ -258,15 +258,6 @@ TEST(Session, ShowsANativePxByPxUntilEscape) {
     }));
     EXPECT_EQ(viewer.exitCode(), 0);
     EXPECT_EQ(viewer.readAllStandardError().toStdString(), "");
-
-    writeImage(folder / "small.png", native(cv::Rect(0, 0, 64, 64)));
-    viewer.start(
-        ALTIRO3D_TOOL_ALTIRO3DVIEW,
-        {"--show", QString::fromStdString((folder / "small.png").string()), "--screen", "0"});
-    EXPECT_TRUE(waitFor([&] { return viewer.state() == QProcess::NotRunning; }));
-    EXPECT_EQ(viewer.exitCode(), 1);
-    EXPECT_TRUE(
-        viewer.readAllStandardError().contains("small.png: has 64 x 64 px, but the screen"));
 }
 
 // A folder of a photo, a quilt, Natives and a file that cannot be read, on a display of the

@@ -2,8 +2,8 @@
 
 #include "altiro3D/altiro3D.hpp"
 #include "support/compare.hpp"
+#include "support/files.hpp"
 #include "support/slow.hpp"
-#include "support/texts.hpp"
 #include "viewer/show/presentation.hpp"
 #include "viewer/show/slide_presenter.hpp"
 #include "viewer/show/slide_show.hpp"

@@ -19,26 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 using namespace viewer;
 
-// Pictures, 25 a second.
-void writeClip(const fs::path& file, cv::Size size, int frames,
-               const std::function<cv::Mat(int)>& pictureOf) {
-    VideoWriterOptions options;
+void writeMovingClip(const fs::path& file, cv::Size size, int frames) {
+    VideoWriterOptions options = smallOptions();
     options.size = size;
-    options.timeBase = {1, 25};
-    options.frameRate = {25, 1};
-    VideoWriter writer(file, options);
-    for (int i = 0; i < frames; ++i) {
-        VideoFrame frame;
-        frame.picture = pictureOf(i);
-        frame.pts = i;
-        frame.duration = 1;
-        writer.write(frame);
-    }
-    writer.finish();
-}
-
-void writeClip(const fs::path& file, cv::Size size, int frames) {
-    writeClip(file, size, frames, [size](int number) { return movingPicture(size, number); });
+    writeClip(file, options, frames);
 }
 
 class ViewerVideoExport : public ::testing::Test {
@@ -96,7 +80,7 @@ class ViewerVideoExport : public ::testing::Test {
 };
 
 TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
-    writeClip(folder_ / "clip.mkv", {96, 128}, 20);
+    writeMovingClip(folder_ / "clip.mkv", {96, 128}, 20);
     open("clip.mkv");
     EXPECT_EQ(startExport("plain", QMessageBox::No), QStringList{"clip_native.mp4"});
     waitForEnd();
@@ -124,8 +108,8 @@ TEST_F(ViewerVideoExport, WritesTheBytesOfTheToolWithTheSameSettings) {
 }
 
 TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
-    writeClip(folder_ / "clip_rgbd.mkv", {192, 128}, 12);
-    writeClip(folder_ / "clip_qs4x3a0.75.mkv", {240, 240}, 12);
+    writeMovingClip(folder_ / "clip_rgbd.mkv", {192, 128}, 12);
+    writeMovingClip(folder_ / "clip_qs4x3a0.75.mkv", {240, 240}, 12);
     open("clip_rgbd.mkv");
     expectSame({"--rgbd", "right"}, "clip_rgbd.mkv", "rgbd.mkv");
     // a network cannot see half of a picture
@@ -140,7 +124,7 @@ TEST_F(ViewerVideoExport, TakesDepthAndQuiltsInThePicturesOfTheVideo) {
     expectSame({"--from-quilt"}, "clip_qs4x3a0.75.mkv", "quilts.mkv");
 
     // a depth stream is replaced by a network if one is chosen
-    writeClip(folder_ / "clip.mkv", {96, 128}, 12);
+    writeMovingClip(folder_ / "clip.mkv", {96, 128}, 12);
     ffmpeg("-i " + arg(folder_ / "clip.mkv") +
            " -map 0 -map 0 -c:v ffv1 -pix_fmt:v:0 bgr0 -pix_fmt:v:1 gray "
            "-metadata:s:v:1 title=depth " +
@@ -162,8 +146,9 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
     cv::hconcat(eyes.left, eyes.right, film);
     cv::Mat title;
     cv::hconcat(detailedPhoto(eyes.left.size()), detailedPhoto(eyes.left.size()), title);
-    writeClip(folder_ / "film_LRF.mkv", film.size(), 30,
-              [&](int number) { return number < 20 ? film : title; });
+    std::vector<cv::Mat> pictures(20, film);
+    pictures.resize(30, title);
+    writeClip(folder_ / "film_LRF.mkv", pictures, 25);
     model().stage.setMode(Mode::Depth);
     open("film_LRF.mkv");
     EXPECT_EQ(model().files.document()->facts().find(
@@ -204,7 +189,7 @@ TEST_F(ViewerVideoExport, PlaysAndExportsVideosOfBothEyes) {
 }
 
 TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {
-    writeClip(folder_ / "clip.mkv", {48, 64}, 400); // of 16 s
+    writeMovingClip(folder_ / "clip.mkv", {48, 64}, 400); // of 16 s
     open("clip.mkv");
     spill(folder_ / "out.mkv", "mine");
     QString size;
@@ -240,7 +225,7 @@ TEST_F(ViewerVideoExport, ACancelledOneKeepsItsPartsAndGoesOnToTheSameBytes) {
 }
 
 TEST_F(ViewerVideoExport, SaysInOneSentenceWhatIsWrong) {
-    writeClip(folder_ / "clip.mkv", {48, 64}, 5);
+    writeMovingClip(folder_ / "clip.mkv", {48, 64}, 5);
     open("clip.mkv");
     EXPECT_TRUE(startExport("clip.avi", QMessageBox::Ok)[1].contains("no video format"));
     const QStringList asked = answering(

@@ -9,7 +9,7 @@
 namespace altiro3D::test {
 
 /// A stripe panel of any size with a Portrait's lens numbers.
-inline Calibration stripePanel(int width, int height) {
+inline Calibration stripePanel(int width = 101, int height = 67) {
     Calibration c;
     c.serial = "TEST";
     c.pitch = 52.58;

@@ -1,4 +1,5 @@
 #include "support/eye.hpp"
+#include "support/reference.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -54,18 +55,11 @@ cv::Vec3f gainsOf(const cv::Mat& places) {
 
 cv::Mat lightOf(const cv::Mat& picture) {
     cv::Mat table(1, 256, CV_32FC1);
-    for (int i = 0; i < 256; ++i) {
-        const double v = i / 255.0;
-        table.at<float>(i) =
-            static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
-    }
+    for (int i = 0; i < 256; ++i)
+        table.at<float>(i) = static_cast<float>(referenceLight(i / 255.0));
     cv::Mat light;
     cv::LUT(picture, table, light);
     return light;
-}
-
-double srgbCode(double light) {
-    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
 LensTwin::LensTwin(const LensGeometry& lens)

@@ -16,9 +16,6 @@ namespace altiro3D::test {
 /// @param picture [CV_8UC3, BGR] @return [as picture, CV_32FC3, BGR, 0..1]
 cv::Mat lightOf(const cv::Mat& picture);
 
-/// The curve of sRGB. @param light 0 and more @return 0..1 for light 0..1
-double srgbCode(double light);
-
 /// Lenses in front of a panel. In one direction, a lens shows one line of the panel: in each row
 /// the sub-pixel nearest to it, over its whole width. That sub-pixel has one colour, and the light
 /// of three, so that grey stays grey: on panels with cells it is more or less, as the colours'

@@ -95,7 +95,7 @@ ErrorCode codeOf(const std::function<void()>& call) {
     return {};
 }
 
-::testing::AssertionResult contains(const std::string& text, const std::string& part) {
+::testing::AssertionResult holds(const std::string& text, const std::string& part) {
     return ::testing::AssertionResult(text.find(part) != std::string::npos)
            << '"' << text << "\", and the part is \"" << part << '"';
 }

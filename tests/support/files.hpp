@@ -71,7 +71,7 @@ std::string problemOf(const std::filesystem::path& file, const std::function<voi
 ErrorCode codeOf(const std::function<void()>& call);
 
 /// Success if the text has the part, or begins with it.
-::testing::AssertionResult contains(const std::string& text, const std::string& part);
+::testing::AssertionResult holds(const std::string& text, const std::string& part);
 ::testing::AssertionResult startsWith(const std::string& text, const std::string& part);
 
 /// The text of all notes, a line each.

@@ -27,6 +27,14 @@ inline std::string littleEndian(std::uint64_t value, unsigned bytes = 4) {
     return {text.rbegin(), text.rend()};
 }
 
+/// The number in four bytes of a text.
+inline std::uint32_t bigEndianAt(const std::string& text, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        value = value << 8 | static_cast<uchar>(text.at(at + i));
+    return value;
+}
+
 /// A file as OpenCV writes it.
 inline std::string encoded(const std::string& extension, const cv::Mat& picture,
                            const std::vector<int>& settings = {}) {

@@ -196,6 +196,10 @@ double referenceLight(double srgb) {
     return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
 }
 
+double srgbCode(double light) {
+    return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
+
 cv::Matx33d referenceXyz(const Chromaticities& c) {
     cv::Matx33d primaries;
     for (int i = 0; i < 3; ++i) {
@@ -220,14 +224,10 @@ double referencePq(double nits) {
 
 namespace {
 
-double encodedSrgb(double v) {
-    const double clipped = std::clamp(v, 0.0, 1.0);
-    return clipped <= 0.0031308 ? 12.92 * clipped : 1.055 * std::pow(clipped, 1 / 2.4) - 0.055;
-}
-
 cv::Vec3d encodedFromLinear(const cv::Vec3d& rgb, const Chromaticities& chromaticities) {
     const cv::Vec3d linear = referenceXyz(kSrgb).inv() * (referenceXyz(chromaticities) * rgb);
-    return {encodedSrgb(linear[2]), encodedSrgb(linear[1]), encodedSrgb(linear[0])};
+    const auto encoded = [](double v) { return srgbCode(std::clamp(v, 0.0, 1.0)); };
+    return {encoded(linear[2]), encoded(linear[1]), encoded(linear[0])};
 }
 
 double lightFromPq(double value) {

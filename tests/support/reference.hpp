@@ -56,6 +56,9 @@ cv::Matx33d referenceXyz(const Chromaticities& chromaticities);
 /// Linear light of a value of sRGB's curve, 0..1.
 double referenceLight(double srgb);
 
+/// The curve of sRGB. @param light 0 and more @return 0..1 for light 0..1
+double srgbCode(double light);
+
 /// Light in cd/m^2 coded by PQ (SMPTE ST 2084), 0..1.
 double referencePq(double nits);
 

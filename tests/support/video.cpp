@@ -59,6 +59,12 @@ fs::path FfmpegTest::make(const std::string& name, const std::string& arguments)
     return directory / name;
 }
 
+fs::path FfmpegTest::makeClip(const std::string& name, const std::string& options,
+                              const std::string& source) const {
+    return make(name, "-f lavfi -i " + source +
+                          " -c:v libx264 -preset veryfast -g 10 -bf 2 -pix_fmt yuv420p " + options);
+}
+
 std::string ffprobe(const fs::path& file, const std::string& entries, const std::string& more) {
     return run("ffprobe -v error " + more + " -show_entries " + entries +
                " -of compact=p=0:nk=1:s=\\| " + arg(file));
@@ -135,6 +141,12 @@ std::vector<VideoFrame> allFrames(VideoReader& reader) {
 std::vector<VideoFrame> allFrames(const fs::path& file, const VideoReaderOptions& options) {
     VideoReader reader(file, options);
     return allFrames(reader);
+}
+
+std::string openError(const fs::path& file, const std::string& format) {
+    VideoReaderOptions options;
+    options.format = format;
+    return problemOf(file, [&] { const VideoReader reader(file, options); });
 }
 
 ::testing::AssertionResult sameFrames(const std::vector<VideoFrame>& frames,

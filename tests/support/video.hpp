@@ -25,6 +25,11 @@ class FfmpegTest : public FileTest {
 
     /// Makes a file in the test's directory. @param arguments of `ffmpeg`, but for its name
     std::filesystem::path make(const std::string& name, const std::string& arguments) const;
+
+    /// Makes a short clip with B-frames, a key frame every 10 frames, and no sound.
+    std::filesystem::path
+    makeClip(const std::string& name, const std::string& options = "",
+             const std::string& source = "testsrc2=size=96x64:rate=25:duration=2") const;
 };
 
 /// A file's name as one word of a shell's command line.
@@ -65,6 +70,9 @@ void writeClip(const std::filesystem::path& file, const std::vector<cv::Mat>& pi
 std::vector<VideoFrame> allFrames(VideoReader& reader);
 std::vector<VideoFrame> allFrames(const std::filesystem::path& file,
                                   const VideoReaderOptions& options = {});
+
+/// What is said of a file that cannot be opened.
+std::string openError(const std::filesystem::path& file, const std::string& format = "");
 
 /// Success if frames have the bits of others, from the one with the number `first` on, and their
 /// times, which are `earlier` by so many units.

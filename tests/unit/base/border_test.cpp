@@ -1,5 +1,6 @@
 #include "altiro3D/altiro3D.hpp"
 
+#include "support/displays.hpp"
 #include "support/memory_limit.hpp"
 #include "support/random_pictures.hpp"
 
@@ -32,12 +33,7 @@ TEST(Border, ShortMemoryIsNotReportedByOpenCvsException) {
     const cv::Mat depth = randomDepth(size);
     const altiro3D::Scene scene{photo, depth};
     const QuiltLayout layout{2, 2, {1500, 1250}, 4};
-    Calibration calibration;
-    calibration.pitch = 52;
-    calibration.slope = -7;
-    calibration.DPI = 324;
-    calibration.screenW = size.width;
-    calibration.screenH = size.height;
+    const Calibration calibration = stripePanel(size.width, size.height);
     const PhotoFit fit = fitPhoto(size, 1, {2400, 2400});
     const int threads = cv::getNumThreads();
     cv::setNumThreads(1); // no thread of the pool begins in the limit

@@ -273,7 +273,7 @@ TEST_F(FilesOnPosix, AProbeOfANetworkEndsInTime) {
     profile.inputWidth = profile.inputHeight = 8;
     profile.multipleOf = 1;
     const std::string error = errorOf([&] { probeNetwork(file, profile, {}, 0.2); });
-    EXPECT_TRUE(contains(error, "does not finish within 0.2 s"));
+    EXPECT_TRUE(holds(error, "does not finish within 0.2 s"));
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "depth/map/depth_values.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 
 #include <cmath>
 #include <functional>
@@ -30,10 +31,7 @@ cv::Mat grey(cv::Size size = kSize) {
 cv::Mat twoSurfaces() {
     cv::Mat photo(kSize, CV_8UC3, cv::Scalar(40, 60, 50));
     photo.colRange(60, kSize.width).setTo(cv::Scalar(120, 160, 140));
-    cv::Mat noise(kSize, CV_8UC3);
-    cv::RNG random(3);
-    random.fill(noise, cv::RNG::UNIFORM, 0, 4);
-    return photo + noise;
+    return photo + randomPicture(kSize, CV_8UC3, 3, 0, 4);
 }
 
 DepthBrushOptions options(DepthBrush brush, double radius, double amount, bool keepsEdges = true) {
@@ -278,10 +276,7 @@ cv::Mat exactCosts(const cv::Mat& photo, float perPixel, cv::Point from) {
 }
 
 TEST(PhotoPaths, AreTheCheapestOrNearly) {
-    cv::Mat photo(kSize, CV_8UC3);
-    cv::RNG random(5);
-    random.fill(photo, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(photo, photo, {}, 3);
+    const cv::Mat photo = randomPhoto(kSize, 5, 3);
     for (const float perPixel : {0.0F, 0.25F}) {
         const cv::Point from(70, 30);
         cv::Mat costs(kSize, CV_32FC1, cv::Scalar(kFarAway));

@@ -24,9 +24,7 @@ struct World {
 
 // A texture of a few levels.
 cv::Mat textured(cv::Size size, const cv::Scalar& color, int seed = 1) {
-    cv::Mat noise(size, CV_8UC3);
-    cv::RNG(static_cast<std::uint64_t>(seed)).fill(noise, cv::RNG::UNIFORM, 0, 16);
-    return cv::Mat(size, CV_8UC3, color) + noise;
+    return cv::Mat(size, CV_8UC3, color) + randomPicture(size, CV_8UC3, seed, 0, 16);
 }
 
 // The depth of two surfaces, and the px of the near one.

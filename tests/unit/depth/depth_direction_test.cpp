@@ -17,9 +17,9 @@
 
 using altiro3D::DepthKind;
 using altiro3D::Scene;
-using altiro3D::test::contains;
 using altiro3D::test::dataPath;
 using altiro3D::test::errorOf;
+using altiro3D::test::holds;
 
 namespace fs = std::filesystem;
 
@@ -137,7 +137,7 @@ TEST(DepthDirection, RefusesOtherTypes) {
     const auto call = [](const cv::Mat& map) { return errorOf([&] { looksInverted(map); }); };
     for (const int type : {CV_8UC1, CV_64FC1})
         EXPECT_TRUE(
-            contains(errorOf([&] { looksInverted(turned(floorDepth()), type); }), "estimate: "));
+            holds(errorOf([&] { looksInverted(turned(floorDepth()), type); }), "estimate: "));
     EXPECT_EQ(call(bytes), "depth: is 4 x 4 px of CV_8UC1, expected CV_32FC1");
     EXPECT_EQ(call({}), "depth: is empty, expected CV_32FC1");
 }

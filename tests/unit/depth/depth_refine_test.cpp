@@ -46,10 +46,7 @@ World world(cv::Size size = {240, 200}) {
     put({170, 80}, {30, 50}, -15, 0.65, {30, 60, 190});
     put({110, 150}, {50, 26}, 5, 0.9, {20, 30, 40});
     put({200, 160}, {22, 22}, 0, 0.4, {220, 220, 90});
-    cv::Mat noise(size, CV_8UC3);
-    cv::RNG random(7);
-    random.fill(noise, cv::RNG::UNIFORM, 0, 9);
-    made.photo += noise;
+    made.photo += randomPicture(size, CV_8UC3, 7, 0, 9);
     return made;
 }
 
@@ -381,8 +378,7 @@ TEST(DepthRefine, ExtremesAreDefined) {
 
 TEST(DepthRefine, ItDoesNotDependOnTheNumberOfThreads) {
     const World made = world();
-    cv::Mat noise(made.depth.size(), CV_32FC1);
-    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, -0.05, 0.05);
+    const cv::Mat noise = randomPicture(made.depth.size(), CV_32FC1, 5, -0.05, 0.05);
     DepthRefineOptions all;
     all.flaws.emplace(DepthFlaws{5, 1, {1, -1}, false, true});
     DepthRefineOptions uneven;

@@ -118,8 +118,8 @@ TEST(ScaleHiddenDepth, FollowsTheScaleOfTheDepth) {
     scaleHiddenDepth(disparity, depth, hidden);
     EXPECT_TRUE(hidden.photo.empty());
     hidden.photo.create(1, 3, CV_8UC3);
-    EXPECT_TRUE(contains(errorOf([&] { scaleHiddenDepth(disparity, depth.row(0), hidden); }),
-                         "depth: has 5 x 1 px, expected the disparity's 5 x 2 px"));
+    EXPECT_TRUE(holds(errorOf([&] { scaleHiddenDepth(disparity, depth.row(0), hidden); }),
+                      "depth: has 5 x 1 px, expected the disparity's 5 x 2 px"));
 }
 
 class MatchStereoOf3dCamera : public testing::TestWithParam<Turned> {};

@@ -128,11 +128,11 @@ TEST(Display, OddCalibrationsGetRemarks) {
     c.flipImageX = 1;
     const auto found = calibrationWarnings(c);
     ASSERT_EQ(found.size(), 3U);
-    EXPECT_TRUE(contains(found[0].text, "1536 x 2048"));
+    EXPECT_TRUE(holds(found[0].text, "1536 x 2048"));
     c = panel(3840, 2160);
     c.serial = "LKG-J00001";
     ASSERT_EQ(calibrationWarnings(c).size(), 1U);
-    EXPECT_TRUE(contains(calibrationWarnings(c)[0].text, "sub-pixel cells"));
+    EXPECT_TRUE(holds(calibrationWarnings(c)[0].text, "sub-pixel cells"));
     c.subpixelCells.resize(2);
     EXPECT_TRUE(calibrationWarnings(c).empty());
 }

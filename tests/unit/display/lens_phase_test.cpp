@@ -9,14 +9,10 @@
 namespace altiro3D::test {
 namespace {
 
-Calibration panel(int width = 97, int height = 61) {
-    return stripePanel(width, height);
-}
-
 // 8 px per lens, upright to within the double's precision: with 48 views every sub-pixel lies on
 // the border between two views, with 1 view some lie on the border between two lenses.
 Calibration onTheBorders(double center) {
-    Calibration c = panel(64, 48);
+    Calibration c = stripePanel(64, 48);
     c.pitch = 8;
     c.DPI = 64;
     c.slope = 1e12;
@@ -72,9 +68,9 @@ void expectEqualsGeometry(const Calibration& c, int rowStep = 1) {
 }
 
 TEST(LensPhases, EqualTheGeometryOnStripePanels) {
-    expectEqualsGeometry(panel());
-    expectEqualsGeometry(panel(16, 16));
-    Calibration c = panel(17, 131);
+    expectEqualsGeometry(stripePanel());
+    expectEqualsGeometry(stripePanel(16, 16));
+    Calibration c = stripePanel(17, 131);
     c.slope = 5.2;
     c.center = -0.4;
     expectEqualsGeometry(c);
@@ -84,7 +80,7 @@ TEST(LensPhases, EqualTheGeometryWithFlipsAndEveryCellPattern) {
     for (int flags = 0; flags < 8; ++flags) {
         for (int mode = -1; mode <= 4; ++mode) {
             for (std::size_t cells : {1U, 2U}) {
-                Calibration c = panel(37, 22 + flags);
+                Calibration c = stripePanel(37, 22 + flags);
                 c.flipImageX = flags & 1;
                 c.flipImageY = (flags >> 1) & 1;
                 c.flipSubp = (flags >> 2) & 1;
@@ -110,7 +106,7 @@ TEST(LensPhases, SubPixelsOnTheBordersBetweenViewsFallWhereTheDoubleFormulaPutsT
 }
 
 TEST(LensPhases, KeepTheirErrorBoundAtTheLimitsOfCalibrations) {
-    Calibration c = panel(64, 64);
+    Calibration c = stripePanel(64, 64);
     c.pitch = 3.0 * c.DPI;
     c.slope = 3.0 * 64 / 1e6;
     c.center = 999999.75;
@@ -119,14 +115,14 @@ TEST(LensPhases, KeepTheirErrorBoundAtTheLimitsOfCalibrations) {
     c.slope = -1e-3;
     c.center = -1e6;
     expectEqualsGeometry(c);
-    c = panel(64, 64);
+    c = stripePanel(64, 64);
     c.pitch = 0.001 * c.DPI / 64;
     expectEqualsGeometry(c);
-    EXPECT_EQ(LensPhases(lensGeometry(panel(1536, 2048))).phaseError(), 3U);
+    EXPECT_EQ(LensPhases(lensGeometry(stripePanel(1536, 2048))).phaseError(), 3U);
 }
 
 TEST(LensPhases, AreTheSameOnEveryInstructionSet) {
-    Calibration c = panel(203, 19);
+    Calibration c = stripePanel(203, 19);
     c.subpixelCells = deltaCells();
     c.CellPatternMode = 3;
     const LensPhases phases(lensGeometry(c));

@@ -296,7 +296,7 @@ TEST(CubeVi, BothSpellingsAreReadAndWrittenAgain) {
         {R"({"interval":20,"slope":"NaN","x0":0})", "slope is \"NaN\", expected"},
         {R"({"interval":1e999,"slope":0.1,"x0":0})", "c1.json"}};
     for (const auto& [text, message] : wrong)
-        EXPECT_TRUE(contains(errorOf([text = text] { read(text); }), message)) << text;
+        EXPECT_TRUE(holds(errorOf([text = text] { read(text); }), message)) << text;
 }
 
 // Three made panels; in the second one many sub-pixels lie exactly between two views.
@@ -356,13 +356,13 @@ TEST(Barrier, WhatIsOutOfRangeIsNamed) {
         {barrier({96, 64}, 4, 1, 0, {1, 0}), "views: is 4, expected as many as in order"}};
     std::end(wrong)[-1].first.views = 4;
     for (const auto& [numbers, message] : wrong)
-        EXPECT_TRUE(contains(errorOf([n = numbers] { calibrationOf(n); }), message)) << message;
+        EXPECT_TRUE(holds(errorOf([n = numbers] { calibrationOf(n); }), message)) << message;
     for (const std::vector<int>& order :
          {std::vector<int>{0}, {0, 0}, {0, 2}, {-1, 0}, std::vector<int>(65, 0)})
-        EXPECT_TRUE(contains(errorOf([&] {
-                                 calibrationOf(barrier({96, 64}, 4, 1, 0, order));
-                             }),
-                             "the order of views repeats a view or lacks one"));
+        EXPECT_TRUE(holds(errorOf([&] {
+                              calibrationOf(barrier({96, 64}, 4, 1, 0, order));
+                          }),
+                          "the order of views repeats a view or lacks one"));
 }
 
 // Seen through the lenses, an eye on either side of the viewer sees its own picture alone. With
@@ -385,8 +385,8 @@ TEST(EyesToNative, TheBorderBetweenTheEyesFollowsTheViewer) {
                 EXPECT_TRUE(samePicture(seen, *picture)) << position << ' ' << eye;
             }
         }
-        EXPECT_TRUE(contains(errorOf([&] { eyesToNative(left, right, display, NAN, native); }),
-                             "position: is nan"));
+        EXPECT_TRUE(holds(errorOf([&] { eyesToNative(left, right, display, NAN, native); }),
+                          "position: is nan"));
     }
 }
 

@@ -41,11 +41,11 @@ TEST(QuiltLayout, PositionsRunFromLeftToRightAndOneViewIsTheCentre) {
 TEST(QuiltLayout, LimitsAreNamed) {
     const auto error = [](const QuiltLayout& layout) { return errorOf([&] { validate(layout); }); };
     EXPECT_EQ(error({1, 1, {65535, 65535}, 1}), "(no error)");
-    EXPECT_TRUE(contains(error({1, 1, {65536, 10}, 1}), "at most 65535 a side"));
-    EXPECT_TRUE(contains(error({1024, 1, {65535, 1}, 1}), "at most 65535"));
-    EXPECT_TRUE(contains(error({0, 6, {420, 560}, 1}), "0 columns"));
-    EXPECT_TRUE(contains(error({8, 6, {0, 560}, 1}), "views of 0 x 560"));
-    EXPECT_TRUE(contains(error({8, 6, {420, 560}, 49}), "49 views, expected 1..48"));
+    EXPECT_TRUE(holds(error({1, 1, {65536, 10}, 1}), "at most 65535 a side"));
+    EXPECT_TRUE(holds(error({1024, 1, {65535, 1}, 1}), "at most 65535"));
+    EXPECT_TRUE(holds(error({0, 6, {420, 560}, 1}), "0 columns"));
+    EXPECT_TRUE(holds(error({8, 6, {0, 560}, 1}), "views of 0 x 560"));
+    EXPECT_TRUE(holds(error({8, 6, {420, 560}, 49}), "49 views, expected 1..48"));
 }
 
 TEST(QuiltOption, IsRowsTimesColumnsAndHeightTimesWidth) {
@@ -54,11 +54,11 @@ TEST(QuiltOption, IsRowsTimesColumnsAndHeightTimesWidth) {
     EXPECT_EQ(parseTileSize("560x420"), cv::Size(420, 560));
     for (const char* bad : {"", "6", "6x", "x8", "6x8x2", "0x8", "6x-8", "6 x 8", "6x8 ", "sixx8",
                             "999999x1", "2000x2"}) {
-        EXPECT_TRUE(contains(errorOf([&] { parseQuiltGrid(bad); }),
-                             "quilt grid: \"" + std::string(bad) + "\""))
+        EXPECT_TRUE(holds(errorOf([&] { parseQuiltGrid(bad); }),
+                          "quilt grid: \"" + std::string(bad) + "\""))
             << bad;
     }
-    EXPECT_TRUE(contains(errorOf([] { parseTileSize("560"); }), "HEIGHTxWIDTH"));
+    EXPECT_TRUE(holds(errorOf([] { parseTileSize("560"); }), "HEIGHTxWIDTH"));
 }
 
 TEST(QuiltName, IsTheLastSuffixOfTheName) {
@@ -83,8 +83,8 @@ TEST(QuiltName, IsTheLastSuffixOfTheName) {
     EXPECT_EQ(text("a_QS8X6A0.75-2.png"), "8,6,0.750000");
     EXPECT_EQ(text("a_qs8x6_qs5.png"), "8,6,none");
     EXPECT_EQ(text("a_qs8x6a0.75"), "8,6,0.750000");
-    EXPECT_TRUE(contains(errorOf([] { parseQuiltName("_qs0x6a1.png"); }), "1..1024 columns"));
-    EXPECT_TRUE(contains(errorOf([] { parseQuiltName("a_qs8x6a99.png"); }), "0.1..10"));
+    EXPECT_TRUE(holds(errorOf([] { parseQuiltName("_qs0x6a1.png"); }), "1..1024 columns"));
+    EXPECT_TRUE(holds(errorOf([] { parseQuiltName("a_qs8x6a99.png"); }), "0.1..10"));
 }
 
 TEST(QuiltName, NamesOfAnyLengthAreRead) {
@@ -109,7 +109,7 @@ TEST(QuiltName, WhatIsWrittenIsReadAgain) {
             EXPECT_EQ(quiltFileName(named, layout, aspect), named);
         }
     }
-    EXPECT_TRUE(contains(errorOf([] { parseQuiltName("a_qs1025x6.png"); }), "1..1024 columns"));
+    EXPECT_TRUE(holds(errorOf([] { parseQuiltName("a_qs1025x6.png"); }), "1..1024 columns"));
     EXPECT_EQ(errorOf([] {
                   quiltFileName("p.png", QuiltLayout{0, 6, cv::Size(9, 9), 1}, 1);
               }),
@@ -122,8 +122,8 @@ TEST(QuiltName, IsWrittenOnceAndNeverAgainstTheName) {
     EXPECT_EQ(quiltFileName("photo_qs8x6a0.75.png", layout, 0.75), "photo_qs8x6a0.75.png");
     EXPECT_EQ(quiltFileName("photo_qs8x6.png", layout, 0.75), "photo_qs8x6.png");
     EXPECT_EQ(quiltFileName("p", layout, 16.0 / 9), "p_qs8x6a1.77778");
-    EXPECT_TRUE(contains(errorOf([&] { quiltFileName("p_qs6x8a0.75.png", layout, 0.75); }),
-                         "expected a name that ends in _qs8x6a0.75"));
+    EXPECT_TRUE(holds(errorOf([&] { quiltFileName("p_qs6x8a0.75.png", layout, 0.75); }),
+                      "expected a name that ends in _qs8x6a0.75"));
 }
 
 TEST(ResolveQuilt, TakesTheDisplaysOwnLayoutWhenNothingIsSaid) {
@@ -142,8 +142,8 @@ TEST(ResolveQuilt, PublishedExamplesMeanWhatTheirFigureShows) {
 
 TEST(ResolveQuilt, WarnsWithBothReadingsWhereTheSwappedOneFitsThePanel) {
     const ResolvedQuilt swapped = resolve("8x6", "420x560");
-    EXPECT_TRUE(contains(only(swapped.notes).text, "6 columns x 8 rows, each view 560 x 420 px"));
-    EXPECT_TRUE(contains(only(swapped.notes).text, "8 columns x 6 rows, each view 420 x 560 px"));
+    EXPECT_TRUE(holds(only(swapped.notes).text, "6 columns x 8 rows, each view 560 x 420 px"));
+    EXPECT_TRUE(holds(only(swapped.notes).text, "8 columns x 6 rows, each view 420 x 560 px"));
     EXPECT_EQ(resolve("8x6", nullptr).notes.size(), 1U); // 560 x 420 views on an upright panel
     // neither reading fits: that may be meant so
     EXPECT_TRUE(resolve("9x5", "455x819").notes.empty());
@@ -164,12 +164,11 @@ TEST(ResolveQuilt, ViewSizeComesFromThePictureWithoutItsUnusedPixels) {
     request.tileSize = cv::Size(819, 455);
     EXPECT_NO_THROW(resolveQuilt(request, QuiltLayout(), 1.6));
     request.tileSize = cv::Size(820, 455);
-    EXPECT_TRUE(contains(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }),
-                         "view size: says views of 820 x 455 px"));
+    EXPECT_TRUE(holds(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }),
+                      "view size: says views of 820 x 455 px"));
     request = {};
     request.quiltSize = cv::Size(3, 3);
-    EXPECT_TRUE(
-        contains(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }), "do not fit"));
+    EXPECT_TRUE(holds(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }), "do not fit"));
 }
 
 TEST(ResolveQuilt, WhatIsAssumedOfANamelessPictureIsSaid) {
@@ -180,7 +179,7 @@ TEST(ResolveQuilt, WhatIsAssumedOfANamelessPictureIsSaid) {
     };
     EXPECT_TRUE(warnings(QuiltLayout().size()).empty()); // the display's own
     ASSERT_EQ(warnings({4095, 4095}).size(), 1U);        // 5 columns x 9 rows, but who knows
-    EXPECT_TRUE(contains(warnings({4095, 4095})[0].text, "it is read as 8 columns x 6 rows"));
+    EXPECT_TRUE(holds(warnings({4095, 4095})[0].text, "it is read as 8 columns x 6 rows"));
     QuiltRequest stated;
     stated.name = parseQuiltName("a_qs8x6a0.75.png");
     EXPECT_TRUE(warnings({4095, 4095}, stated).empty());
@@ -221,8 +220,8 @@ TEST(ResolveQuilt, FileNameWinsAndAConflictIsAnError) {
     EXPECT_NO_THROW(resolveQuilt(request, QuiltLayout(), 1.6));
     request.grid = parseQuiltGrid("4x8");
     EXPECT_TRUE(
-        contains(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }),
-                 "quilt grid: says 8 columns x 4 rows, but the file name says 4 columns x 8 rows"));
+        holds(errorOf([&] { resolveQuilt(request, QuiltLayout(), 1.6); }),
+              "quilt grid: says 8 columns x 4 rows, but the file name says 4 columns x 8 rows"));
 }
 
 } // namespace

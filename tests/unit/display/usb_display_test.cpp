@@ -1,6 +1,7 @@
 #include "altiro3D/display.hpp"
 #include "display/usb_memory.hpp"
 #include "support/files.hpp"
+#include "support/picture_files.hpp"
 
 #include <array>
 #include <gtest/gtest.h>
@@ -18,13 +19,6 @@ std::string json() {
     return R"({"configVersion":"1.0","serial":"LKG-2K-04409","pitch":{"value":49.91},"slope":)"
            R"({"value":-5.44},"center":{"value":0.18},"viewCone":{"value":40},"invView":)"
            R"({"value":1},"DPI":{"value":338},"screenW":{"value":2560},"screenH":{"value":1600}})";
-}
-
-std::string bigEndian(std::size_t value) {
-    std::string bytes;
-    for (int shift = 24; shift >= 0; shift -= 8)
-        bytes += static_cast<char>(value >> shift);
-    return bytes;
 }
 
 // A display whose answers arrive over a socket, as those of /dev/hidraw do.
@@ -212,7 +206,7 @@ TEST(UsbDisplay, WithoutPermissionTheErrorNamesTheRule) {
     if (isRoot && ::seteuid(65534) != 0) GTEST_SKIP() << "there is no other user";
     const std::string error = errorOf([&] { (void)readUsbCalibration({root / "hidraw0", ""}); });
     EXPECT_TRUE(!isRoot || ::seteuid(0) == 0);
-    EXPECT_TRUE(contains(error, "70-altiro3D.rules in /etc/udev/rules.d")) << error;
+    EXPECT_TRUE(holds(error, "70-altiro3D.rules in /etc/udev/rules.d")) << error;
 }
 
 } // namespace

@@ -121,7 +121,7 @@ TEST(ColourMaps, AreUndoneInBothDirections) {
             EXPECT_LE(cv::norm(levels, values, cv::NORM_INF), 2); // some maps repeat colours
             EXPECT_GT(correlation(levels, values), 0.9999);
             EXPECT_EQ(only(notes).code, NoteCode::Converted);
-            EXPECT_TRUE(contains(only(notes).text, std::string("colour map ") + map.name + ","));
+            EXPECT_TRUE(holds(only(notes).text, std::string("colour map ") + map.name + ","));
         }
     }
 }

@@ -241,7 +241,7 @@ TEST_F(ColourFiles, InksAreConvertedByTheirProfile) {
         }
         // without a profile each ink takes its colour away, and a note says so
         const cv::Vec3b usual = read(file).at<cv::Vec3b>(8, 8);
-        EXPECT_TRUE(contains(only(notes).text, "CMYK without a colour profile"));
+        EXPECT_TRUE(holds(only(notes).text, "CMYK without a colour profile"));
         EXPECT_NEAR(usual[0], 255 * (1 - yellow) * (1 - black), 3);
         EXPECT_NEAR(usual[1], 255 * (1 - magenta) * (1 - black), 3);
         EXPECT_NEAR(usual[2], 255 * (1 - cyan) * (1 - black), 3);
@@ -256,7 +256,7 @@ TEST_F(ColourFiles, InksAreConvertedByTheirProfile) {
     const std::string whole = withSegments(cmykJpeg({155, 55, 255, 255}, 256), segment);
     EXPECT_EQ(read(whole.substr(0, whole.size() - 300)).size(), cv::Size(256, 256));
     ASSERT_EQ(notes.size(), 2U);
-    EXPECT_TRUE(contains(notes[0].text, "CMYK"));
+    EXPECT_TRUE(holds(notes[0].text, "CMYK"));
     EXPECT_EQ(notes[1].code, NoteCode::CutOff);
     // without Adobe's mark 255 is all of an ink
     std::string unmarked = cmykJpeg({255, 0, 0, 0});

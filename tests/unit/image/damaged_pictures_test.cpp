@@ -37,8 +37,8 @@ TEST_F(DamagedPictures, AHoleInAFileIsReported) {
         EXPECT_TRUE(notesOf(name, whole).empty()) << extension;
         const Note note = only(notesOf(name, withHole(whole)));
         EXPECT_EQ(note.code, NoteCode::Repaired) << extension;
-        EXPECT_TRUE(contains(note.text, "the file is damaged (")) << extension;
-        EXPECT_TRUE(contains(note.text, "): a part of the picture ")) << extension;
+        EXPECT_TRUE(holds(note.text, "the file is damaged (")) << extension;
+        EXPECT_TRUE(holds(note.text, "): a part of the picture ")) << extension;
         EXPECT_EQ(picture_.size(), noise.size());
     }
     for (const char* const extension : {".png", ".tif", ".exr"}) { // have checksums or lengths
@@ -47,7 +47,7 @@ TEST_F(DamagedPictures, AHoleInAFileIsReported) {
         if (std::string(extension) == ".exr") noise.convertTo(picture, CV_32F, 1 / 255.0);
         const std::string name = std::string("a") + extension;
         EXPECT_TRUE(
-            contains(errorOf([&] { notesOf(name, withHole(encoded(extension, picture))); }), name))
+            holds(errorOf([&] { notesOf(name, withHole(encoded(extension, picture))); }), name))
             << extension;
     }
 }
@@ -77,8 +77,8 @@ TEST_F(DamagedPictures, PaddingOfCamerasIsNotDamage) {
         EXPECT_TRUE(samePicture(picture_, picture));
     }
     EXPECT_TRUE(
-        contains(only(notesOf("a.jpg", with(end, "what is left of lines that were lost"))).text,
-                 "extraneous bytes"));
+        holds(only(notesOf("a.jpg", with(end, "what is left of lines that were lost"))).text,
+              "extraneous bytes"));
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "image/pixel_values.hpp"
 
 #include "support/compare.hpp"
+#include "support/random_pictures.hpp"
 #include "support/reference.hpp"
 
 #include <gtest/gtest.h>
@@ -18,8 +19,7 @@ TEST(Downscale, TheResultIsTheRoundedMeanOfTheTouchedPx) {
     for (const Case& c : {Case{{1, 1}, 1}, Case{{7, 5}, 7}, Case{{7, 5}, 6}, Case{{31, 47}, 2},
                           Case{{640, 3}, 320}, Case{{960, 540}, 320}, Case{{1001, 601}, 320},
                           Case{{3, 2000}, 64}, Case{{3000, 2900}, 1}, Case{{3000, 2900}, 2}}) {
-        cv::Mat photo(c.size, CV_8UC3);
-        cv::RNG(7).fill(photo, cv::RNG::UNIFORM, 0, 256);
+        const cv::Mat photo = randomPicture(c.size, CV_8UC3, 7);
         EXPECT_TRUE(
             samePicture(downscale(photo, c.longestSide), referenceDownscale(photo, c.longestSide)))
             << c.size << " to " << c.longestSide;
@@ -29,8 +29,7 @@ TEST(Downscale, TheResultIsTheRoundedMeanOfTheTouchedPx) {
 }
 
 TEST(Downscale, ASubMatrixIsReadWithItsStep) {
-    cv::Mat frame(91, 130, CV_8UC3);
-    cv::RNG(8).fill(frame, cv::RNG::UNIFORM, 0, 256);
+    const cv::Mat frame = randomPicture({130, 91}, CV_8UC3, 8);
     const cv::Mat part = frame({11, 7, 101, 67});
     EXPECT_TRUE(samePicture(downscale(part, 40), referenceDownscale(part, 40)));
 }

@@ -201,7 +201,7 @@ TEST_F(EmbeddedDepthFiles, DepthOfAnotherShapeOrWithoutRangeIsNotUsed) {
     cv::Mat flat(kRows, kColumns, CV_8UC1, cv::Scalar(77));
     flat.at<std::uint8_t>(3, 3) = 255; // one px is no range
     EXPECT_FALSE(read(gDepthPhoto(photo, encoded(".png", flat))));
-    EXPECT_TRUE(contains(only(notes).text, "it is flat"));
+    EXPECT_TRUE(holds(only(notes).text, "it is flat"));
     EXPECT_TRUE(read(gDepthPhoto(photo, encoded(".png", ramp(800, 608))))) << "within 2 %";
 }
 
@@ -476,17 +476,6 @@ TEST(Xmp, AttributesAndElementsCountTheSame) {
     EXPECT_EQ(xmp.value("x/a", "in"), "x");
     EXPECT_FALSE(xmp.has("x/a", "three"));
     EXPECT_FALSE(xmp.has("x/b", "one"));
-}
-
-TEST(Xmp, LongValuesAreViews) {
-    const std::string picture(1500000, 'x');
-    const std::string text = xmpOf("xmlns:a='u' a:Data=\"" + toBase64(picture) + "\" a:Mime='m'");
-    const Xmp xmp(text);
-    const std::string_view data = xmp.value("u", "Data");
-    EXPECT_GE(data.data(), text.data());
-    EXPECT_LT(data.data(), text.data() + text.size());
-    EXPECT_EQ(decodeBase64(data), picture);
-    EXPECT_EQ(xmp.value("u", "Mime"), "m");
 }
 
 TEST(Xmp, QuotesInCommentsAndRawTextMeanNothing) {

@@ -120,10 +120,10 @@ TEST_F(Exr, DepthIsReadByTheNameOfItsChannel) {
     EXPECT_TRUE(samePicture(readDepthSamples(file(exrFile(layers)), &notes), other));
     EXPECT_EQ(only(notes).text, "several of its channels may be depth: Other.Depth.V is read, and "
                                 "not ViewLayer.Depth.Z");
-    EXPECT_TRUE(contains(errorOf([&] {
-                             readDepthSamples(file(exrFile({{"u", z}, {"w", z}})));
-                         }),
-                         "its channels are u, w; of these, none is named as depth"));
+    EXPECT_TRUE(holds(errorOf([&] {
+                          readDepthSamples(file(exrFile({{"u", z}, {"w", z}})));
+                      }),
+                      "its channels are u, w; of these, none is named as depth"));
 }
 
 TEST_F(Exr, APhotoBringsItsDistances) {
@@ -150,7 +150,7 @@ TEST_F(Exr, APhotoBringsItsDistances) {
     EXPECT_NEAR(found->depth.at<float>(0, 4), 0, 1e-6);
     EXPECT_FALSE(readEmbeddedDepth(file(exrFile(photoWith("", {})))));
     EXPECT_FALSE(readEmbeddedDepth(file(exrFile({{"Z", z}}))));
-    EXPECT_TRUE(contains(errorOf([&] { readPhoto(directory / "a.exr"); }), "its channels are Z"));
+    EXPECT_TRUE(holds(errorOf([&] { readPhoto(directory / "a.exr"); }), "its channels are Z"));
 }
 
 TEST_F(Exr, ThePictureIsTheDisplayWindow) {
@@ -170,7 +170,7 @@ TEST_F(Exr, DistancesThatCountAsNearAreReported) {
     EXPECT_TRUE(notes.empty());
     depthFromFile(directory / "z.exr", DepthKind::NearWhite)
         ->readPhoto(directory / "p.png", &notes);
-    EXPECT_TRUE(contains(only(notes).text, "its channel Z holds distances by its name"));
+    EXPECT_TRUE(holds(only(notes).text, "its channel Z holds distances by its name"));
 }
 
 TEST_F(Exr, DamagedFilesAreOneError) {

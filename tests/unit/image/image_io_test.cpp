@@ -9,6 +9,7 @@
 #include "support/compare.hpp"
 #include "support/files.hpp"
 #include "support/heif_files.hpp"
+#include "support/photo_files.hpp"
 #include "support/picture_files.hpp"
 #include "support/pixels.hpp"
 #include "support/processors.hpp"
@@ -54,8 +55,7 @@ const std::string kExifPrefix("Exif\0\0", 6);
 
 std::string jpegWithExif(const cv::Mat& picture, unsigned orientation, bool little) {
     const std::string body = kExifPrefix + exifBlock(orientation, little);
-    const std::string segment = "\xff\xe1" + bigEndian(body.size() + 2, 2) + body;
-    return encoded(".jpg", picture).insert(2, segment);
+    return withSegments(encoded(".jpg", picture), jpegSegment(0xe1, body));
 }
 
 // A number of a WebP chunk.
@@ -289,8 +289,8 @@ TEST_F(ImageIo, TheFocalLengthIsThatOfTheExif) {
                 heifFile("heic", {hevcColours(1), {2, "Exif", exif, {}, ""}}, {{"cdsc", 2, {1}}});
             EXPECT_EQ(focalLengthOf(PhotoFile(heic, "a.heic")), hasHeif() ? 28 : 0);
         }
-        const std::string jpeg = encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1)))
-                                     .insert(2, "\xff\xe1" + bigEndian(body.size() + 2, 2) + body);
+        const std::string jpeg = withSegments(
+            encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1))), jpegSegment(0xe1, body));
         EXPECT_EQ(focalLengthOf(PhotoFile(jpeg, "a.jpg")), 28);
     }
     const std::string none = encoded(".jpg", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1)));
@@ -414,7 +414,7 @@ TEST_F(ImageIo, ColouredDepthImagesGiveTheirGreyValue) {
     picture.at<cv::Vec3b>(0, 1) = cv::Vec3b(10, 100, 200);
     Notes notes;
     const cv::Mat depth = readDepthImage(file("c.png", encoded(".png", picture)), &notes);
-    EXPECT_TRUE(contains(only(notes).text, "has colours, and depth has none"));
+    EXPECT_TRUE(holds(only(notes).text, "has colours, and depth has none"));
     EXPECT_EQ(depth.at<float>(0, 0), 77);
     EXPECT_FLOAT_EQ(depth.at<float>(0, 1), 0.114f * 10 + 0.587f * 100 + 0.299f * 200);
 }
@@ -535,7 +535,7 @@ TEST_F(ImageIo, TurnedAndMirroredHdrIsRefused) {
         const std::string problem =
             problemOf("turned.hdr", std::string("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n") + size +
                                         "\n" + std::string(256, '\x20'));
-        EXPECT_TRUE(contains(problem, "turned or mirrored HDR")) << size << problem;
+        EXPECT_TRUE(holds(problem, "turned or mirrored HDR")) << size << problem;
     }
 }
 
@@ -546,7 +546,7 @@ TEST_F(ImageIo, NoSecondHeaderHidesTheSizeOfAPicture) {
     const std::string vp8x = "VP8X" + littleEndian(10) + std::string(4, '\0');
     std::string wide = tiff({60000, 60000}, "");
     const std::string planes = littleEndian(284, 2) + littleEndian(3, 2);
-    ASSERT_TRUE(contains(wide, planes));
+    ASSERT_TRUE(holds(wide, planes));
     wide.replace(wide.find(planes), 2, littleEndian(256, 2)); // has the value 1
     const std::vector<std::pair<std::string, std::string>> bombs = {
         {"b.png", pngHeader(60000, 60000) + small + pngChunk("IEND", "")},
@@ -811,13 +811,6 @@ TEST(OrOutOfMemory, NamesWhatIsToBlameAndLetsOtherErrorsPass) {
 
 // ------------------------------------------------------------------------------------ writing
 
-std::uint32_t bigEndianAt(const std::string& text, std::size_t at) {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-        value = value << 8 | static_cast<uchar>(text.at(at + i));
-    return value;
-}
-
 // The deflated bytes of a PNG file; every chunk's checksum is looked at.
 std::string imageData(const std::string& png) {
     std::string data;
@@ -847,7 +840,7 @@ TEST_F(ImageIo, NativesAreMarkedInPngFiles) {
     writeImage(native, picture, ImageMark::Native);
     const std::string png = slurp(native);
     EXPECT_EQ(chunkNames(png), "IHDRtEXtIDATIEND");
-    EXPECT_TRUE(contains(png, std::string("tEXtaltiro3D\0Native", 19)));
+    EXPECT_TRUE(holds(png, std::string("tEXtaltiro3D\0Native", 19)));
     imageData(png); // checks each sum
     EXPECT_TRUE(samePicture(readImage(native), picture));
     EXPECT_TRUE(isMarkedNative(native));

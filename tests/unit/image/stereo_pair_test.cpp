@@ -77,8 +77,8 @@ TEST_F(ReadStereoPair, OtherFilesAreNoPairs) {
         EXPECT_FALSE(readStereoPair(directory / "a.mpo", &notes));
         EXPECT_TRUE(notes.empty());
     }
-    EXPECT_TRUE(contains(errorOf([&] { return readStereoPair(directory / "none.mpo"); }),
-                         "does not exist"));
+    EXPECT_TRUE(
+        holds(errorOf([&] { return readStereoPair(directory / "none.mpo"); }), "does not exist"));
     Notes notes;
     spill(directory / "a.mpo", mpoFile(jpeg, jpeg.substr(0, jpeg.size() / 2)));
     EXPECT_FALSE(readStereoPair(directory / "a.mpo", &notes));
@@ -238,7 +238,7 @@ TEST_F(ReadStereoPair, TheChunkOfAPngSaysTheOrder) {
     withMode(randomPhoto({64, 30}, 2), "\7");
     Notes notes;
     EXPECT_FALSE(readStereoPair(directory / "a.png", &notes));
-    EXPECT_TRUE(contains(only(notes).text, "its chunk sTER is not used"));
+    EXPECT_TRUE(holds(only(notes).text, "its chunk sTER is not used"));
 }
 
 TEST(FindHeifEyes, ReadsTheGroupAndNothingElse) {
@@ -357,8 +357,8 @@ TEST_F(WriteEyes, WhatMixesTheEyesIsRefusedAsAPhotoAndKeepsThemApartInJpeg) {
         for (const char* name : {"a.png", "a.jpg"}) {
             writeEyes(directory / name, joined, kind);
             EXPECT_LE(cv::norm(readPhoto(directory / name), joined, cv::NORM_INF), 4) << name;
-            EXPECT_TRUE(contains(errorOf([&] { return readStereoPair(directory / name); }),
-                                 kind == EyesPicture::Rows ? "is interleaved" : "is anaglyph"));
+            EXPECT_TRUE(holds(errorOf([&] { return readStereoPair(directory / name); }),
+                              kind == EyesPicture::Rows ? "is interleaved" : "is anaglyph"));
         }
     }
 }
@@ -382,7 +382,7 @@ TEST_F(WriteEyes, AShapeThatIsGuessedIsToldUnlessMarkOrNameSaysIt) {
     EXPECT_TRUE(notes.empty()) << notes.front().text;
     EXPECT_EQ(split("a_LR.png", StereoHalves::Automatic, notes), cv::Size(320, 480));
     ASSERT_EQ(notes.size(), 1U);
-    EXPECT_TRUE(contains(notes.front().text, "--stereo left-right:squeezed"));
+    EXPECT_TRUE(holds(notes.front().text, "--stereo left-right:squeezed"));
 }
 
 TEST_F(WriteEyes, AFrameAndAGapAreLeftOut) {
@@ -440,9 +440,9 @@ TEST_F(Panoramas, ASphereIsRefusedInAnyFormatWithACommandThatFlattensIt) {
         const auto file = directory / name;
         spill(file, bytes);
         const std::string error = errorOf([&] { return readPhoto(file); });
-        EXPECT_TRUE(contains(error, "shows 360 x 180 degrees of a sphere")) << error;
-        EXPECT_TRUE(contains(error, "ffmpeg -i " + shellWord(file.string()) + " "));
-        EXPECT_TRUE(contains(error, "-vf v360=e:flat:yaw=0:pitch=0:h_fov=90:v_fov=73.74:w=40:h=30"))
+        EXPECT_TRUE(holds(error, "shows 360 x 180 degrees of a sphere")) << error;
+        EXPECT_TRUE(holds(error, "ffmpeg -i " + shellWord(file.string()) + " "));
+        EXPECT_TRUE(holds(error, "-vf v360=e:flat:yaw=0:pitch=0:h_fov=90:v_fov=73.74:w=40:h=30"))
             << error;
     }
 }
@@ -456,9 +456,9 @@ TEST_F(Panoramas, AHemisphereIsPaddedAndItsRightEyeIsFlattenedAlso) {
         withSegments(jpegOf(half), xmpSegment(gpano(64, 64, 128, 64)) + moreXmpSegments(right));
     spill(directory / "v.vr.jpg", left);
     const std::string error = errorOf([&] { return readStereoPair(directory / "v.vr.jpg"); });
-    EXPECT_TRUE(contains(error, "shows 180 x 180 degrees of a sphere")) << error;
-    EXPECT_TRUE(contains(error, "exiftool")) << error;
-    EXPECT_TRUE(contains(error, "[1]pad=128:64:32:0,v360=e:flat")) << error;
+    EXPECT_TRUE(holds(error, "shows 180 x 180 degrees of a sphere")) << error;
+    EXPECT_TRUE(holds(error, "exiftool")) << error;
+    EXPECT_TRUE(holds(error, "[1]pad=128:64:32:0,v360=e:flat")) << error;
 }
 
 TEST_F(Panoramas, PhonesPanoramasArePicturesAndCardboardsArePairs) {
@@ -504,14 +504,14 @@ TEST(MixedEyes, AnaglyphsAndInterlacedPicturesAreFoundAndPhotosAreNot) {
     };
     for (const EyesPicture kind :
          {EyesPicture::Anaglyph, EyesPicture::AnaglyphHalf, EyesPicture::AnaglyphGrey})
-        EXPECT_TRUE(contains(mixedEyes(mixed(kind)), "red-cyan anaglyph")) << nameOf(kind).option;
+        EXPECT_TRUE(holds(mixedEyes(mixed(kind)), "red-cyan anaglyph")) << nameOf(kind).option;
     const cv::Mat rows = mixed(EyesPicture::Rows);
-    EXPECT_TRUE(contains(mixedEyes(rows), "every second row"));
-    EXPECT_TRUE(contains(mixedEyes(compressed(rows, 90)), "every second row"));
+    EXPECT_TRUE(holds(mixedEyes(rows), "every second row"));
+    EXPECT_TRUE(holds(mixedEyes(compressed(rows, 90)), "every second row"));
     cv::Mat columns = eyes.left.clone();
     for (int x = 1; x < columns.cols; x += 2)
         eyes.right.col(x).copyTo(columns.col(x));
-    EXPECT_TRUE(contains(mixedEyes(columns), "every second column"));
+    EXPECT_TRUE(holds(mixedEyes(columns), "every second column"));
 }
 
 } // namespace

@@ -586,7 +586,7 @@ TEST_F(Tiff, ACutOffFileIsRefused) {
         const std::string whole = slurp(file); // the directory stands at the end
         const std::size_t missing = 1000;
         spill(file, whole.substr(0, 8) + whole.substr(8 + missing)); // and its places are wrong
-        EXPECT_TRUE(contains(errorOf([&] { readImage(file); }), "expected a whole TIFF file"));
+        EXPECT_TRUE(holds(errorOf([&] { readImage(file); }), "expected a whole TIFF file"));
     }
 }
 

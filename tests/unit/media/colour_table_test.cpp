@@ -174,9 +174,9 @@ TEST_P(TaggedVideos, AreConvertedAndTheirCopyIsNotTagged) {
     writer.finish();
     const std::string tags = ffprobe(directory / "copy.mkv",
                                      "stream=color_primaries,color_transfer", "-select_streams v");
-    EXPECT_FALSE(contains(tags, "2020"));
-    EXPECT_FALSE(contains(tags, "smpte"));
-    EXPECT_FALSE(contains(tags, "arib"));
+    EXPECT_FALSE(holds(tags, "2020"));
+    EXPECT_FALSE(holds(tags, "smpte"));
+    EXPECT_FALSE(holds(tags, "arib"));
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -276,7 +276,7 @@ TEST_F(DolbyVision, IsReadByItsBaseLayerOrRefused) {
     spill(directory / "5.mp4", withDolbyVision(bytes, 5, 0));
     const auto read = [&] { VideoReader{directory / "5.mp4"}; };
     EXPECT_EQ(codeOf(read), ErrorCode::Unsupported);
-    EXPECT_TRUE(contains(errorOf(read), "Dolby Vision of profile 5"));
+    EXPECT_TRUE(holds(errorOf(read), "Dolby Vision of profile 5"));
 }
 
 } // namespace

@@ -197,16 +197,6 @@ TEST_F(ResumableVideo, APartOfAVideoIsJoinedWithItsPartOfTheSound) {
               ffprobe(plain, "chapter=start_time,end_time"));
 }
 
-// Frames without a source, for what can go wrong.
-VideoWriterOptions plainOptions() {
-    VideoWriterOptions options;
-    options.size = {64, 48};
-    options.preset = EncoderPreset::UltraFast;
-    options.timeBase = {1, 25};
-    options.threads = 1;
-    return options;
-}
-
 void writeFrames(ResumableVideoWriter& writer, int from, int to) {
     for (int i = from; i < to; ++i)
         writer.write({movingPicture({64, 48}, i), i, 1}, {"state"});
@@ -217,12 +207,12 @@ class ResumableVideoFiles : public FileTest {};
 TEST_F(ResumableVideoFiles, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     const fs::path out = directory / "out.mp4";
     {
-        ResumableVideoWriter writer(out, plainOptions(), resumable(false, {{"--crf", "18"}}));
+        ResumableVideoWriter writer(out, smallOptions(), resumable(false, {{"--crf", "18"}}));
         writeFrames(writer, 0, 15);
     }
     const auto begin = [&](bool resume, const RunSettings& settings) {
         return problemOf(out, [&] {
-            const ResumableVideoWriter writer(out, plainOptions(), resumable(resume, settings));
+            const ResumableVideoWriter writer(out, smallOptions(), resumable(resume, settings));
         });
     };
     EXPECT_EQ(begin(false, {{"--crf", "18"}}),
@@ -234,12 +224,12 @@ TEST_F(ResumableVideoFiles, AnUnfinishedRunIsNeitherLostNorMixedUp) {
     EXPECT_EQ(begin(true, {{"--crf", "18"}, {"-k", ""}}),
               "was begun with other settings (-k was not set and is set), expected the same");
     {
-        ResumableVideoWriter writer(out, plainOptions(), resumable(true, {{"--crf", "18"}}));
+        ResumableVideoWriter writer(out, smallOptions(), resumable(true, {{"--crf", "18"}}));
         EXPECT_EQ(writer.kept().frames, 10);
         EXPECT_EQ(writer.kept().nextPts, 10);
         EXPECT_EQ(writer.kept().state.bytes, "state");
-        EXPECT_TRUE(contains(begin(true, {{"--crf", "18"}}), "in use by another process"));
-        EXPECT_TRUE(contains(errorOf([&] { writeFrames(writer, 9, 10); }), "expected 10 or more"));
+        EXPECT_TRUE(holds(begin(true, {{"--crf", "18"}}), "in use by another process"));
+        EXPECT_TRUE(holds(errorOf([&] { writeFrames(writer, 9, 10); }), "expected 10 or more"));
     }
     discardUnfinishedVideo(out);
     EXPECT_FALSE(isVideoUnfinished(out));
@@ -250,19 +240,19 @@ TEST_F(ResumableVideoFiles, AnUnfinishedRunIsNeitherLostNorMixedUp) {
 TEST_F(ResumableVideoFiles, ARunThatHasKeptNothingLeavesNothing) {
     const fs::path out = directory / "out.mkv";
     const VideoFrame frame{cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)), 0, 1};
-    { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
+    { ResumableVideoWriter(out, smallOptions(), resumable()).write(frame); }
     EXPECT_TRUE(fs::is_empty(directory.path()));
     const fs::path parts = unfinishedVideoDirectory(out);
     fs::create_directory(parts);
     spill(parts / "mine.txt", "mine");
-    { ResumableVideoWriter(out, plainOptions(), resumable()).write(frame); }
+    { ResumableVideoWriter(out, smallOptions(), resumable()).write(frame); }
     EXPECT_EQ(slurp(parts / "mine.txt"), "mine");
     EXPECT_FALSE(fs::exists(parts / "run.json"));
     // ended before a segment is whole, and so that it cannot be joined
     const fs::path brief = directory / "brief.mkv";
     const fs::path never = directory / "never.mkv";
     for (const fs::path& file : {brief, never}) {
-        ResumableVideoWriter writer(file, plainOptions(), resumable());
+        ResumableVideoWriter writer(file, smallOptions(), resumable());
         writer.write(frame);
         if (file == never) {
             fs::create_directory(never);
@@ -281,19 +271,19 @@ TEST_F(ResumableVideoFiles, DamagedLeftoversAreRefusedByName) {
     const fs::path out = directory / "out.mp4";
     const fs::path parts = unfinishedVideoDirectory(out);
     {
-        ResumableVideoWriter writer(out, plainOptions(), resumable());
+        ResumableVideoWriter writer(out, smallOptions(), resumable());
         writeFrames(writer, 0, 20);
     }
     const auto resume = [&] {
         return errorOf(
-            [&] { const ResumableVideoWriter writer(out, plainOptions(), resumable(true)); });
+            [&] { const ResumableVideoWriter writer(out, smallOptions(), resumable(true)); });
     };
     const std::string run = slurp(parts / "run.json");
     for (const std::string& broken :
          {std::string(), std::string("{"), std::string("[]"), std::string("{\"format\": 3}"),
           run.substr(0, run.size() / 2)}) {
         spill(parts / "run.json", broken);
-        EXPECT_TRUE(contains(resume(), "run.json: is")) << broken << resume();
+        EXPECT_TRUE(holds(resume(), "run.json: is")) << broken << resume();
     }
     const auto with = [&](const std::string& part, const std::string& other) {
         std::string changed = run;
@@ -309,7 +299,7 @@ TEST_F(ResumableVideoFiles, DamagedLeftoversAreRefusedByName) {
           with("\"reorderedPlaces\": ", "\"reorderedPlaces\": -1, \"x\": "),
           with("\"settings\": {", "\"settings\": {\"a\": " + deep + ", ")}) {
         spill(parts / "run.json", forged);
-        EXPECT_TRUE(contains(resume(), "run.json: "));
+        EXPECT_TRUE(holds(resume(), "run.json: "));
     }
     // Names that lead elsewhere: nothing there is read or removed.
     const fs::path outside = directory / "outside.txt";
@@ -317,7 +307,7 @@ TEST_F(ResumableVideoFiles, DamagedLeftoversAreRefusedByName) {
     for (const std::string& name : {outside.generic_string(), std::string("../outside.txt")}) {
         spill(parts / "run.json", with("\"000002.state\"", "\"" + name + "\""));
         const std::string error = errorOf([&] {
-            ResumableVideoWriter writer(out, plainOptions(), resumable(true));
+            ResumableVideoWriter writer(out, smallOptions(), resumable(true));
             writeFrames(writer, 20, 30); // the state before is of no use any more
         });
         EXPECT_EQ(error, (parts / "run.json").string() + ": lists \"" + name +
@@ -333,11 +323,11 @@ TEST_F(ResumableVideoFiles, DamagedLeftoversAreRefusedByName) {
     spill(parts / "run.json", run);
     const std::string segment = slurp(parts / "000001.mp4");
     spill(parts / "000001.mp4", segment.substr(0, 100));
-    EXPECT_TRUE(contains(resume(), "lists 000001.mp4, which is missing or damaged"));
+    EXPECT_TRUE(holds(resume(), "lists 000001.mp4, which is missing or damaged"));
     spill(parts / "000001.mp4", std::string(segment.size(), 'x')); // found when it is joined
-    ResumableVideoWriter writer(out, plainOptions(), resumable(true));
+    ResumableVideoWriter writer(out, smallOptions(), resumable(true));
     const std::string error = errorOf([&] { writer.finish(nullptr); });
-    EXPECT_TRUE(contains(error, "000001.mp4: cannot be read"));
+    EXPECT_TRUE(holds(error, "000001.mp4: cannot be read"));
     EXPECT_FALSE(fs::exists(out));
     EXPECT_TRUE(fs::exists(parts / "000002.mp4"));
 }
@@ -353,15 +343,15 @@ TEST_F(ResumableVideo, WhatTheFileCannotHoldIsSaidBeforeAnyWork) {
             [&] { ResumableVideoWriter(directory / "out.mp4", encoding, options, source); });
     };
     const std::string error = problem(optionsFor(reader.facts()), kSegmentFrames, &reader);
-    EXPECT_TRUE(contains(error, "cannot hold the sound wavpack"));
-    EXPECT_TRUE(contains(error, ".mkv"));
+    EXPECT_TRUE(holds(error, "cannot hold the sound wavpack"));
+    EXPECT_TRUE(holds(error, ".mkv"));
     EXPECT_FALSE(fs::exists(directory / "out.mp4.parts"));
-    VideoWriterOptions prores = plainOptions();
+    VideoWriterOptions prores = smallOptions();
     prores.codec = VideoCodec::ProRes;
-    EXPECT_TRUE(contains(problem(prores, kSegmentFrames), "cannot hold prores"));
-    EXPECT_TRUE(contains(problem(plainOptions(), 0), "segmentFrames: is 0"));
-    ResumableVideoWriter writer(directory / "o.mp4", plainOptions(), resumable());
-    EXPECT_TRUE(contains(errorOf([&] { writer.finish(nullptr); }), "before the first frame"));
+    EXPECT_TRUE(holds(problem(prores, kSegmentFrames), "cannot hold prores"));
+    EXPECT_TRUE(holds(problem(smallOptions(), 0), "segmentFrames: is 0"));
+    ResumableVideoWriter writer(directory / "o.mp4", smallOptions(), resumable());
+    EXPECT_TRUE(holds(errorOf([&] { writer.finish(nullptr); }), "before the first frame"));
 }
 
 TEST_F(ResumableVideoFiles, EveryCodecIsJoined) {
@@ -372,7 +362,7 @@ TEST_F(ResumableVideoFiles, EveryCodecIsJoined) {
     for (const auto& [codec, name] : cases) {
         const bool isThere = avcodec_find_encoder_by_name("libx265") != nullptr; // not on Windows
         if (codec == VideoCodec::Hevc && !isThere) continue;
-        VideoWriterOptions options = plainOptions();
+        VideoWriterOptions options = smallOptions();
         options.codec = codec;
         const fs::path out = directory / name;
         ResumableVideoWriter writer(out, options, resumable());

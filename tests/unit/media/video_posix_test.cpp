@@ -22,23 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Links, devices and pipes of POSIX where videos are read and written.
-class VideosOnPosix : public FileTest {
-  protected:
-    // A short clip with B-frames, a key frame every 10 frames, and no sound.
-    fs::path makeClip(const std::string& name, const std::string& options = "") const {
-        ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=25:duration=2 -c:v libx264 -preset veryfast "
-               "-g 10 -bf 2 -pix_fmt yuv420p " +
-               options + " " + arg(directory / name));
-        return directory / name;
-    }
-};
-
-// What is said of a file that cannot be opened.
-std::string openError(const fs::path& path, const std::string& format = "") {
-    VideoReaderOptions options;
-    options.format = format;
-    return problemOf(path, [&] { const VideoReader reader(path, options); });
-}
+class VideosOnPosix : public FileTest {};
+class PipesOnPosix : public FfmpegTest {};
 
 // Whether drivers of devices are asked if they are cameras: the emulator QEMU does not pass it on.
 bool asksDevices() {
@@ -84,8 +69,7 @@ TEST_F(VideosOnPosix, FilesAreFilesWhateverTheirNamesAndHoweverTheyAreReached) {
     EXPECT_EQ(openError(directory / "video1"), "does not exist, expected a video file");
 }
 
-TEST_F(VideosOnPosix, FilesComeThroughPipesAsTheyAre) {
-    ALTIRO3D_REQUIRE_FFMPEG();
+TEST_F(PipesOnPosix, FilesComeThroughPipesAsTheyAre) {
     const fs::path pipe = directory / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     const std::pair<const char*, const char*> clips[] = {
@@ -116,8 +100,7 @@ TEST_F(VideosOnPosix, FilesComeThroughPipesAsTheyAre) {
     ::close(ends[0]);
 }
 
-TEST_F(VideosOnPosix, FramesBeforeAPartOfAPipeAreCounted) {
-    ALTIRO3D_REQUIRE_FFMPEG();
+TEST_F(PipesOnPosix, FramesBeforeAPartOfAPipeAreCounted) {
     VideoReaderOptions options;
     options.from = 1.2;
     const std::string bytes = slurp(makeClip("clip.mkv"));
@@ -143,9 +126,9 @@ TEST_F(VideosOnPosix, LinksAreFollowedAndDevicesRefused) {
     const auto problem = [&](const char* name) {
         return problemOf(directory / name, [&] { VideoWriter(directory / name, smallOptions()); });
     };
-    EXPECT_TRUE(contains(problem("null.mkv"), "is a device or pipe"));
+    EXPECT_TRUE(holds(problem("null.mkv"), "is a device or pipe"));
     EXPECT_TRUE(fs::is_character_file("/dev/null"));
-    EXPECT_TRUE(contains(problem("folder.mkv"), "is a directory"));
+    EXPECT_TRUE(holds(problem("folder.mkv"), "is a directory"));
     EXPECT_EQ(problem("no/clip.mkv"),
               "cannot be written: No such file or directory; its directory must exist");
 }

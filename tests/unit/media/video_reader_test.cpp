@@ -5,6 +5,8 @@
 #include "media/video_picture.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/heif_files.hpp"
+#include "support/picture_files.hpp"
 #include "support/slow.hpp"
 #include "support/video.hpp"
 
@@ -24,14 +26,6 @@ namespace fs = std::filesystem;
 
 class VideoReaderTest : public FfmpegTest {
   protected:
-    // A short clip with B-frames, a key frame every 10 frames, and no sound.
-    fs::path makeClip(const std::string& name, const std::string& options = "",
-                      const std::string& source = "testsrc2=size=96x64:rate=25:duration=2") const {
-        return make(name, "-f lavfi -i " + source +
-                              " -c:v libx264 -preset veryfast -g 10 -bf 2 -pix_fmt yuv420p " +
-                              options);
-    }
-
     // A bar that moves by 16 px a frame, 8 px a field.
     fs::path makeInterlaced(const std::string& name, const std::string& codec) const {
         return make(name, "-f lavfi -i color=gray:size=320x96:rate=50:duration=1.2 -f lavfi -i "
@@ -53,13 +47,6 @@ VideoReaderOptions ofBothEyes() {
     VideoReaderOptions options;
     options.bothEyes = true;
     return options;
-}
-
-// What is said of a file that cannot be opened.
-std::string openError(const fs::path& path, const std::string& format = "") {
-    VideoReaderOptions options;
-    options.format = format;
-    return problemOf(path, [&] { const VideoReader reader(path, options); });
 }
 
 // Chroma is brought to full size in 8 bits before it becomes BGR, in the program after: half a
@@ -555,7 +542,7 @@ TEST_F(VideoReaderTest, ColoursAndDepthAreTheirOwnTracksInAnyOrder) {
         VideoReader reader(file);
         EXPECT_EQ(reader.facts().size, cv::Size(64, 48));
         ASSERT_FALSE(reader.notes().empty());
-        EXPECT_TRUE(contains(reader.notes()[0].text, "seems to hold depth (DEPTH)"));
+        EXPECT_TRUE(holds(reader.notes()[0].text, "seems to hold depth (DEPTH)"));
         VideoReaderOptions options;
         options.isDepth = true;
         VideoReader depths(file, options);
@@ -705,8 +692,8 @@ TEST_F(VideoReaderTest, InterlacedFramesAreDeinterlacedUnlessAsked) {
         EXPECT_GT(combing(combed[10].picture), 400) << name;
         for (const VideoFrame& frame : frames)
             EXPECT_LT(combing(frame.picture), 60) << name;
-        EXPECT_FALSE(contains(textOf(reader.notes()), "not deinterlaced")) << name;
-        EXPECT_TRUE(contains(textOf(asItIs.notes()), "not deinterlaced")) << name;
+        EXPECT_FALSE(holds(textOf(reader.notes()), "not deinterlaced")) << name;
+        EXPECT_TRUE(holds(textOf(asItIs.notes()), "not deinterlaced")) << name;
         // a frame is the same after a seek, although it depends on those before and after it
         for (const std::size_t place : {9U, 16U, 29U}) {
             VideoReader later(file);
@@ -764,21 +751,13 @@ TEST_F(VideoReaderTest, PicturesOfBothEyesAreSaid) {
 // Adds boxes to the end of the first sample entry of an MP4 file whose index is at its end.
 std::string withBoxesInEntry(std::string bytes, const std::string& boxes,
                              const std::string& kind = "hvc1") {
-    const auto sizeAt = [&](std::size_t at) {
-        std::size_t size = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            size = size << 8 | static_cast<unsigned char>(bytes[at + i]);
-        return size;
-    };
     const std::size_t entry = bytes.find(kind, bytes.find("stsd")) - 4;
-    const std::size_t end = entry + sizeAt(entry);
+    const std::size_t end = entry + bigEndianAt(bytes, entry);
     for (const std::string& name :
          {std::string("moov"), std::string("trak"), std::string("mdia"), std::string("minf"),
           std::string("stbl"), std::string("stsd"), kind}) {
         const std::size_t at = bytes.rfind(name, entry + 4) - 4;
-        const std::size_t size = sizeAt(at) + boxes.size();
-        for (std::size_t i = 0; i < 4; ++i)
-            bytes[at + i] = static_cast<char>(size >> (24 - 8 * i) & 0xFF);
+        bytes.replace(at, 4, bigEndian(bigEndianAt(bytes, at) + boxes.size()));
     }
     return bytes.insert(end, boxes);
 }
@@ -846,7 +825,7 @@ TEST_F(VideoReaderTest, SpatialVideosAreSaidToBeOfOneEye) {
                            "eyes\0\0\0\x0dstri\0\0\0\0\x03",
                            29);
     spill(directory / "spatial.mp4", withBoxesInEntry(slurp(flat), layer + eyes));
-    EXPECT_TRUE(contains(textOfNotes(directory / "spatial.mp4"), "spatial video (MV-HEVC)"));
+    EXPECT_TRUE(holds(textOfNotes(directory / "spatial.mp4"), "spatial video (MV-HEVC)"));
     spill(directory / "other.mp4", withBoxesInEntry(slurp(flat), layer));
     EXPECT_EQ(textOfNotes(directory / "other.mp4"), "");
 }
@@ -891,7 +870,7 @@ TEST_F(VideoReaderTest, FramesOfBothEyesByTurnsBecomePairs) {
         const std::vector<VideoFrame> alone = allFrames(left);
         ASSERT_EQ(alone.size(), 5U) << name;
         EXPECT_EQ(grey(alone[3], 40), isRightFirst ? 7 : 6) << name;
-        EXPECT_TRUE(contains(textOf(left.notes()), "of which the left eye alone is read")) << name;
+        EXPECT_TRUE(holds(textOf(left.notes()), "of which the left eye alone is read")) << name;
     }
 }
 
@@ -954,7 +933,7 @@ TEST_F(VideoReaderTest, TheVideosOfBothEyesBecomePairs) {
         for (int i = 0; i < 10; ++i)
             expectPair(pairs[static_cast<std::size_t>(i)], i, name);
         const std::string notes = textOf(reader.notes());
-        EXPECT_TRUE(remark[0] == 0 ? notes.empty() : contains(notes, remark)) << name << notes;
+        EXPECT_TRUE(remark[0] == 0 ? notes.empty() : holds(notes, remark)) << name << notes;
         VideoReaderOptions part = options;
         part.from = 0.55;
         VideoReader later(directory / name, part);
@@ -973,13 +952,13 @@ TEST_F(VideoReaderTest, TheVideosOfBothEyesBecomePairs) {
         ASSERT_EQ(alone.size(), 10U) << name;
         EXPECT_EQ(cv::norm(alone[4].picture, pairs[4].picture.colRange(0, 96), cv::NORM_INF), 0)
             << name;
-        EXPECT_TRUE(contains(textOf(left.notes()), "two videos of one size")) << name;
+        EXPECT_TRUE(holds(textOf(left.notes()), "two videos of one size")) << name;
     }
     VideoReader unsaid(directory / "unsaid.mkv", both);
     EXPECT_EQ(unsaid.facts().size, cv::Size(96, 64));
-    EXPECT_TRUE(contains(textOf(unsaid.notes()), "--stereo videos reads both"));
-    EXPECT_TRUE(contains(errorOf([&] { VideoReader(makeClip("one.mkv"), wanted); }),
-                         "does not hold two videos of one size"));
+    EXPECT_TRUE(holds(textOf(unsaid.notes()), "--stereo videos reads both"));
+    EXPECT_TRUE(holds(errorOf([&] { VideoReader(makeClip("one.mkv"), wanted); }),
+                      "does not hold two videos of one size"));
 }
 
 TEST_F(VideoReaderTest, FramesWithoutTheOtherEyesAreLeftOut) {
@@ -1011,7 +990,7 @@ TEST_F(VideoReaderTest, OtherVideosThanThoseOfBothEyesAreReadAlone) {
     EXPECT_EQ(notesOf("two.mkv", "-metadata:s:1 language=ger"), "");
     EXPECT_EQ(notesOf("said.mkv", "-disposition:1 comment"), "");
     EXPECT_EQ(notesOf("sides.mkv", "-metadata:s:0 stereo_mode=left_right"), "");
-    EXPECT_TRUE(contains(notesOf("half.mkv", "-metadata:s:0 title=left"), "of which one is read"));
+    EXPECT_TRUE(holds(notesOf("half.mkv", "-metadata:s:0 title=left"), "of which one is read"));
 }
 
 TEST_F(VideoReaderTest, OfMvcTheBaseViewIsSaidToBeReadAlone) {
@@ -1023,22 +1002,15 @@ TEST_F(VideoReaderTest, OfMvcTheBaseViewIsSaidToBeReadAlone) {
         ffmpeg("-r 25 -i " + arg(directory / "layers.h264") +
                " -c copy -metadata:s:v stereo_mode=block_lr " + arg(directory / name));
         VideoReader reader(directory / name);
-        EXPECT_EQ(allFrames(reader).size(), contains(textOf(reader.notes()), "MVC") ? 50U : 25U);
+        EXPECT_EQ(allFrames(reader).size(), holds(textOf(reader.notes()), "MVC") ? 50U : 25U);
         return textOf(reader.notes());
     };
     const std::string stereoHigh("\x6f\x80\0\x1e", 4);
     const std::string scalable("\x6f\x53\0\x1e", 4);
     const std::string slice("\x74\x40\1\7\x99", 5);
-    EXPECT_TRUE(contains(notesOf(stereoHigh, "a.mkv"), "is a 3D video in MVC"));
-    EXPECT_TRUE(contains(notesOf(slice, "b.mkv"), "the base view alone"));
-    EXPECT_TRUE(contains(notesOf(scalable, "c.mkv"), "by turns"));
-}
-
-// A box of an MP4 file.
-std::string box(const std::string& name, const std::string& contents) {
-    const std::size_t size = 8 + contents.size();
-    return std::string("\0\0", 2) + static_cast<char>(size >> 8) + static_cast<char>(size & 0xFF) +
-           name + contents;
+    EXPECT_TRUE(holds(notesOf(stereoHigh, "a.mkv"), "is a 3D video in MVC"));
+    EXPECT_TRUE(holds(notesOf(slice, "b.mkv"), "the base view alone"));
+    EXPECT_TRUE(holds(notesOf(scalable, "c.mkv"), "by turns"));
 }
 
 TEST_F(VideoReaderTest, SphericalVideosAreRefusedWithACommandThatMakesAFlatOne) {
@@ -1052,12 +1024,13 @@ TEST_F(VideoReaderTest, SphericalVideosAreRefusedWithACommandThatMakesAFlatOne) 
     const std::string none(16, '\0');
     const std::string half("\0\0\0\0\0\0\0\0\x40\0\0\0\x40\0\0\0", 16);
     const auto sphere = [&](const std::string& shape) { // Google's second marks
-        return box("sv3d", box("svhd", full + std::string("x", 2)) +
-                               box("proj", box("prhd", full + std::string(12, '\0')) + shape));
+        return heifBox("sv3d",
+                       heifBox("svhd", full + std::string("x", 2)) +
+                           heifBox("proj", heifBox("prhd", full + std::string(12, '\0')) + shape));
     };
     const std::string uuid("\xff\xcc\x82\x63\xf8\x55\x4a\x93\x88\x14\x58\x7a\x02\x52\x1f\xdd", 16);
     const std::string first = "<GSpherical:Spherical>true</GSpherical:Spherical>";
-    const std::string pair = box("st3d", full + "\2");
+    const std::string pair = heifBox("st3d", full + "\2");
     const fs::path whole = clip("whole.mp4", "40+160*X/W");
     const fs::path eyes = clip("eyes.mp4", "40+320*X/W-120*floor(2*X/W)");
     const auto refusal = [&](const fs::path& flat, const std::string& boxes) {
@@ -1089,20 +1062,20 @@ TEST_F(VideoReaderTest, SphericalVideosAreRefusedWithACommandThatMakesAFlatOne) 
             }
         }
     };
-    const std::string bent = refusal(whole, sphere(box("equi", full + none)));
+    const std::string bent = refusal(whole, sphere(heifBox("equi", full + none)));
     expectFlat(bent, 360, false);
-    EXPECT_EQ(refusal(whole, box("uuid", uuid + first)), bent);
-    expectFlat(refusal(eyes, pair + sphere(box("equi", full + half))), 180, true);
-    EXPECT_TRUE(contains(refusal(eyes, pair + sphere(box("mshp", none))), "mesh"));
-    EXPECT_TRUE(contains(refusal(whole, sphere(box("cbmp", full + full + full))), "cubemap"));
-    EXPECT_TRUE(contains(refusal(whole, box("prji", full + "hequ")), "180 degrees"));
-    EXPECT_EQ(refusal(whole, box("prji", full + "rect")), "(no error)");
-    EXPECT_EQ(refusal(whole, box("uuid", uuid + "<Spherical>false")), "(no error)");
-    refusal(whole, sphere(box("equi", full + none)));
+    EXPECT_EQ(refusal(whole, heifBox("uuid", uuid + first)), bent);
+    expectFlat(refusal(eyes, pair + sphere(heifBox("equi", full + half))), 180, true);
+    EXPECT_TRUE(holds(refusal(eyes, pair + sphere(heifBox("mshp", none))), "mesh"));
+    EXPECT_TRUE(holds(refusal(whole, sphere(heifBox("cbmp", full + full + full))), "cubemap"));
+    EXPECT_TRUE(holds(refusal(whole, heifBox("prji", full + "hequ")), "180 degrees"));
+    EXPECT_EQ(refusal(whole, heifBox("prji", full + "rect")), "(no error)");
+    EXPECT_EQ(refusal(whole, heifBox("uuid", uuid + "<Spherical>false")), "(no error)");
+    refusal(whole, sphere(heifBox("equi", full + none)));
     ffmpeg("-i " + arg(directory / "bent.mp4") + " -c copy -strict unofficial " +
            arg(directory / "bent.mkv"));
     EXPECT_TRUE(
-        contains(openError(directory / "bent.mkv"), "is a video of 360 degrees (equirectangular)"));
+        holds(openError(directory / "bent.mkv"), "is a video of 360 degrees (equirectangular)"));
 }
 
 TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {
@@ -1118,8 +1091,8 @@ TEST_F(VideoReaderTest, ACutOffFileDeliversItsReadablePart) {
         EXPECT_LT(frames.size(), 80u) << name;
         EXPECT_TRUE(reader.counts().truncated) << name;
         ASSERT_FALSE(reader.notes().empty()) << name;
-        EXPECT_TRUE(contains(reader.notes()[0].text, "is cut off: it ends after"));
-        EXPECT_TRUE(contains(reader.notes()[0].text, "s of 4 s"));
+        EXPECT_TRUE(holds(reader.notes()[0].text, "is cut off: it ends after"));
+        EXPECT_TRUE(holds(reader.notes()[0].text, "s of 4 s"));
         EXPECT_TRUE(sameFrames(frames, allFrames(whole))) << name;
     }
 }
@@ -1168,7 +1141,7 @@ TEST_F(VideoReaderTest, FilesWithoutVideosThatAreReadAreNamed) {
     EXPECT_EQ(openError(make("sound.mka", "-f lavfi -i sine=duration=1 -c:a flac")),
               "holds no video stream but audio flac, expected a video");
     // A cover picture is not a video.
-    EXPECT_TRUE(contains(
+    EXPECT_TRUE(holds(
         openError(make("cover.m4a",
                        "-f lavfi -i sine=duration=1 -f lavfi -i testsrc2=size=32x32 -frames:v 1 "
                        "-c:a aac -c:v mjpeg -pix_fmt yuvj420p -disposition:v attached_pic")),

@@ -9,6 +9,7 @@
 #include "media/video_packets.hpp"
 #include "support/displays.hpp"
 #include "support/files.hpp"
+#include "support/picture_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/video.hpp"
@@ -74,13 +75,8 @@ std::vector<std::string> chapterEnds(const fs::path& file) {
 double statedSeconds(const fs::path& file) {
     const std::string bytes = slurp(file);
     const std::size_t header = bytes.find("mvhd"); // then version 0, two dates, units/s, units
-    const auto number = [&](std::size_t at) {
-        double value = 0;
-        for (std::size_t i = 0; i < 4; ++i)
-            value = 256 * value + static_cast<unsigned char>(bytes.at(header + at + i));
-        return value;
-    };
-    return number(20) / number(16);
+    const double units = bigEndianAt(bytes, header + 20);
+    return units / bigEndianAt(bytes, header + 16);
 }
 
 void expectNear(const std::vector<double>& a, const std::vector<double>& b, double tolerance) {
@@ -539,9 +535,9 @@ TEST_F(VideoWriterTest, AdviceAboutSoundIsRightWhenFollowed) {
                  "sine=duration=0.4 -c:v mpeg4 -c:a " +
                      codec + (isG722 ? " -ar 16000" : ""));
         VideoReader reader(film);
-        EXPECT_TRUE(contains(
-            errorOf([&] { VideoWriter(directory / "a.mp4", optionsFor(reader), &reader); }),
-            "expected a name that ends in .mkv, or no sound"))
+        EXPECT_TRUE(
+            holds(errorOf([&] { VideoWriter(directory / "a.mp4", optionsFor(reader), &reader); }),
+                  "expected a name that ends in .mkv, or no sound"))
             << codec;
         const fs::path copy = directory / "copy.mkv";
         copyFilm(film, copy);
@@ -555,7 +551,7 @@ TEST_F(VideoWriterTest, AdviceAboutSoundIsRightWhenFollowed) {
     VideoReader reader(flash);
     const std::string error =
         errorOf([&] { VideoWriter(directory / "a.mp4", optionsFor(reader), &reader); });
-    EXPECT_TRUE(contains(error, ", expected no sound")); // nothing holds it
+    EXPECT_TRUE(holds(error, ", expected no sound")); // nothing holds it
 }
 
 TEST_F(VideoWriterTest, WhatIsEncryptedIsSaid) {
@@ -567,9 +563,8 @@ TEST_F(VideoWriterTest, WhatIsEncryptedIsSaid) {
                                "-encryption_key 76a6c65c5ea762046bd749a2e632ccbb "
                                "-encryption_kid a7e61c373e219033c21091fa607bf3b8");
     EXPECT_EQ(codeOf([&] { VideoReader{closed}; }), ErrorCode::Unsupported);
-    EXPECT_TRUE(
-        contains(errorOf([&] { VideoReader{closed}; }), closed.string() + ": is encrypted"));
-    EXPECT_TRUE(contains(errorOf([&] { AudioReader{closed}; }), "has sound that is encrypted"));
+    EXPECT_TRUE(holds(errorOf([&] { VideoReader{closed}; }), closed.string() + ": is encrypted"));
+    EXPECT_TRUE(holds(errorOf([&] { AudioReader{closed}; }), "has sound that is encrypted"));
     // only its sound
     std::string bytes = slurp(film);
     bytes.replace(bytes.find("mp4a", bytes.rfind("stsd")), 4, "enca");
@@ -704,7 +699,7 @@ TEST_F(VideoWriterTest, DamagedSoundIsLeftOutWithANote) {
     EXPECT_LT(packetTimes(copy, "a:0").size(), whole);
     EXPECT_FALSE(notes.empty());
     for (const Note& note : notes)
-        EXPECT_TRUE(contains(note.text, "could not be kept"));
+        EXPECT_TRUE(holds(note.text, "could not be kept"));
 }
 
 TEST(VideoWriterOptions, SoundOfTimesThatNoNumberHoldsIsLeftOut) {
@@ -885,8 +880,8 @@ TEST_F(VideoWriterFile, TheNameAppearsOnlyWhenTheFileIsWhole) {
         writer.write({movingPicture(kSize, 0), 0, 1});
         EXPECT_TRUE(fs::exists(directory / "clip.mkv.part"));
         EXPECT_EQ(slurp(file), "old");
-        EXPECT_TRUE(contains(errorOf([&] { VideoWriter(file, smallOptions()); }),
-                             "is being written by another process (clip.mkv.part)"));
+        EXPECT_TRUE(holds(errorOf([&] { VideoWriter(file, smallOptions()); }),
+                          "is being written by another process (clip.mkv.part)"));
     }
     EXPECT_EQ(slurp(file), "old");
     EXPECT_EQ(filesIn(directory.path()), 1u);
@@ -909,8 +904,8 @@ TEST_F(VideoWriterFile, FramesAreChecked) {
     EXPECT_EQ(write(cv::Mat(kSize, CV_8UC1), 0),
               "frame: is 64 x 48 px of CV_8UC1, expected CV_8UC3");
     EXPECT_EQ(write(picture, -1), "frame: has the time -1, expected 0 or more");
-    EXPECT_TRUE(contains(write(picture, std::numeric_limits<std::int64_t>::max()),
-                         "expected at most 1e+11 s after the last one"));
+    EXPECT_TRUE(holds(write(picture, std::numeric_limits<std::int64_t>::max()),
+                      "expected at most 1e+11 s after the last one"));
     EXPECT_EQ(write(picture, 5), "(no error)");
     EXPECT_EQ(write(picture, 5), "frame: has the time 5, expected more than the last one's, 5");
     writer.finish();
@@ -933,7 +928,7 @@ TEST_F(VideoWriterFile, PausesAreStoredOrRefused) {
                 ASSERT_TRUE(reader.next());
                 const std::optional<VideoFrame> second = reader.next();
                 EXPECT_EQ(second.has_value(), error == "(no error)") << error;
-                EXPECT_TRUE(second || contains(error, " s after the last one")) << error;
+                EXPECT_TRUE(second || holds(error, " s after the last one")) << error;
                 EXPECT_TRUE(second || (seconds > 2e4 && fs::path(name).extension() == ".mp4"));
                 if (!second) continue;
                 const auto ticks = static_cast<double>(second->pts);

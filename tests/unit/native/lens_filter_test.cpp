@@ -1,10 +1,12 @@
 #include "native/lens_filter.hpp"
 
 #include "support/compare.hpp"
+#include "support/displays.hpp"
 #include "support/eye.hpp"
 #include "support/pixels.hpp"
 #include "support/processors.hpp"
 #include "support/random_pictures.hpp"
+#include "support/reference.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,13 +20,7 @@ constexpr double kPi = 3.14159265358979323846;
 
 // 247 lenses across 1536 px, one per 6.22 px; lines of one phase move by 0.139 px per row.
 LensGeometry portrait() {
-    Calibration c;
-    c.pitch = 52.58;
-    c.slope = -7.17;
-    c.DPI = 324;
-    c.screenW = 1536;
-    c.screenH = 2048;
-    return lensGeometry(c);
+    return lensGeometry(stripePanel(1536, 2048));
 }
 
 double light(int code) {

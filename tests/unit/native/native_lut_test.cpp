@@ -11,10 +11,6 @@
 namespace altiro3D::test {
 namespace {
 
-Calibration smallPanel(int width = 97, int height = 61) {
-    return stripePanel(width, height);
-}
-
 // View of a sub-pixel read back from the table.
 int viewInLut(const NativeLut& lut, int x, int y, int channel) {
     const auto at = lut.channel(channel).at<cv::Vec<std::uint16_t, 2>>(y, x);
@@ -51,11 +47,11 @@ void expectEqualsReference(const Calibration& c, const QuiltLayout& layout,
 }
 
 TEST(NativeLut, EqualsTheReferenceOnStripePanels) {
-    expectEqualsReference(smallPanel(), QuiltLayout());
-    Calibration c = smallPanel(16, 16);
+    expectEqualsReference(stripePanel(), QuiltLayout());
+    Calibration c = stripePanel(16, 16);
     c.slope = 5.2; // early units lean the other way
     expectEqualsReference(c, {5, 9, {819, 455}, 45});
-    c = smallPanel(1, 1);
+    c = stripePanel(1, 1);
     c.screenW = 17;
     c.screenH = 131;
     c.center = -0.4;
@@ -65,7 +61,7 @@ TEST(NativeLut, EqualsTheReferenceOnStripePanels) {
 TEST(NativeLut, EqualsTheReferenceWithEveryCellPattern) {
     for (int mode = 0; mode <= 4; ++mode) {
         for (std::size_t cells : {1U, 2U}) {
-            Calibration c = smallPanel(53, 38);
+            Calibration c = stripePanel(53, 38);
             c.CellPatternMode = mode;
             c.subpixelCells = deltaCells();
             c.subpixelCells.resize(cells);
@@ -79,7 +75,7 @@ TEST(NativeLut, EqualsTheReferenceWithEveryCellPattern) {
 TEST(NativeLut, EqualsTheReferenceWithFlipsAndBgrStripes) {
     for (int flags = 1; flags < 8; ++flags) {
         for (bool cells : {false, true}) {
-            Calibration c = smallPanel(64, 48);
+            Calibration c = stripePanel(64, 48);
             c.flipImageX = flags & 1;
             c.flipImageY = (flags >> 1) & 1;
             c.flipSubp = (flags >> 2) & 1;
@@ -91,24 +87,24 @@ TEST(NativeLut, EqualsTheReferenceWithFlipsAndBgrStripes) {
 }
 
 TEST(NativeLut, InversionCanBeOverridden) {
-    expectEqualsReference(smallPanel(), QuiltLayout(), InvertViews::Off);
-    expectEqualsReference(smallPanel(), QuiltLayout(), InvertViews::On);
-    Calibration c = smallPanel();
+    expectEqualsReference(stripePanel(), QuiltLayout(), InvertViews::Off);
+    expectEqualsReference(stripePanel(), QuiltLayout(), InvertViews::On);
+    Calibration c = stripePanel();
     const NativeLut on(c, QuiltLayout(), InvertViews::On);
     const NativeLut off(c, QuiltLayout(), InvertViews::Off);
     EXPECT_EQ(viewInLut(on, 5, 5, 1), 47 - viewInLut(off, 5, 5, 1));
 }
 
 TEST(NativeLut, SizesBeyondTheLimitsAreRefusedBeforeMemoryIsTaken) {
-    Calibration c = smallPanel();
-    EXPECT_TRUE(contains(errorOf([&] {
-                             NativeLut(c, QuiltLayout{100, 100, cv::Size(700, 10), 48});
-                         }),
-                         "at most 65535"));
+    Calibration c = stripePanel();
+    EXPECT_TRUE(holds(errorOf([&] {
+                          NativeLut(c, QuiltLayout{100, 100, cv::Size(700, 10), 48});
+                      }),
+                      "at most 65535"));
     c.screenW = 16385;
-    EXPECT_TRUE(contains(errorOf([&] { NativeLut(c, QuiltLayout()); }), "screenW is 16385"));
+    EXPECT_TRUE(holds(errorOf([&] { NativeLut(c, QuiltLayout()); }), "screenW is 16385"));
     EXPECT_TRUE(
-        contains(errorOf([&] { NativeLut(smallPanel(), QuiltLayout()).channel(3); }), "channel"));
+        holds(errorOf([&] { NativeLut(stripePanel(), QuiltLayout()).channel(3); }), "channel"));
 }
 
 // 100 sub-pixels of a real Portrait whose views were checked through its lens.

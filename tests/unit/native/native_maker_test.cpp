@@ -164,11 +164,7 @@ TEST(NativeMaker, KeepsThePanelsResolutionAndTakesContinuousPositions) {
 // With a Portrait's lenses, 6.2 px wide.
 Display portraitOf240Pixels() {
     Display display;
-    display.calibration.pitch = 52.58;
-    display.calibration.slope = -7.17;
-    display.calibration.DPI = 324;
-    display.calibration.screenW = 240;
-    display.calibration.screenH = 320;
+    display.calibration = stripePanel(240, 320);
     display.quilt = {8, 6, {66, 88}, 48};
     return display;
 }
@@ -216,7 +212,7 @@ TEST(NativeMaker, WorksOnTwoToThreePixelsPerLensAndNotOnAllOfAnEightK) {
     EXPECT_EQ(sizeAt({3840, 2160}, 75), cv::Size(3840, 2160));
     EXPECT_EQ(sizeAt({7680, 4320}, 38), cv::Size(3840, 2160));
     EXPECT_EQ(sizeAt({7680, 4320}, 75), cv::Size(3840, 2160)); // 33 million px otherwise
-    const cv::Size wall = sizeAt({12800, 16000}, 75); // a quarter of it is 51 million px
+    const cv::Size wall = sizeAt({12800, 16000}, 75);          // a quarter of it is 51 million px
     EXPECT_NEAR(wall.area(), 12e6, 1e4);
     EXPECT_NEAR(1.25 * wall.width, wall.height, 2);
 }

@@ -434,9 +434,9 @@ TEST(NativeRenderer, WrongInputsAreRefusedByName) {
         return errorOf([&] { NativeRenderer(display, views, options); });
     };
     EXPECT_TRUE(
-        contains(make(calibration, 48, optionsOf(ViewMethod::Real, 10, 0.5)), "method: is real"));
-    EXPECT_TRUE(contains(make(calibration, 0), "view count: is 0"));
-    EXPECT_TRUE(contains(make(Calibration(), 48), "pitch"));
+        holds(make(calibration, 48, optionsOf(ViewMethod::Real, 10, 0.5)), "method: is real"));
+    EXPECT_TRUE(holds(make(calibration, 0), "view count: is 0"));
+    EXPECT_TRUE(holds(make(Calibration(), 48), "pitch"));
     const NativeRenderer renderer(calibration, 48);
     const auto render = [&](const cv::Mat& photo, const cv::Mat& depth, cv::Mat native = {}) {
         const altiro3D::Scene scene{photo, depth};
@@ -444,12 +444,12 @@ TEST(NativeRenderer, WrongInputsAreRefusedByName) {
     };
     const cv::Mat photo(48, 64, CV_8UC3);
     const cv::Mat depth(48, 64, CV_32FC1, cv::Scalar(0));
-    EXPECT_TRUE(contains(render(photo, depth.colRange(0, 9)), "depth: has 9 x 48 px"));
-    EXPECT_TRUE(contains(render(depth, depth), "photo: "));
-    EXPECT_TRUE(contains(render(photo, depth, photo), "shares its memory"));
+    EXPECT_TRUE(holds(render(photo, depth.colRange(0, 9)), "depth: has 9 x 48 px"));
+    EXPECT_TRUE(holds(render(depth, depth), "photo: "));
+    EXPECT_TRUE(holds(render(photo, depth, photo), "shares its memory"));
     const cv::Mat large(90, 120, CV_8UC3, cv::Scalar::all(0)); // would be reallocated
-    EXPECT_TRUE(contains(render(large, cv::Mat(large.size(), CV_32FC1, cv::Scalar(0)), large),
-                         "shares its memory"));
+    EXPECT_TRUE(holds(render(large, cv::Mat(large.size(), CV_32FC1, cv::Scalar(0)), large),
+                      "shares its memory"));
 }
 
 TEST(NativeRenderer, PhotoAndNativeMayBePartsOfOneCanvas) {

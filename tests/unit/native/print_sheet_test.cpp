@@ -7,6 +7,7 @@
 #include "image/row_file.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/picture_files.hpp"
 #include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 
@@ -47,13 +48,6 @@ void writeRows(const fs::path& file, const cv::Mat& picture, int atATime) {
     out.finish();
 }
 
-std::uint32_t bigEndian(const std::string& bytes, std::size_t at) {
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-        value = value << 8 | static_cast<unsigned char>(bytes.at(at + i));
-    return value;
-}
-
 TEST(RowFile, OtherProgramsReadWhatWasWritten) {
     const TemporaryDirectory folder;
     for (const char* name : {"a.png", "a.tif"}) {
@@ -88,10 +82,10 @@ TEST(RowFile, HasAPhysicalSize) {
     const std::string png = slurp(folder / "a.png");
     const std::size_t chunk = png.find("pHYs");
     ASSERT_NE(chunk, std::string::npos);
-    EXPECT_EQ(bigEndian(png, chunk + 4), 28346U); // 720 / 0.0254
-    EXPECT_EQ(bigEndian(png, chunk + 8), 14173U);
+    EXPECT_EQ(bigEndianAt(png, chunk + 4), 28346U); // 720 / 0.0254
+    EXPECT_EQ(bigEndianAt(png, chunk + 8), 14173U);
     EXPECT_EQ(png.at(chunk + 12), 1);
-    EXPECT_TRUE(contains(png, "sRGB"));
+    EXPECT_TRUE(holds(png, "sRGB"));
 
     writeRows(folder / "a.tif", picture, 48);
     TIFF* const tiff = TIFFOpen((folder / "a.tif").string().c_str(), "r");
@@ -115,7 +109,7 @@ TEST(RowFile, HasAPhysicalSize) {
     ASSERT_NE(icc, nullptr);
     char name[64] = {};
     cmsGetProfileInfoASCII(icc, cmsInfoDescription, "en", "US", name, sizeof name);
-    EXPECT_TRUE(contains(name, "sRGB"));
+    EXPECT_TRUE(holds(name, "sRGB"));
     cmsCloseProfile(icc);
     TIFFClose(tiff);
 }
@@ -125,10 +119,10 @@ TEST(RowFile, PdfHasOnePageOfExactSize) {
     const TemporaryDirectory folder;
     writeRows(folder / "a.pdf", cv::Mat(48, 64, CV_8UC3, cv::Scalar(10, 20, 30)), 48);
     const std::string pdf = slurp(folder / "a.pdf");
-    EXPECT_TRUE(contains(pdf, "/MediaBox [0 0 6.4 9.6]")); // 64 / 720 and 48 / 360 inches
+    EXPECT_TRUE(holds(pdf, "/MediaBox [0 0 6.4 9.6]")); // 64 / 720 and 48 / 360 inches
     const std::size_t table = pdf.find("xref\n0 8\n");
     ASSERT_NE(table, std::string::npos);
-    EXPECT_TRUE(contains(pdf, "startxref\n" + std::to_string(table) + "\n%%EOF"));
+    EXPECT_TRUE(holds(pdf, "startxref\n" + std::to_string(table) + "\n%%EOF"));
     for (int i = 1; i <= 7; ++i) {
         const auto at = std::stoul(pdf.substr(table + 9 + 20 * static_cast<std::size_t>(i), 10));
         const std::string object = std::to_string(i) + " 0 obj";
@@ -176,7 +170,7 @@ TEST(RowFile, NamesWhatItCannotWrite) {
     const TemporaryDirectory folder;
     RowFile file(folder / "a.png", {4, 4}, CV_8UC3, {72, 72});
     file.write(cv::Mat(3, 4, CV_8UC3, cv::Scalar()));
-    EXPECT_TRUE(contains(errorOf([&] { file.finish(); }), "a.png: has 0 rows, expected 4"));
+    EXPECT_TRUE(holds(errorOf([&] { file.finish(); }), "a.png: has 0 rows, expected 4"));
     EXPECT_FALSE(fs::exists(folder / "a.png"));
 }
 
@@ -247,12 +241,12 @@ TEST(PrintSheet, MarksAreWhereTheyAreToBe) {
 
     const PrintSheet plain(print, {0, false, {}});
     EXPECT_EQ(plain.size(), print.panelSize());
-    EXPECT_TRUE(contains(errorOf([&] { const PrintSheet bad(print, {51}); }), "bleed: is 51"));
+    EXPECT_TRUE(holds(errorOf([&] { const PrintSheet bad(print, {51}); }), "bleed: is 51"));
     Display fine = print;
     fine.calibration.pitch = 201; // of 400 dpi
-    EXPECT_TRUE(contains(errorOf([&] { const PrintSheet bad(fine, {}); }), "fewer than two px"));
-    EXPECT_TRUE(contains(errorOf([&] { const PrintSheet bad(Display(), {}); }),
-                         "expected that of a print"));
+    EXPECT_TRUE(holds(errorOf([&] { const PrintSheet bad(fine, {}); }), "fewer than two px"));
+    EXPECT_TRUE(
+        holds(errorOf([&] { const PrintSheet bad(Display(), {}); }), "expected that of a print"));
 }
 
 TEST(PrintSheet, BandsOfRowsAreThoseOfTheWholeNative) {
@@ -353,8 +347,8 @@ TEST(PitchSheet, BandsHaveTheirPitchExactly) {
     const auto error = [&](const PitchSheetOptions& options) {
         return errorOf([&] { writePitchSheet(file, calibrationOf(numbers), options); });
     };
-    EXPECT_TRUE(contains(error({360, 1}), "around: is 360, expected bands above 0 and up to 360"));
-    EXPECT_TRUE(contains(error({0, -1}), "step: is -1, expected LPI, above 0"));
+    EXPECT_TRUE(holds(error({360, 1}), "around: is 360, expected bands above 0 and up to 360"));
+    EXPECT_TRUE(holds(error({0, -1}), "step: is -1, expected LPI, above 0"));
     EXPECT_EQ(codeOf([&] {
                   (void)pitchSheetReach(calibrationOf(numbers), {0, std::nan("")});
               }),

@@ -127,7 +127,7 @@ TEST(FindQuiltLayout, IsNotSureOfRowsFromTheTop) {
             EXPECT_FALSE(right.isFromTop) << strength;
             const cv::Mat turned = fromTop(quilt, layout);
             EXPECT_EQ(remarksOf(quilt, layout), "");
-            EXPECT_TRUE(contains(remarksOf(turned, layout), "from the top to the bottom"));
+            EXPECT_TRUE(holds(remarksOf(turned, layout), "from the top to the bottom"));
             for (const cv::Mat& wrong : {turned, compressed(scaled(turned, {901, 887}), 60)}) {
                 const FoundQuilt found = findQuiltLayout(wrong);
                 EXPECT_EQ(text(found), expected + ", unsure") << strength;
@@ -211,7 +211,7 @@ TEST(FindQuiltLayout, PicturesOfAnySizeAreSearched) {
         EXPECT_EQ(found.verdict == QuiltVerdict::Unsure, std::min(size.width, size.height) < 128)
             << size; // too small to tell
     }
-    EXPECT_TRUE(contains(errorOf([] { (void)findQuiltLayout(cv::Mat()); }), "picture: is empty"));
+    EXPECT_TRUE(holds(errorOf([] { (void)findQuiltLayout(cv::Mat()); }), "picture: is empty"));
 }
 
 TEST(FindQuiltLayout, APartOfAMatrixIsSearchedAsItsCopy) {
@@ -243,12 +243,12 @@ TEST(CheckQuiltLayout, SaysMissingViewsRowsFromTheTopAndAnotherLayout) {
         cv::Mat tail = quilt.clone();
         for (const int view : {45, 46, 47})
             tail(layout.tile(view)).setTo(cv::Scalar::all(0));
-        EXPECT_TRUE(contains(remarksOf(tail, layout),
-                             "of its views 0 to 47 there is nothing in 45, 46, 47:"));
+        EXPECT_TRUE(
+            holds(remarksOf(tail, layout), "of its views 0 to 47 there is nothing in 45, 46, 47:"));
     }
     const cv::Mat quilt = quiltOf(layout, 41, 15);
-    EXPECT_TRUE(contains(remarksOf(fromTop(quilt, layout), layout), "from the top to the bottom"));
-    EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(5, 9, {96, 53})), "in 6 rows of 8 (-q 6x8)"));
+    EXPECT_TRUE(holds(remarksOf(fromTop(quilt, layout), layout), "from the top to the bottom"));
+    EXPECT_TRUE(holds(remarksOf(quilt, layoutOf(5, 9, {96, 53})), "in 6 rows of 8 (-q 6x8)"));
     EXPECT_EQ(remarksOf(cv::Mat(quilt.size(), CV_8UC3, cv::Scalar::all(0)), layout), "");
     EXPECT_EQ(remarksOf(quilt, {1, 1, quilt.size(), 1}), "");
 }
@@ -260,7 +260,7 @@ TEST(CheckQuiltLayout, TellsTheOrderOfRows) {
             const cv::Mat quilt = quiltOf(layout, ++seed, strength);
             EXPECT_EQ(remarksOf(quilt, layout), "") << layout.columns << ' ' << strength;
             EXPECT_TRUE(
-                contains(remarksOf(fromTop(quilt, layout), layout), "from the top to the bottom"))
+                holds(remarksOf(fromTop(quilt, layout), layout), "from the top to the bottom"))
                 << layout.columns << ' ' << strength;
         }
     }
@@ -278,8 +278,7 @@ TEST(CheckQuiltLayout, RefusesWhatIsNoLayout) {
 TEST(CheckQuiltLayout, TellsPhotosFromQuilts) {
     for (int seed = 70; seed < 76; ++seed) {
         const cv::Mat photo = seenScene({900, 1200}, seed).photo;
-        EXPECT_TRUE(
-            contains(remarksOf(photo, layoutOf(8, 6, {112, 200})), "do not look like views"))
+        EXPECT_TRUE(holds(remarksOf(photo, layoutOf(8, 6, {112, 200})), "do not look like views"))
             << seed;
     }
 }
@@ -298,8 +297,8 @@ TEST(CheckQuiltLayout, TellsRealQuiltsFromThoseWithRowsFromTheTopAndFromPhotos) 
                   std::to_string(layout.columns) + " x " + std::to_string(layout.rows))
             << file;
         EXPECT_EQ(remarksOf(quilt, layout), "") << file;
-        EXPECT_TRUE(contains(remarksOf(fromTop(quilt, layout), layout), "to the bottom")) << file;
-        EXPECT_TRUE(contains(remarksOf(quilt, layoutOf(6, 7, {100, 100})), " (-q ")) << file;
+        EXPECT_TRUE(holds(remarksOf(fromTop(quilt, layout), layout), "to the bottom")) << file;
+        EXPECT_TRUE(holds(remarksOf(quilt, layoutOf(6, 7, {100, 100})), " (-q ")) << file;
     }
     const cv::Mat ofTwoViewsLess =
         readPhoto(dataPath("quilts/greenbuddha/GreenBuddha_qs7x5a0.5625.jpg"));
@@ -309,10 +308,9 @@ TEST(CheckQuiltLayout, TellsRealQuiltsFromThoseWithRowsFromTheTopAndFromPhotos) 
     const std::string missing = remarksOf(ofTwoViewsLess, seven);
     EXPECT_EQ(missing.find("of its views 0 to 34 there is nothing in 33, 34: "), 0U) << missing;
     EXPECT_EQ(std::count(missing.begin(), missing.end(), '\n'), 1) << missing;
-    EXPECT_TRUE(contains(remarksOf(fromTop(ofTwoViewsLess, seven), seven), "to the bottom"));
+    EXPECT_TRUE(holds(remarksOf(fromTop(ofTwoViewsLess, seven), seven), "to the bottom"));
     for (const auto& file : listImages(dataPath("photos/kodak")))
-        EXPECT_TRUE(
-            contains(remarksOf(readPhoto(file), layoutOf(8, 6, {96, 85})), "may be a photo"))
+        EXPECT_TRUE(holds(remarksOf(readPhoto(file), layoutOf(8, 6, {96, 85})), "may be a photo"))
             << file;
 }
 
@@ -333,7 +331,7 @@ TEST(LikenessOfViews, TellsViewsFromUnrelatedPhotos) {
     EXPECT_EQ(likenessOfViews({flat, flat, flat}), 1);
     EXPECT_EQ(likenessOfViews({randomPhoto({50, 60})}), 1);
     EXPECT_EQ(likenessOfViews({}), 1);
-    EXPECT_TRUE(contains(errorOf([] { (void)likenessOfViews({cv::Mat()}); }), "picture: is empty"));
+    EXPECT_TRUE(holds(errorOf([] { (void)likenessOfViews({cv::Mat()}); }), "picture: is empty"));
 }
 
 // Groups of three or of two columns are alike as well.

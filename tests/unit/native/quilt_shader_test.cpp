@@ -212,7 +212,7 @@ TEST(QuiltShader, HoldsNumbersOnlyAndNoLocale) {
     c.serial = "x\n//!HOOK OUTPUT\n";
     c.configVersion = c.serial;
     const std::string text = quiltShader(c, QuiltLayout());
-    EXPECT_FALSE(contains(text, "OUTPUT"));
+    EXPECT_FALSE(holds(text, "OUTPUT"));
     for (const char* locale : {"de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"})
         if (std::setlocale(LC_ALL, locale) != nullptr) break;
     EXPECT_EQ(quiltShader(c, QuiltLayout()), text);

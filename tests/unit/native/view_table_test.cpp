@@ -7,6 +7,7 @@
 #include "support/memory_limit.hpp"
 #include "support/pixels.hpp"
 #include "support/processors.hpp"
+#include "support/random_pictures.hpp"
 
 #include <cstring>
 #include <functional>
@@ -18,17 +19,6 @@ namespace altiro3D::test {
 namespace {
 
 using Pair = cv::Vec<std::uint16_t, 2>;
-
-Calibration panel(int width = 101, int height = 67) {
-    return stripePanel(width, height);
-}
-
-cv::Mat randomQuilt(const QuiltLayout& layout) {
-    cv::RNG rng(5);
-    cv::Mat quilt(layout.size(), CV_8UC3);
-    rng.fill(quilt, cv::RNG::UNIFORM, 0, 256);
-    return quilt;
-}
 
 // Applies the full table, one sub-pixel after the other.
 cv::Mat slowNative(const NativeLut& lut, const cv::Mat& quilt) {
@@ -45,7 +35,7 @@ cv::Mat slowNative(const NativeLut& lut, const cv::Mat& quilt) {
 // All paths to a Native give the result of the full table.
 void expectEqualsLut(const Calibration& c, const QuiltLayout& layout) {
     const NativeLut lut(c, layout);
-    const cv::Mat quilt = randomQuilt(layout);
+    const cv::Mat quilt = randomPicture(layout.size(), CV_8UC3);
     const cv::Mat expected = slowNative(lut, quilt);
     cv::Mat native;
     Quilt2Native(lut).render(quilt, native);
@@ -80,16 +70,16 @@ const QuiltLayout kLayouts[] = {
 TEST(ViewTable, SaysWhatTheFullTableSays) {
     for (const QuiltLayout& layout : kLayouts) {
         SCOPED_TRACE(layout.text());
-        expectEqualsLut(panel(16, 17), layout);
+        expectEqualsLut(stripePanel(16, 17), layout);
     }
-    expectEqualsLut(panel(), kLayouts[0]);
-    expectEqualsLut(panel(), kLayouts[8]);
+    expectEqualsLut(stripePanel(), kLayouts[0]);
+    expectEqualsLut(stripePanel(), kLayouts[8]);
 }
 
 TEST(ViewTable, SaysWhatTheFullTableSaysOfMirroredPanelsAndCells) {
     for (int flags = 0; flags < 8; ++flags) {
         for (int mode = -1; mode <= 4; ++mode) {
-            Calibration c = panel(53, 37 + flags);
+            Calibration c = stripePanel(53, 37 + flags);
             c.flipImageX = flags & 1;
             c.flipImageY = (flags >> 1) & 1;
             c.flipSubp = (flags >> 2) & 1;
@@ -106,17 +96,17 @@ TEST(ViewTable, SaysWhatTheFullTableSaysOfMirroredPanelsAndCells) {
 
 TEST(ViewTable, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
     const RestoredThreads restored;
-    const NativeLut lut(panel(), kLayouts[0]);
+    const NativeLut lut(stripePanel(), kLayouts[0]);
     const cv::Mat expected = viewTable(lut)->views;
     forEachInstructionSet([&](const char* name) {
         SCOPED_TRACE(name);
         for (int threads : {1, 3}) {
             cv::setNumThreads(threads);
-            const NativeLut built(panel(), kLayouts[0]);
+            const NativeLut built(stripePanel(), kLayouts[0]);
             for (int k = 0; k < 3; ++k)
                 EXPECT_TRUE(samePicture(built.channel(k), lut.channel(k)));
             EXPECT_TRUE(samePicture(viewTable(lut)->views, expected));
-            expectEqualsLut(panel(19, 16), kLayouts[7]);
+            expectEqualsLut(stripePanel(19, 16), kLayouts[7]);
         }
     });
 }
@@ -125,7 +115,7 @@ TEST(ViewTable, IsTheSameOnEveryInstructionSetAndForAnyNumberOfThreads) {
 NativeLut foreignLut(const QuiltLayout& layout,
                      const std::function<Pair(int y, int x, const Pair&)>& changed) {
     const TemporaryDirectory directory;
-    const NativeLut lut(panel(), layout);
+    const NativeLut lut(stripePanel(), layout);
     lut.save(directory / "a.map");
     std::string bytes = slurp(directory / "a.map");
     std::size_t at = 128;
@@ -150,7 +140,7 @@ NativeLut foreignLut(const QuiltLayout& layout,
 }
 
 void expectRendersAsItSays(const NativeLut& lut) {
-    const cv::Mat quilt = randomQuilt(lut.quilt());
+    const cv::Mat quilt = randomPicture(lut.quilt().size(), CV_8UC3);
     cv::Mat native;
     Quilt2Native(lut).render(quilt, native);
     EXPECT_TRUE(samePicture(native, slowNative(lut, quilt)));
@@ -163,7 +153,7 @@ void expectRendersAsItSays(const NativeLut& lut) {
 
 TEST(ViewTable, SaysHowMuchMemoryItNeeds) {
     ALTIRO3D_REQUIRE_MEMORY_LIMITS();
-    LensGeometry g = lensGeometry(panel());
+    LensGeometry g = lensGeometry(stripePanel());
     g.panelWidth = 20000;
     g.panelHeight = 30000;
     const auto problem = [&](const QuiltLayout& layout) {

@@ -6,6 +6,7 @@
 #include "support/onnx.hpp"
 #include "support/random_pictures.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
@@ -55,13 +56,19 @@ TEST_F(Network2QuiltOfAFile, IsReadSceneAndFitSceneAndDepth2Quilt) {
 TEST_F(Network2QuiltOfAFile, WhatIsWrongIsNamed) {
     ViewOptions options;
     options.focus = 2;
-    EXPECT_TRUE(contains(errorOf([&] { Network2Quilt(network(), layout_, options, 0.75); }),
-                         "focus: is 2"));
+    EXPECT_TRUE(
+        holds(errorOf([&] { Network2Quilt(network(), layout_, options, 0.75); }), "focus: is 2"));
+    const auto error = [&](const QuiltLayout& layout, double aspect) {
+        return errorOf([&] { Network2Quilt(network(), layout, {}, aspect); });
+    };
+    EXPECT_EQ(error(layout_, 0), "panel aspect: is 0, expected 0.01..100");
+    EXPECT_EQ(error(layout_, std::nan("")), "panel aspect: is nan, expected 0.01..100");
+    EXPECT_EQ(error({0, 6, {9, 9}, 1}, 1),
+              "quilt layout: 0 columns x 6 rows, expected 1..1024 of each");
     Network2Quilt maker(network(), layout_, {}, 0.75);
     cv::Mat quilt;
-    EXPECT_TRUE(contains(errorOf([&] { maker.render(cv::Mat(), quilt); }), "expected"));
-    EXPECT_TRUE(
-        contains(errorOf([&] { maker.render(cv::Mat(4, 4, CV_8UC1), quilt); }), "photo: is "));
+    EXPECT_TRUE(holds(errorOf([&] { maker.render(cv::Mat(), quilt); }), "expected"));
+    EXPECT_TRUE(holds(errorOf([&] { maker.render(cv::Mat(4, 4, CV_8UC1), quilt); }), "photo: is "));
 }
 
 } // namespace

@@ -38,8 +38,8 @@ TEST(FitScene, OtherNumbersThanThoseOfADepthMapAreRefused) {
               "depth: has values of 0..255, expected 0..1, 1 = nearest; "
               "normalizeDepth() (in Python: normalize_depth()) makes such depth "
               "of other numbers");
-    EXPECT_TRUE(contains(error(depth - 1), "has values of -1..0, expected"));
-    EXPECT_TRUE(contains(error(9 - 8 * depth), "has values of 1..9, expected"));
+    EXPECT_TRUE(holds(error(depth - 1), "has values of -1..0, expected"));
+    EXPECT_TRUE(holds(error(9 - 8 * depth), "has values of 1..9, expected"));
     cv::Mat wild = depth * 1.2 - 0.1; // of an interpolation
     wild.colRange(0, 30).setTo(std::nan(""));
     wild.colRange(30, 60).setTo(1e30);
@@ -86,14 +86,14 @@ TEST(PhotoFit, ImpossibleFramingsAreNamed) {
         return errorOf([&] { return fitPhoto(photo, 1, {8, 8}, {}, framing); });
     };
     EXPECT_EQ(error({100, 100}, {{0.5, 0.5}, 6}), "(no error)");
-    EXPECT_TRUE(contains(error({100, 100}, {{0.5, 0.5}, 7}), "leaves 14 x 14 px"));
-    EXPECT_TRUE(contains(error({100, 100}, {{0.5, 0.5}, 1000}), "zoom"));
+    EXPECT_TRUE(holds(error({100, 100}, {{0.5, 0.5}, 7}), "leaves 14 x 14 px"));
+    EXPECT_TRUE(holds(error({100, 100}, {{0.5, 0.5}, 1000}), "zoom"));
     EXPECT_EQ(error({1, 1}, {}), "(no error)");
-    EXPECT_TRUE(contains(error({1, 1}, {{0.5, 0.5}, 1.5}), "zoom"));
-    EXPECT_TRUE(contains(error({100, 100}, {{-0.1, 0.5}, 1}), "centre"));
+    EXPECT_TRUE(holds(error({1, 1}, {{0.5, 0.5}, 1.5}), "zoom"));
+    EXPECT_TRUE(holds(error({100, 100}, {{-0.1, 0.5}, 1}), "centre"));
     for (const double odd : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
-        EXPECT_TRUE(contains(error({100, 100}, {{0.5, odd}, 1}), "centre"));
-        EXPECT_TRUE(contains(error({100, 100}, {{0.5, 0.5}, odd}), "zoom"));
+        EXPECT_TRUE(holds(error({100, 100}, {{0.5, odd}, 1}), "centre"));
+        EXPECT_TRUE(holds(error({100, 100}, {{0.5, 0.5}, odd}), "zoom"));
     }
 }
 
@@ -117,7 +117,7 @@ TEST(PhotoFit, ExtremeShapesKeepAtLeastOnePixel) {
         }
     }
     EXPECT_NE(errorOf([] { fitPhoto({0, 5}, 1, {5, 5}); }), "(no error)");
-    EXPECT_TRUE(contains(errorOf([] { fitPhoto({5, 5}, std::nan(""), {5, 5}); }), "panel aspect"));
+    EXPECT_TRUE(holds(errorOf([] { fitPhoto({5, 5}, std::nan(""), {5, 5}); }), "panel aspect"));
 }
 
 TEST(PhotoFit, EqualSizesAreCopiedAndShrinkingAverages) {
@@ -278,8 +278,8 @@ TEST(PhotoFit, MarginsThatThePhotoDoesNotHaveAreNamed) {
         return errorOf([&] { return withMargins(fit, picture, pixels); });
     };
     EXPECT_EQ(problem(plain, {100, 30}, 0), "(no error)");
-    EXPECT_TRUE(contains(problem(plain, {100, 30}, -1), "margin: is -1 px"));
-    EXPECT_TRUE(contains(problem(plain, {50, 30}, 5), "photo: has 50 x 30 px"));
+    EXPECT_TRUE(holds(problem(plain, {100, 30}, -1), "margin: is -1 px"));
+    EXPECT_TRUE(holds(problem(plain, {50, 30}, 5), "photo: has 50 x 30 px"));
     EXPECT_NE(problem({}, {100, 40}, 5), "(no error)");
     cv::Mat out;
     for (const cv::Vec2i& margins : {cv::Vec2i(36, 0), cv::Vec2i(0, 36), cv::Vec2i(-1, 0)}) {
@@ -287,7 +287,7 @@ TEST(PhotoFit, MarginsThatThePhotoDoesNotHaveAreNamed) {
         fit.leftMargin = margins[0];
         fit.rightMargin = margins[1];
         EXPECT_TRUE(
-            contains(errorOf([&] { applyFit(scene.photo, fit, out); }), "fit: has margins of "))
+            holds(errorOf([&] { applyFit(scene.photo, fit, out); }), "fit: has margins of "))
             << margins;
     }
 }
@@ -324,11 +324,10 @@ TEST(PhotoFit, WhatIsHiddenIsFittedAsThePhoto) {
     }
     scene.hidden.depth = scene.hidden.depth.colRange(0, 59).clone();
     altiro3D::Scene fitted;
-    EXPECT_TRUE(
-        contains(errorOf([&] {
-                     fitScene(scene, fitPhoto(scene.photo.size(), 1, {30, 30}), 0.5, fitted);
-                 }),
-                 "hidden depth: has 59 x 40 px, expected 60 x 40"));
+    EXPECT_TRUE(holds(errorOf([&] {
+                          fitScene(scene, fitPhoto(scene.photo.size(), 1, {30, 30}), 0.5, fitted);
+                      }),
+                      "hidden depth: has 59 x 40 px, expected 60 x 40"));
 }
 
 // Depth of stereo pairs: near things may look too large, but their edges stay. Soft ones become
@@ -415,7 +414,7 @@ TEST(PhotoFit, RefinementOfASceneKeepsItsMixedPixels) {
     refineScene(scene, options, {30, 0, 30, 40}); // the left half is a bar
     EXPECT_EQ(scene.depth.at<float>(20, 18), 0.2F);
     EXPECT_EQ(scene.depth.at<float>(20, 41), 0.8F);
-    EXPECT_TRUE(contains(errorOf([&] { refineScene(scene, options, {31, 0, 30, 40}); }), "part: "));
+    EXPECT_TRUE(holds(errorOf([&] { refineScene(scene, options, {31, 0, 30, 40}); }), "part: "));
 
     scene.depth = given;
     EXPECT_FALSE(refineScene(scene, {DepthFlaws()}).any()); // as it is
@@ -441,19 +440,19 @@ TEST(PhotoFit, WrongInputsAreNamed) {
         const cv::Mat fittedPhoto(20, 20, CV_8UC3, cv::Scalar::all(0));
         return errorOf([&] { applyFitToDepth(depth, size, of, fittedPhoto, focus, out); });
     };
-    EXPECT_TRUE(contains(problem(cv::Mat(30, 30, CV_8UC3), fit), "photo: has 30"));
-    EXPECT_TRUE(contains(problem(cv::Mat(40, 40, CV_8UC1), fit), "CV_8UC1"));
+    EXPECT_TRUE(holds(problem(cv::Mat(30, 30, CV_8UC3), fit), "photo: has 30"));
+    EXPECT_TRUE(holds(problem(cv::Mat(40, 40, CV_8UC1), fit), "CV_8UC1"));
     const cv::Rect kOutside[] = {
         {5, 0, 20, 20}, {0, -1, 20, 20}, {0, 0, 0, 20}, {INT_MAX, 0, INT_MAX, 1}};
     for (const cv::Rect& target : kOutside) {
         PhotoFit made = fit;
         made.target = target;
-        EXPECT_TRUE(contains(problem(photo, made), "fit: puts "));
-        EXPECT_TRUE(contains(problemOfDepth(photo.size(), made, 0.5),
-                             "expected a place inside of its result of 20 x 20 px"));
+        EXPECT_TRUE(holds(problem(photo, made), "fit: puts "));
+        EXPECT_TRUE(holds(problemOfDepth(photo.size(), made, 0.5),
+                          "expected a place inside of its result of 20 x 20 px"));
     }
     for (const double focus : {-0.1, 1.1, std::nan("")})
-        EXPECT_TRUE(contains(problemOfDepth(photo.size(), fit, focus), "focus: is "));
+        EXPECT_TRUE(holds(problemOfDepth(photo.size(), fit, focus), "focus: is "));
     EXPECT_EQ(problemOfDepth({0, 40}, fit, 0.5),
               "photo: has 0 x 40 px, expected the size that the fit was made for");
 }

@@ -175,11 +175,10 @@ TEST(PhotoSides, TheZoomIsLimitedAndWhatHasRoomStays) {
     // few px
     const altiro3D::Scene tiny = framedScene({12, 8});
     EXPECT_EQ(insideViews(tiny, {0, 0, 12, 8}, 1.5, middle, ViewOptions()), middle);
-    EXPECT_TRUE(
-        contains(errorOf([&] {
-                     static_cast<void>(insideViews(tiny, {3, 0, 12, 8}, 1.5, middle, options));
-                 }),
-                 "is not inside the photo"));
+    EXPECT_TRUE(holds(errorOf([&] {
+                          static_cast<void>(insideViews(tiny, {3, 0, 12, 8}, 1.5, middle, options));
+                      }),
+                      "is not inside the photo"));
 }
 
 } // namespace

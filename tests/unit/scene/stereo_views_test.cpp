@@ -5,9 +5,9 @@
 #include "support/files.hpp"
 #include "support/pixels.hpp"
 #include "support/random_pictures.hpp"
+#include "support/reference.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <utility>
@@ -83,15 +83,6 @@ TEST(JoinEyes, InterlacedPicturesBeginWithTheLeftEye) {
 }
 
 // Dubois in double precision, with the curve of IEC 61966-2-1.
-double lightOf(int code) {
-    const double v = code / 255.0;
-    return v <= .04045 ? v / 12.92 : std::pow((v + .055) / 1.055, 2.4);
-}
-double codeOf(double light) {
-    const double v = std::clamp(light, 0.0, 1.0);
-    return 255 * (v <= .0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - .055);
-}
-
 TEST(JoinEyes, AnaglyphsAreThoseOfDubois) {
     const cv::Matx33d ofLeft(.437, .449, .164, -.062, -.062, -.024, -.048, -.050, -.017);
     const cv::Matx33d ofRight(-.011, -.032, -.007, .377, .761, .009, -.026, -.093, 1.234);
@@ -99,14 +90,16 @@ TEST(JoinEyes, AnaglyphsAreThoseOfDubois) {
     const cv::Mat right = randomPhoto({64, 48}, 2);
     const cv::Mat result = joined(left, right, EyesPicture::Anaglyph);
     const auto rgb = [](const cv::Vec3b& bgr) {
-        return cv::Vec3d(lightOf(bgr[2]), lightOf(bgr[1]), lightOf(bgr[0]));
+        return cv::Vec3d(referenceLight(bgr[2] / 255.0), referenceLight(bgr[1] / 255.0),
+                         referenceLight(bgr[0] / 255.0));
     };
     forPixels(left.size(), [&](int x, int y) {
         const cv::Vec3d l = ofLeft * rgb(left.at<cv::Vec3b>(y, x));
         const cv::Vec3d r = ofRight * rgb(right.at<cv::Vec3b>(y, x));
         for (int c = 0; c < 3; ++c) {
             const double light = std::clamp(l[c], 0.0, 1.0) + std::clamp(r[c], 0.0, 1.0);
-            ASSERT_NEAR(result.at<cv::Vec3b>(y, x)[2 - c], codeOf(light), 1) << x << ' ' << y;
+            const double code = 255 * srgbCode(std::min(light, 1.0));
+            ASSERT_NEAR(result.at<cv::Vec3b>(y, x)[2 - c], code, 1) << x << ' ' << y;
         }
     });
 }
@@ -132,11 +125,11 @@ TEST(JoinEyes, WhatIsWrongIsNamed) {
     const auto error = [&](const cv::Mat& left, const cv::Mat& right, cv::Mat& to) {
         return errorOf([&] { joinEyes(left, right, EyesPicture::SideBySide, to); });
     };
-    EXPECT_TRUE(contains(error({}, eye, result), "left: is empty"));
-    EXPECT_TRUE(contains(error(eye, cv::Mat(8, 8, CV_8UC1), result), "right: is 8 x 8"));
-    EXPECT_TRUE(contains(error(eye, randomPhoto({8, 7}), result), "right: has 8 x 7 px"));
+    EXPECT_TRUE(holds(error({}, eye, result), "left: is empty"));
+    EXPECT_TRUE(holds(error(eye, cv::Mat(8, 8, CV_8UC1), result), "right: is 8 x 8"));
+    EXPECT_TRUE(holds(error(eye, randomPhoto({8, 7}), result), "right: has 8 x 7 px"));
     cv::Mat same = eye;
-    EXPECT_TRUE(contains(error(eye, randomPhoto({8, 8}), same), "joined: shares"));
+    EXPECT_TRUE(holds(error(eye, randomPhoto({8, 8}), same), "joined: shares"));
 }
 
 TEST(EyesNames, TagsThatPlayersKnowAreFound) {

@@ -154,18 +154,18 @@ TEST(Subject, StrengthGivesWayWhereMuchWasHidden) {
 
 TEST(Subject, WrongInputsAreNamed) {
     cv::Mat weights;
-    EXPECT_TRUE(contains(errorOf([&] { subjectWeights({}, {}, weights); }), "photo"));
+    EXPECT_TRUE(holds(errorOf([&] { subjectWeights({}, {}, weights); }), "photo"));
     EXPECT_TRUE(
-        contains(errorOf([&] { return frameSubject(cv::Mat(), cv::Size(4, 4), 1); }), "weights"));
+        holds(errorOf([&] { return frameSubject(cv::Mat(), cv::Size(4, 4), 1); }), "weights"));
     PlacementOptions options;
     options.fit = FitMode::Contain;
     AutoChoices choices;
     choices.framing = true;
-    EXPECT_TRUE(contains(errorOf([&] {
-                             static_cast<void>(chooseFromScene(sceneWithSubject(200), 1,
-                                                               QuiltLayout(), options, choices));
-                         }),
-                         "expected cover"));
+    EXPECT_TRUE(holds(errorOf([&] {
+                          static_cast<void>(chooseFromScene(sceneWithSubject(200), 1, QuiltLayout(),
+                                                            options, choices));
+                      }),
+                      "expected cover"));
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "support/files.hpp"
 #include "support/hand_slide.hpp"
 #include "support/pixels.hpp"
+#include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 
 #include <algorithm>
@@ -228,10 +229,7 @@ TEST(CameraSlide, PicturesThatFollowAThingHaveTheRightOrder) {
 // side may be near or far.
 TEST(CameraSlide, IfNearAndFarMayBeExchangedTheFirstPictureIsTheLeftmostAndThatIsSaid) {
     ALTIRO3D_TAKES(2.1);
-    cv::Mat floor(kSize, CV_8UC3);
-    cv::RNG random(5);
-    random.fill(floor, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(floor, floor, {}, 1.5);
+    cv::Mat floor = randomPhoto(kSize, 5, 1.5);
     cv::normalize(floor, floor, 0, 255, cv::NORM_MINMAX);
     std::vector<cv::Mat> pictures;
     for (int i = -8; i <= 8; ++i) {
@@ -273,7 +271,7 @@ TEST(CameraSlide, AnUprightSlideIsTurnedAndSaysSo) {
     EXPECT_TRUE(slide.report().turned);
     EXPECT_FALSE(slide.report().fromRight);
     EXPECT_LT(positionError(slide.report(), clip().cameras), 0.005);
-    EXPECT_TRUE(contains(textOf(slide.notes()), "moves upright"));
+    EXPECT_TRUE(holds(textOf(slide.notes()), "moves upright"));
 }
 
 TEST(CameraSlide, OfBackAndForthTheLongestStretchIsUsed) {
@@ -306,10 +304,10 @@ TEST(CameraSlide, PicturesThatAreNotInOrderAreTold) {
     for (int i = 0; i < 24; ++i) // 0, 7, 14, 21, 4, ...
         pictures.push_back(clip().pictures[static_cast<std::size_t>(i * 7 % 24)]);
     const CameraSlide slide(sourceOf(pictures));
-    EXPECT_TRUE(contains(textOf(slide.notes()), "not in the order"));
+    EXPECT_TRUE(holds(textOf(slide.notes()), "not in the order"));
     EXPECT_LT(slide.report().stretchPercent, 40);
     const CameraSlide inOrder(sourceOf(clip().pictures));
-    EXPECT_FALSE(contains(textOf(inOrder.notes()), "not in the order"));
+    EXPECT_FALSE(holds(textOf(inOrder.notes()), "not in the order"));
 }
 
 TEST(CameraSlide, TwoPicturesHaveViewsAndDepth) {
@@ -328,7 +326,7 @@ TEST(CameraSlide, ALongPathIsCutToTheParallaxAllowed) {
     SlideOptions options;
     options.mostParallax = 0.1;
     const CameraSlide slide(sourceOf(clip().pictures), options);
-    EXPECT_TRUE(contains(textOf(slide.notes()), "too long for the display: its middle"));
+    EXPECT_TRUE(holds(textOf(slide.notes()), "too long for the display: its middle"));
     EXPECT_LT(slide.report().parallaxPercent, 20);
     EXPECT_LT(slide.report().used, 24);
 }
@@ -356,12 +354,11 @@ TEST(CameraSlide, RefusesWhatIsNoSlide) {
     EXPECT_EQ(refusal({clip().pictures[0]}),
               "slide: holds 1 picture, expected a video or several photos of a camera that moves "
               "sideways");
-    EXPECT_TRUE(contains(refusal({}), "holds 0 pictures"));
-    EXPECT_TRUE(contains(refusal(std::vector<cv::Mat>(10, clip().pictures[0])),
-                         "the camera stands: what it sees moves by 0.00 % of the width"));
+    EXPECT_TRUE(holds(refusal({}), "holds 0 pictures"));
+    EXPECT_TRUE(holds(refusal(std::vector<cv::Mat>(10, clip().pictures[0])),
+                      "the camera stands: what it sees moves by 0.00 % of the width"));
     const cv::Mat plain(kSize, CV_8UC3, cv::Scalar::all(90));
-    EXPECT_TRUE(
-        contains(refusal(std::vector<cv::Mat>(10, plain)), "only 0 corners can be followed"));
+    EXPECT_TRUE(holds(refusal(std::vector<cv::Mat>(10, plain)), "only 0 corners can be followed"));
     std::vector<cv::Mat> pictures = clip().pictures;
     for (std::size_t i = 4; i < 16; i += 4)
         pictures[i] = cv::Mat(kSize, CV_8UC3, cv::Scalar::all(0));
@@ -380,12 +377,12 @@ TEST(CameraSlide, APictureOfSomethingElseIsLeftOutAndNamed) {
     const CameraSlide slide(sourceOf(pictures), options);
     EXPECT_EQ(slide.report().used, 22);
     EXPECT_LT(positionError(slide.report(), clip().cameras), 0.005);
-    EXPECT_TRUE(contains(textOf(slide.notes()), "a.png is left out: it is white"));
-    EXPECT_TRUE(contains(textOf(slide.notes()), "b.png is left out: it is black"));
+    EXPECT_TRUE(holds(textOf(slide.notes()), "a.png is left out: it is white"));
+    EXPECT_TRUE(holds(textOf(slide.notes()), "b.png is left out: it is black"));
     pictures = clip().pictures;
     cv::GaussianBlur(clip().pictures[7], pictures[7] = cv::Mat(), {}, 15);
-    EXPECT_TRUE(contains(textOf(CameraSlide(sourceOf(pictures)).notes()),
-                         "picture 8 is left out: it is blurred"));
+    EXPECT_TRUE(holds(textOf(CameraSlide(sourceOf(pictures)).notes()),
+                      "picture 8 is left out: it is blurred"));
 }
 
 TEST(CameraSlide, RefusesACameraThatTurnsOrZooms) {
@@ -400,9 +397,9 @@ TEST(CameraSlide, RefusesACameraThatTurnsOrZooms) {
         camera.zoom = 1 + 0.03 * i;
         zooms.push_back(clip().boards.photograph(kSize, camera));
     }
-    EXPECT_TRUE(contains(refusal(turns), "turns instead of moving: the parallax is 0."));
+    EXPECT_TRUE(holds(refusal(turns), "turns instead of moving: the parallax is 0."));
     EXPECT_TRUE(
-        contains(refusal(zooms), "the camera zooms or moves forwards: what it sees grows by 3"));
+        holds(refusal(zooms), "the camera zooms or moves forwards: what it sees grows by 3"));
 }
 
 TEST(CameraSlide, RefusesASceneThatMoves) {

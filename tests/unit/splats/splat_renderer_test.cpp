@@ -7,6 +7,7 @@
 #include "altiro3D/placement.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
+#include "support/random_pictures.hpp"
 #include "support/slow.hpp"
 #include "support/splat_reference.hpp"
 
@@ -269,11 +270,8 @@ namespace {
 
 // A photo with fine texture whose middle stands in front.
 Scene steppedScene(cv::Size size) {
-    cv::Mat noise(size, CV_8UC3);
-    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 255);
     Scene scene;
-    cv::GaussianBlur(noise, scene.photo, {0, 0}, 2);
-    scene.photo = (scene.photo - cv::Scalar::all(100)) * 4;
+    scene.photo = (randomPhoto(size, 5, 2) - cv::Scalar::all(100)) * 4;
     scene.depth = cv::Mat(size, CV_32FC1, cv::Scalar(0.2));
     scene.depth(cv::Rect(size.width / 3, size.height / 4, size.width / 3, size.height / 2)) = 0.8;
     for (int y = size.height - 20; y < size.height; ++y) // a slope

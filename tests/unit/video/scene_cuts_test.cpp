@@ -77,10 +77,7 @@ TEST(FindMotion, FindsAWholeShift) {
 TEST(FindMotion, IsExactlyZeroWhereNothingMovesDespiteNoiseAndExposure) {
     const cv::Mat before = greyNoise(cv::Size(192, 108), 5);
     cv::Mat now = before * 0.9;
-    cv::Mat noise(now.size(), CV_8UC1);
-    cv::RNG rng(1);
-    rng.fill(noise, cv::RNG::UNIFORM, 0, 3);
-    now += noise;
+    now += randomPicture(now.size(), CV_8UC1, 1, 0, 3);
     cv::Mat motion;
     findMotion(before, now, motion);
     EXPECT_EQ(cv::norm(motion, cv::NORM_INF), 0);

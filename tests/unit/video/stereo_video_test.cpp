@@ -140,12 +140,12 @@ TEST_F(StereoVideoTest, FramesWithoutMatchHaveEstimatedDepthAndAreSaid) {
     };
     const cv::Mat black(eyesSize(), CV_8UC3, cv::Scalar::all(0));
     const Eyes unlike{randomPhoto(eyesSize(), 1), randomPhoto(eyesSize(), 2)};
-    EXPECT_TRUE(contains(notesOf({joined(eyes), joined(unlike), joined({unlike.right, black})}),
-                         "in 2 of 3 frames"));
-    EXPECT_TRUE(contains(notesOf({joined({eyes.left, eyes.left})}), "flat (2D)"));
+    EXPECT_TRUE(holds(notesOf({joined(eyes), joined(unlike), joined({unlike.right, black})}),
+                      "in 2 of 3 frames"));
+    EXPECT_TRUE(holds(notesOf({joined({eyes.left, eyes.left})}), "flat (2D)"));
     const Eyes far = wallAndThing(kWall, 40);
-    EXPECT_TRUE(contains(notesOf({joined({far.right, far.left})}), "look swapped"));
-    EXPECT_TRUE(contains(notesOf({joined({eyes.left, black})}), "depth is estimated"));
+    EXPECT_TRUE(holds(notesOf({joined({far.right, far.left})}), "look swapped"));
+    EXPECT_TRUE(holds(notesOf({joined({eyes.left, black})}), "depth is estimated"));
 
     // the bright thing is near by the network as well
     cv::Mat photo;
@@ -172,10 +172,10 @@ TEST_F(StereoVideoTest, EyesAreLaidOutAnewAsTheyWereFilmed) {
     }
     EXPECT_TRUE(samePicture(made({EyesPicture::SideBySide, EyesFrom::Both, true, true}),
                             joined({eyes.right, eyes.left})));
-    EXPECT_TRUE(contains(errorOf([&] {
-                             made({EyesPicture::SideBySide, EyesFrom::Both, false, true});
-                         }),
-                         "is side by side already"));
+    EXPECT_TRUE(holds(errorOf([&] {
+                          made({EyesPicture::SideBySide, EyesFrom::Both, false, true});
+                      }),
+                      "is side by side already"));
 }
 
 TEST_F(StereoVideoTest, WhereColoursTellTheEyesApartTheyAreWhole) {
@@ -234,13 +234,12 @@ TEST_F(StereoVideoTest, ContradictionsAreRefused) {
         change(made);
         return errorOf([&] { VideoConverter(std::move(made)).run(); });
     };
-    EXPECT_TRUE(contains(error([](VideoConversion& c) {
-                             c.given = GivenVideoDepth();
-                             c.given->rgbd = DepthSide::Right;
-                         }),
-                         "stereo: is set"));
-    EXPECT_TRUE(
-        contains(error([](VideoConversion& c) { c.eyes.filmed = true; }), "filmed: is set"));
+    EXPECT_TRUE(holds(error([](VideoConversion& c) {
+                          c.given = GivenVideoDepth();
+                          c.given->rgbd = DepthSide::Right;
+                      }),
+                      "stereo: is set"));
+    EXPECT_TRUE(holds(error([](VideoConversion& c) { c.eyes.filmed = true; }), "filmed: is set"));
 }
 
 class FindEyes : public StereoVideoTest {
@@ -273,7 +272,7 @@ TEST_F(FindEyes, WhatFilesStateOfEyesIsReadBack) {
             const FoundEyes eyesFound = found(directory / name);
             ASSERT_TRUE(eyesFound.eyes) << name;
             EXPECT_EQ(eyesFound.eyes->layout, layout) << name;
-            EXPECT_TRUE(contains(eyesFound.evidence, "the file states it")) << name;
+            EXPECT_TRUE(holds(eyesFound.evidence, "the file states it")) << name;
         }
     }
 }
@@ -361,8 +360,8 @@ TEST_F(FindEyes, StripsAreFlatAndEyesByTurnsArePairs) {
     ASSERT_TRUE(pairs.eyes);
     EXPECT_EQ(pairs.eyes->halves, StereoHalves::Full);
     facts.eyesLayout.reset(); // frames that say so later
-    EXPECT_TRUE(contains(errorOf([&] { return findEyes(turns, facts); }),
-                         "turns.mkv -vf stereo3d=al:sbsl,sidedata=delete:STEREO3D eyes_LRF.mp4"));
+    EXPECT_TRUE(holds(errorOf([&] { return findEyes(turns, facts); }),
+                      "turns.mkv -vf stereo3d=al:sbsl,sidedata=delete:STEREO3D eyes_LRF.mp4"));
     ffmpeg("-f lavfi -i testsrc2=size=96x64:rate=5:duration=0.8 -c:v libx264 -x264opts "
            "frame-packing=5 " +
            arg(directory / "sei5.mp4"));
@@ -383,7 +382,7 @@ TEST_F(FindEyes, NamesCountIfHalvesMatch) {
     const FoundEyes named = found(clip("film_LR.mkv", pair));
     ASSERT_TRUE(named.eyes);
     EXPECT_EQ(named.eyes->layout, StereoLayout::LeftRight);
-    EXPECT_TRUE(contains(named.evidence, "LR"));
+    EXPECT_TRUE(holds(named.evidence, "LR"));
     const FoundEyes full = found(clip("film_LRF.mkv", pair));
     ASSERT_TRUE(full.eyes);
     EXPECT_EQ(full.eyes->halves, StereoHalves::Full);
@@ -394,7 +393,7 @@ TEST_F(FindEyes, NamesCountIfHalvesMatch) {
 
     const FoundEyes flat = found(clip("film_SBS.mkv", {3, randomPhoto({800, 300}, 3)}));
     EXPECT_FALSE(flat.eyes);
-    EXPECT_TRUE(contains(textOf(flat.notes), "its halves do not match"));
+    EXPECT_TRUE(holds(textOf(flat.notes), "its halves do not match"));
 }
 
 TEST_F(FindEyes, FlatVideosGetAHintAtMost) {
@@ -402,10 +401,10 @@ TEST_F(FindEyes, FlatVideosGetAHintAtMost) {
     const Eyes eyes = wallAndThing(kWall, kThing);
     const FoundEyes beside = found(clip("film.mkv", {3, joined(eyes)}));
     EXPECT_FALSE(beside.eyes);
-    EXPECT_TRUE(contains(textOf(beside.notes), "left and right half look like"));
+    EXPECT_TRUE(holds(textOf(beside.notes), "left and right half look like"));
     const FoundEyes above = found(clip("film.mkv", {3, joined(eyes, EyesPicture::TopBottom)}));
     EXPECT_FALSE(above.eyes);
-    EXPECT_TRUE(contains(textOf(above.notes), "upper and lower half look like"));
+    EXPECT_TRUE(holds(textOf(above.notes), "upper and lower half look like"));
     const FoundEyes flat = found(clip("film.mkv", {3, randomPhoto({640, 360}, 3)}));
     EXPECT_FALSE(flat.eyes);
     EXPECT_TRUE(flat.notes.empty());
@@ -413,15 +412,14 @@ TEST_F(FindEyes, FlatVideosGetAHintAtMost) {
 
 TEST_F(FindEyes, WhatIsNotReadIsRefusedByName) {
     const fs::path vr = clip("film_180_LR.mkv", {randomPhoto({64, 32})});
-    EXPECT_TRUE(contains(errorOf([&] { return found(vr); }), "for headsets"));
+    EXPECT_TRUE(holds(errorOf([&] { return found(vr); }), "for headsets"));
     VideoWriterOptions options;
     options.size = {64, 32};
     options.eyes = EyesPicture::Rows;
     VideoWriter writer(directory / "rows.mkv", options);
     writer.write({randomPhoto({64, 32}), 0, 1000});
     writer.finish();
-    EXPECT_TRUE(
-        contains(errorOf([&] { return found(directory / "rows.mkv"); }), "interleaved lines"));
+    EXPECT_TRUE(holds(errorOf([&] { return found(directory / "rows.mkv"); }), "interleaved lines"));
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include "altiro3D/depth2quilt.hpp"
 #include "altiro3D/error.hpp"
+#include "altiro3D/products.hpp"
 #include "altiro3D/video_io.hpp"
 #include "support/compare.hpp"
 #include "support/files.hpp"
@@ -49,15 +50,18 @@ PhotoFit asItIs(cv::Size size) {
 } // namespace
 
 TEST(Sway, AWholePhotoIsFittedInItsOwnShape) {
-    const PhotoFit own = photoSwayFit({641, 480});
+    PlacementOptions flat;
+    flat.views.strengthPercent = 0; // without margins
+    const PhotoFit own = swayFitOf({641, 480}, flat);
     EXPECT_EQ(own.size, swaySize({641, 480}, 641.0 / 480));
     EXPECT_EQ(own.source.height, 480);
     EXPECT_EQ(own.target.size(), own.size);
-    const PhotoFit other = photoSwayFit({640, 480}, FitMode::Contain, {100, 200});
+    flat.fit = FitMode::Contain;
+    const PhotoFit other = swayFitOf({640, 480}, flat, {}, {100, 200});
     EXPECT_EQ(other.size, cv::Size(100, 200));
     EXPECT_EQ(other.target.size(), cv::Size(100, 75));
-    EXPECT_EQ(photoSwayFit({30000, 3}).source.width, 30000) << "squeezed to 100 : 1";
-    EXPECT_THROW(photoSwayFit({0, 3}), Error);
+    EXPECT_EQ(swayFitOf({30000, 3}, flat).source.width, 30000) << "squeezed to 100 : 1";
+    EXPECT_THROW(swayFitOf({0, 3}, flat), Error);
 }
 
 TEST(SwayPath, IsASineThatBeginsInTheMiddle) {
@@ -95,15 +99,15 @@ TEST(SwayPath, BadValuesAreNamed) {
         return errorOf([&] { validate(options); });
     };
     EXPECT_EQ(messageOf([](SwayOptions&) {}), "(no error)");
-    EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.secondsPerTurn = 0; }),
-                         "secondsPerTurn: is 0 s"));
-    EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.secondsPerTurn = std::nan(""); }),
-                         "secondsPerTurn"));
-    EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.turns = 0; }), "turns: is 0"));
-    EXPECT_TRUE(contains(messageOf([](SwayOptions& o) { o.frameRate.numerator = 500; }),
-                         "frameRate: is 500/1"));
-    EXPECT_TRUE(contains(errorOf([] { swayPosition(0, 6); }), "framesPerTurn"));
-    EXPECT_TRUE(contains(errorOf([] { swayPosition(-1, 8); }), "frame: is -1"));
+    EXPECT_TRUE(
+        holds(messageOf([](SwayOptions& o) { o.secondsPerTurn = 0; }), "secondsPerTurn: is 0 s"));
+    EXPECT_TRUE(holds(messageOf([](SwayOptions& o) { o.secondsPerTurn = std::nan(""); }),
+                      "secondsPerTurn"));
+    EXPECT_TRUE(holds(messageOf([](SwayOptions& o) { o.turns = 0; }), "turns: is 0"));
+    EXPECT_TRUE(holds(messageOf([](SwayOptions& o) { o.frameRate.numerator = 500; }),
+                      "frameRate: is 500/1"));
+    EXPECT_TRUE(holds(errorOf([] { swayPosition(0, 6); }), "framesPerTurn"));
+    EXPECT_TRUE(holds(errorOf([] { swayPosition(-1, 8); }), "frame: is -1"));
 }
 
 TEST(SwaySize, KeepsShapeAndFitsEveryPlayer) {
@@ -144,7 +148,7 @@ TEST(SwaySize, TilesAreShownInTheirShape) {
     EXPECT_EQ(bars.target, cv::Rect(0, 100, 400, 200));
     const PhotoFit cut = swayFit({512, 512}, 2, {400, 400});
     EXPECT_EQ(cut.source, cv::Rect(128, 0, 256, 512));
-    EXPECT_TRUE(contains(errorOf([] { swayFit({5, 5}, 1000, {16, 16}); }), "aspect"));
+    EXPECT_TRUE(holds(errorOf([] { swayFit({5, 5}, 1000, {16, 16}); }), "aspect"));
 }
 
 TEST(SwayView, OfAPhotoIsTheViewOfTheQuilt) {
@@ -211,9 +215,9 @@ TEST(SwayView, WrongPicturesAreRefused) {
     const QuiltLayout layout = smallLayout();
     const PhotoFit fit = asItIs(layout.tileSize);
     EXPECT_TRUE(
-        contains(errorOf([&] { quiltViews(cv::Mat(96, 191, CV_8UC3), layout, fit); }), "192 x 96"));
+        holds(errorOf([&] { quiltViews(cv::Mat(96, 191, CV_8UC3), layout, fit); }), "192 x 96"));
     EXPECT_TRUE(
-        contains(errorOf([&] { quiltViews(cv::Mat(96, 192, CV_8UC1), layout, fit); }), "CV_8UC3"));
+        holds(errorOf([&] { quiltViews(cv::Mat(96, 192, CV_8UC1), layout, fit); }), "CV_8UC3"));
     const altiro3D::Scene wrong{cv::Mat(9, 9, CV_8UC3), cv::Mat(9, 8, CV_32FC1)};
     EXPECT_NE(errorOf([&] { return photoViews(wrong); }), "(no error)");
 }
@@ -288,10 +292,10 @@ TEST_F(WriteSway, AFailureLeavesNothing) {
         picture.setTo(cv::Scalar::all(9));
     };
     EXPECT_THROW(writeSway(directory / "a.mp4", {64, 48}, {}, view), std::runtime_error);
-    EXPECT_TRUE(contains(
+    EXPECT_TRUE(holds(
         errorOf([&] { writeSway(directory / "a.mp4", cv::Size(63, 48), SwayOptions(), view); }),
         "63 x 48"));
-    EXPECT_TRUE(contains(
+    EXPECT_TRUE(holds(
         errorOf([&] { writeSway(directory / "a.gif", cv::Size(64, 48), SwayOptions(), view); }),
         "a.gif"));
     EXPECT_TRUE(fs::is_empty(directory.path()));

@@ -286,8 +286,8 @@ TEST_F(VideoConverterTest, StereoHasBothEyesOfWholeFramesAndIsMarked) {
     const auto mark = [&](const char* name) {
         return ffprobe(directory / name, "stream_side_data=type", "-select_streams v:0");
     };
-    EXPECT_TRUE(contains(mark("sbs.mkv"), "side by side"));
-    EXPECT_TRUE(contains(mark("tb.mkv"), "top and bottom"));
+    EXPECT_TRUE(holds(mark("sbs.mkv"), "side by side"));
+    EXPECT_TRUE(holds(mark("tb.mkv"), "top and bottom"));
     EXPECT_EQ(mark("red.mkv"), "\n");
 }
 
@@ -296,11 +296,10 @@ TEST_F(VideoConverterTest, DepthOfAnotherShapeIsRefusedOrSaid) {
         writeClip(directory / "depth.mkv", {cv::Mat(depth, CV_8UC3, cv::Scalar::all(90))});
         return textOf(run("out.mkv", [](auto& all) { all.product = VideoProduct::Rgbd; }).notes);
     };
-    EXPECT_FALSE(contains(made({32, 24}), "shape"));
-    EXPECT_TRUE(contains(made({48, 24}),
-                         "depth.mkv: its shape differs from the video's (48 x 24 and "
-                         "64 x 48); it is stretched to fit"));
-    EXPECT_TRUE(contains(made({32, 32}), "stretched"));
+    EXPECT_FALSE(holds(made({32, 24}), "shape"));
+    EXPECT_TRUE(holds(made({48, 24}), "depth.mkv: its shape differs from the video's (48 x 24 and "
+                                      "64 x 48); it is stretched to fit"));
+    EXPECT_TRUE(holds(made({32, 32}), "stretched"));
     EXPECT_EQ(codeOf([&] { made({24, 32}); }), ErrorCode::Mismatch);
     fs::remove(directory / "depth.mkv");
     fs::create_directory(directory / "depth.mkv");
@@ -340,7 +339,7 @@ TEST_F(VideoConverterTest, TheRotationOfAVideoHoldsForItsDepth) {
                 made.given->source = directory / depth;
                 made.product = VideoProduct::Rgbd;
             });
-            EXPECT_EQ(bool(contains(textOf(result.notes), "is turned as the video is")),
+            EXPECT_EQ(bool(holds(textOf(result.notes), "is turned as the video is")),
                       depth == "stored.mkv" && degrees != 0);
             const cv::Mat both = this->pictures("rgbd.mkv").front();
             const cv::Mat right = both.colRange(both.cols / 2, both.cols);
@@ -394,7 +393,7 @@ TEST_F(VideoConverterTest, FramesKeepTheirOwnShape) {
         ASSERT_EQ(frames.size(), 8U);
         EXPECT_EQ(frames.back().picture.size(), shapes[later].size);
         EXPECT_NEAR(frames.back().sampleAspect.value(), shapes[later].aspect, 1e-3);
-        EXPECT_TRUE(contains(textOf(reader.notes()), "its frames changes"));
+        EXPECT_TRUE(holds(textOf(reader.notes()), "its frames changes"));
         // colours that are not stated do not change with the number of lines
         EXPECT_LE(cv::norm(frames.back().picture.at<cv::Vec3b>(2, 2),
                            frames.front().picture.at<cv::Vec3b>(2, 2), cv::NORM_INF),
@@ -451,7 +450,7 @@ TEST_F(VideoConverterTest, DepthDrawnInColoursIsUndone) {
             made.given = GivenVideoDepth();
             made.given->rgbd = DepthSide::Right;
         });
-        EXPECT_TRUE(contains(only(result.notes).text, "colour map turbo"));
+        EXPECT_TRUE(holds(only(result.notes).text, "colour map turbo"));
         const std::vector<cv::Mat> found = pictures("made.mkv");
         ASSERT_EQ(found.size(), levels.size());
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -484,7 +483,7 @@ TEST_F(VideoConverterTest, GivenDepthIsReadForPicturesInAnyOrder) {
     EXPECT_EQ(codeOf([&] { (void)reader.next(cv::Mat(video.size, CV_8UC1), 1, depth); }),
               ErrorCode::InvalidArgument);
     given.source = directory.path();
-    EXPECT_TRUE(contains(errorOf([&] { GivenDepthReader(given, video); }), "is not a file"));
+    EXPECT_TRUE(holds(errorOf([&] { GivenDepthReader(given, video); }), "is not a file"));
 }
 
 TEST_F(VideoConverterTest, RgbdFramesWithAGapAreRefused) {

@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <future>
 #include <gtest/gtest.h>
 #include <mutex>
 #include <opencv2/core.hpp>
@@ -21,7 +20,6 @@ PipelineStage source(std::int64_t count) {
                 if (frame.number == count) return false;
                 frame.source.picture.create(4, 4, CV_8UC3);
                 frame.source.picture = cv::Scalar::all(static_cast<double>(frame.number % 251));
-                frame.source.pts = 10 * frame.number;
                 return true;
             }};
 }
@@ -30,38 +28,6 @@ PipelineOptions withQueue(int queue) {
     PipelineOptions options;
     options.queueFrames = queue;
     return options;
-}
-
-TEST(Pipeline, EveryFramePassesEveryStageInOrder) {
-    std::vector<std::int64_t> seen;
-    std::vector<double> values;
-    const PipelineReport report =
-        runPipeline({source(500),
-                     {"render",
-                      [](PipelineFrame& frame) {
-                          cv::add(frame.source.picture, cv::Scalar::all(1), frame.result.picture);
-                          return true;
-                      }},
-                     {"encode",
-                      [&](PipelineFrame& frame) {
-                          seen.push_back(frame.number);
-                          values.push_back(frame.result.picture.at<cv::Vec3b>(3, 3)[2]);
-                          EXPECT_EQ(frame.source.pts, 10 * frame.number);
-                          return true;
-                      }}},
-                    withQueue(1));
-    ASSERT_EQ(seen.size(), 500u);
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-        EXPECT_EQ(seen[i], static_cast<std::int64_t>(i));
-        EXPECT_EQ(values[i], static_cast<double>(i % 251 + 1));
-    }
-    ASSERT_EQ(report.stages.size(), 3u);
-    EXPECT_EQ(report.stages[1].name, "render");
-    for (const StageReport& stage : report.stages) {
-        EXPECT_EQ(stage.frames, 500);
-        EXPECT_GE(stage.seconds, stage.longest);
-    }
-    EXPECT_EQ(report.dropped, 0);
 }
 
 TEST(Pipeline, APictureThatIsKeptIsNotWrittenOver) {
@@ -141,63 +107,6 @@ TEST(Pipeline, OfTwoFailuresAtOnceOneIsThrown) {
         EXPECT_THROW(runPipeline({{"a", failing}, {"b", failing}, source(3)}), std::runtime_error);
         EXPECT_THROW(runPipeline({source(1), {"b", failing}, {"c", failing}}), std::runtime_error);
     }
-}
-
-// The second stage keeps its first frame until the source has come to its end.
-TEST(Pipeline, ALiveSourceIsNeverHeldUpAndTheNewestFrameWins) {
-    std::promise<void> kept;
-    std::promise<void> ended;
-    const auto inTime = [](std::promise<void>& event) {
-        return event.get_future().wait_for(60s) == std::future_status::ready;
-    };
-    PipelineOptions options = withQueue(1);
-    options.dropLate = true;
-    PipelineStage live = source(100);
-    live.work = [&, give = live.work](PipelineFrame& frame) {
-        if (frame.number == 1) {
-            EXPECT_TRUE(inTime(kept));
-        }
-        if (give(frame)) return true;
-        ended.set_value();
-        return false;
-    };
-    std::vector<std::int64_t> seen;
-    const PipelineReport report = runPipeline({live,
-                                               {"slow",
-                                                [&](PipelineFrame& frame) {
-                                                    if (seen.empty()) {
-                                                        kept.set_value();
-                                                        EXPECT_TRUE(inTime(ended)) << "held up";
-                                                    }
-                                                    seen.push_back(frame.number);
-                                                    return true;
-                                                }}},
-                                              options);
-    EXPECT_EQ(seen, (std::vector<std::int64_t>{0, 99}));
-    EXPECT_EQ(report.dropped, 98);
-    EXPECT_EQ(report.stages[0].frames, 100);
-}
-
-TEST(Pipeline, AnyStageMayEndTheRun) {
-    for (const std::size_t last : {std::size_t{1}, std::size_t{2}}) {
-        std::int64_t done = 0;
-        std::vector<PipelineStage> stages = {source(1000000),
-                                             {"b", [](PipelineFrame&) { return true; }},
-                                             {"c", [](PipelineFrame&) { return true; }},
-                                             {"d", [&](PipelineFrame&) {
-                                                  ++done;
-                                                  return true;
-                                              }}};
-        stages[last].work = [](PipelineFrame& frame) { return frame.number < 20; };
-        runPipeline(stages, withQueue(1));
-        EXPECT_EQ(done, 20) << last;
-    }
-}
-
-TEST(Pipeline, OneStageIsEnough) {
-    EXPECT_EQ(runPipeline({source(7)}).stages[0].frames, 7);
-    EXPECT_EQ(runPipeline({source(0), {"b", [](PipelineFrame&) { return true; }}}).stages[1].frames,
-              0);
 }
 
 } // namespace

@@ -72,7 +72,7 @@ TEST(Camera, FilesThatAreNoCameraAreRefused) {
                                   "cx, cy, zNear, zFar and baseline");
     for (const std::string& text :
          {std::string(), std::string("{"), std::string("{\"fx\": NaN}"), std::string("\xff\xfe")})
-        EXPECT_TRUE(contains(errorFor(text), "street.json: is not valid JSON (")) << text;
+        EXPECT_TRUE(holds(errorFor(text), "street.json: is not valid JSON (")) << text;
     EXPECT_EQ(errorFor(with("fx", "1e999")),
               "street.json: holds a number that is out of range, expected a camera's fx, fy, cx, "
               "cy, zNear, zFar and baseline");
@@ -81,7 +81,7 @@ TEST(Camera, FilesThatAreNoCameraAreRefused) {
     EXPECT_TRUE(
         startsWith(errorFor(with("fx", deep + std::string(deep.size(), ']'))), "street.json: "));
     const TemporaryDirectory directory;
-    EXPECT_TRUE(contains(errorOf([&] { readCamera(directory / "none.json"); }), "none.json"));
+    EXPECT_TRUE(holds(errorOf([&] { readCamera(directory / "none.json"); }), "none.json"));
 }
 
 TEST(Camera, ParallaxFollowsFromBaselineAndRange) {
@@ -92,7 +92,7 @@ TEST(Camera, ParallaxFollowsFromBaselineAndRange) {
     camera.baseline = 0;
     EXPECT_EQ(parallaxOf(camera), 0);
     camera.baseline = kNan;
-    EXPECT_TRUE(contains(errorOf([&] { parallaxOf(camera); }), "baseline: is nan"));
+    EXPECT_TRUE(holds(errorOf([&] { parallaxOf(camera); }), "baseline: is nan"));
 }
 
 TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
@@ -107,15 +107,15 @@ TEST(Camera, CroppedAndResizedPicturesKeepTheirRays) {
     const CameraIntrinsics same = fitted(k, {0, 0, 640, 480}, {640, 480});
     EXPECT_EQ(same.cx, k.cx);
     EXPECT_EQ(same.fy, k.fy);
-    EXPECT_TRUE(contains(errorOf([&] { fitted(k, {0, 0, 0, 10}, {10, 10}); }), "part: is 0"));
+    EXPECT_TRUE(holds(errorOf([&] { fitted(k, {0, 0, 0, 10}, {10, 10}); }), "part: is 0"));
     EXPECT_EQ(errorOf([&] { fitted(k, part, cv::Size(160, 0)); }),
               "size: is 0, expected 1 px or more a side");
 }
 
 TEST(Camera, SingularIntrinsicsAreRefused) {
     for (double bad : {0.0, -5.0, kNan, kInfinity, 1e-9})
-        EXPECT_TRUE(contains(errorOf([&] { validate(Camera{{bad, 1, 0, 0}}); }), "fx: is "));
-    EXPECT_TRUE(contains(errorOf([] { validate(Camera{{1, 1, kNan, 0}}); }), "cx: is nan"));
+        EXPECT_TRUE(holds(errorOf([&] { validate(Camera{{bad, 1, 0, 0}}); }), "fx: is "));
+    EXPECT_TRUE(holds(errorOf([] { validate(Camera{{1, 1, kNan, 0}}); }), "cx: is nan"));
 }
 
 } // namespace

@@ -404,8 +404,7 @@ TEST(ViewsLayered, ThinThingsBeforeManyOthersShowTheNearestOfThem) {
 // The best guess of a texture far behind a border is its mean; it deviates from every other guess.
 TEST(ViewsLayered, WideHolesShowTheMeanOfATextureWithoutStreaks) {
     const cv::Size size(240, 160);
-    cv::Mat photo(size, CV_8UC3);
-    cv::RNG(4).fill(photo, cv::RNG::UNIFORM, 60, 200);
+    cv::Mat photo = randomPicture(size, CV_8UC3, 4, 60, 200);
     cv::GaussianBlur(photo, photo, {}, 1);
     cv::Mat depth(size, CV_32FC1, cv::Scalar(0));
     const cv::Rect board(100, 0, 60, size.height);
@@ -495,8 +494,7 @@ TEST(ViewsLayered, DepthWithoutVisibleLevelsStaysAsItIs) {
 }
 
 TEST(ViewsLayered, MemoryIsBoundedForDepthThatIsNoise) {
-    cv::Mat depth(8, 600, CV_32FC1);
-    cv::RNG(3).fill(depth, cv::RNG::UNIFORM, 0, 1);
+    const cv::Mat depth = randomDepth({600, 8}, 3);
     LayeredSettings options;
     options.reachPixels = 1e6;
     const LayeredScene scene = layeredScene(randomPhoto(depth.size()), depth, 0.5, options);
@@ -631,8 +629,7 @@ class SlowColour {
 };
 
 std::vector<cv::Mat> depthsToSearch(cv::Size size) {
-    cv::Mat noise(size, CV_32FC1);
-    cv::RNG(7).fill(noise, cv::RNG::UNIFORM, 0, 1);
+    const cv::Mat noise = randomDepth(size, 7);
     const cv::Mat waves = pictureOf<float>(size, [&](int x, int y) {
         return 0.5F + 0.3F * std::sin(0.09F * static_cast<float>(x + y));
     });

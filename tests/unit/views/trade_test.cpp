@@ -47,9 +47,9 @@ TEST(StereoScene, ViewAtTheRightIsMovedByTheDisparity) {
 TEST(StereoScene, WrongPicturesAreNamed) {
     const cv::Mat photo(4, 6, CV_8UC3);
     const cv::Mat disparity(4, 6, CV_32FC1, cv::Scalar::all(1));
-    EXPECT_TRUE(contains(errorOf([&] { makeStereoScene("s", photo, disparity, 0, photo); }),
-                         "disparity scale"));
-    EXPECT_TRUE(contains(
+    EXPECT_TRUE(holds(errorOf([&] { makeStereoScene("s", photo, disparity, 0, photo); }),
+                      "disparity scale"));
+    EXPECT_TRUE(holds(
         errorOf([&] { makeStereoScene("cones", photo, disparity, 1, cv::Mat(4, 5, CV_8UC3)); }),
         "cones: truth: has 5 x 4 px, expected the photo's 6 x 4 px"));
 }
@@ -90,11 +90,11 @@ TEST(Trade, MeasuredTimesArePositiveAndBadCountsAreRefused) {
         EXPECT_GT(cost.preparationMilliseconds, 0);
         EXPECT_LE(cost.preparationMilliseconds, 1.001 * views * cost.millisecondsPerView);
     }
-    EXPECT_TRUE(contains(errorOf([&] { measureViews({photo, depth}, {}, 0, 1); }), "views: is 0"));
-    EXPECT_TRUE(contains(errorOf([&] {
-                             measureViews({photo, depth}, {}, 1, 0);
-                         }),
-                         "repetitions: is 0"));
+    EXPECT_TRUE(holds(errorOf([&] { measureViews({photo, depth}, {}, 0, 1); }), "views: is 0"));
+    EXPECT_TRUE(holds(errorOf([&] {
+                          measureViews({photo, depth}, {}, 1, 0);
+                      }),
+                      "repetitions: is 0"));
 }
 
 } // namespace

@@ -305,6 +305,7 @@ TEST_F(ViewerDocument, PhotosOfAMovingCameraBecomeRealViews) {
     EXPECT_EQ(views.kind, Kind::Quilt);
     EXPECT_FALSE(views.video);
     EXPECT_EQ(views.layout, display_.quilt);
+    EXPECT_TRUE(holds(textOf(views.notes), "the first picture is IMG_9990.png"));
     EXPECT_TRUE(holds(textOf(views.notes), "pictures: 16 of 16 used"));
     EXPECT_TRUE(holds(errorOf([&] { (void)read("IMG_9993.png", Reading::Slide); }),
                       "IMG_9993.png: holds 1 picture, expected a video or several photos"));

@@ -96,7 +96,8 @@ Document documentOfSlide(const Source& source, const Display& display) {
                       source.file.string());
     document.picture =
         tools::quiltOfSlide(slide, document.layout, display.aspect(), FitMode::Cover);
-    document.notes = slide.notes();
+    const Notes notes = slide.notes();
+    document.notes.insert(document.notes.end(), notes.begin(), notes.end());
     for (const std::string& line : slide.report().lines())
         document.notes.push_back({NoteCode::Chosen, line});
     return document;

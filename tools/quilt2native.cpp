@@ -137,7 +137,7 @@ void convertPicture(const QuiltJob& job, const fs::path& quiltFile, const fs::pa
     }
     if (!native.empty()) {
         const cv::Mat quilt = shapedQuilt(read, display.map.has_value(), messages);
-        const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
+        const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout);
         times.end("look-up table");
         // last, so that an existing Native means that all outputs exist
         makeNativeFile(renderer, quilt, native, print, messages, times);

@@ -172,7 +172,7 @@ int makeNative(const SlideJob& job, Messages& messages) {
                            ViewFilter::Nearest, job.sway);
     times.end("other outputs");
     if (!job.native.empty()) {
-        const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
+        const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout);
         makeNativeFile(renderer, quilt, job.native, print, messages, times);
     }
     if (!quiltOutput.empty()) messages.say(quiltOutput.string() + ": quilt");

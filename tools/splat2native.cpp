@@ -186,7 +186,7 @@ Json makeScene(const PhotoItem& item, const SplatRun& run, Messages& messages) {
     if (!item.video.empty()) writeVideo(item, run, scene, placed);
     times.end("other outputs");
     if (!item.native.empty()) {
-        const Quilt2Native native = makeQuilt2Native(job.sampling, run.display, layout, messages);
+        const Quilt2Native native = makeQuilt2Native(job.sampling, run.display, layout);
         // a look-up table alone does not tell the lenses
         const cv::Mat shown =
             run.display.isMapOnly ? quilt : filterForLens(quilt, layout, run.display.calibration);

@@ -113,7 +113,7 @@ int makeNative(const ViewsJob& job, Messages& messages) {
         messages.warn("the views have another shape than the panel and are cut to it; --fit "
                       "contain keeps all of them");
     }
-    const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout, messages);
+    const Quilt2Native renderer = makeQuilt2Native(job.sampling, display, layout);
     times.end("look-up table");
     makeNativeFile(renderer, views.quilt, job.native, print, messages, times);
     if (!quiltOutput.empty()) {

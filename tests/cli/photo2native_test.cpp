@@ -207,6 +207,7 @@ TEST_F(Photo2Native, OnlyThePathOverTheQuiltNeedsATable) {
     }
     EXPECT_TRUE(says(convert(Arguments("--save-quilt q.png --save-views v") + photo), "direct, "));
     EXPECT_TRUE(says(convert(Arguments{"-g"} + photo), "path: over the quilt, as method real"));
+    EXPECT_FALSE(fs::exists(studio_.home() / ".cache")) << "nothing is kept unasked";
     for (const char* options : {"--sampling linear", "--view-filter linear"}) {
         EXPECT_TRUE(isDone(convert(Arguments(options) + photo)));
         EXPECT_TRUE(isReported("quilt")) << options;

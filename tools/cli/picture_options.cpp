@@ -182,9 +182,9 @@ NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& disp
         return NativeMaker(display, layout, options);
     }
     messages.detail("path: over the quilt, as " + why);
-    if (options.sampling.blends() || display.calibration.sheet)
+    if (!display.map || options.sampling.blends() || display.calibration.sheet)
         return NativeMaker(display, layout, options);
-    return NativeMaker(lookUpTable(display, layout, messages), options);
+    return NativeMaker(*display.map, options);
 }
 
 std::string pathName(const NativeMaker& maker) {

@@ -48,7 +48,7 @@ void readFields(const CommandLine& commandLine, Recipe& recipe);
 /// @throws UsageError, also for an option of another method that does not have its default value
 SceneOptions sceneOptions(const CommandLine& commandLine, AutoUse use,
                           ViewMethod standard = ViewOptions().method);
-/// Makes the NativeMaker for a display. On the path over a quilt it uses lookUpTable().
+/// Makes the NativeMaker for a display, with the map of `-m` if there is one.
 /// @param preferContinuous as --continuous, unless another option rules it out
 /// @throws UsageError, Error
 NativeMaker makeNativeMaker(const SceneOptions& asked, const ChosenDisplay& display,

@@ -68,13 +68,10 @@ QuiltLayout chooseQuilt(QuiltRequest request, const ChosenDisplay& display, Mess
                         std::optional<cv::Size> quiltSize = std::nullopt,
                         const std::optional<FoundQuilt>& found = std::nullopt);
 
-/// The look-up table of a display: the map of `-m`, else one from the user's cache directory, where
-/// a new table is kept.
-NativeLut lookUpTable(const ChosenDisplay& display, const QuiltLayout& layout, Messages& messages);
-
-/// The renderer of quilts; it uses lookUpTable() if it blends nothing.
+/// The renderer of quilts: by the map of `-m`, if there is one, nothing is blended, and the display
+/// has no lens sheet, whose Native may be too large for memory.
 Quilt2Native makeQuilt2Native(const QuiltSampling& sampling, const ChosenDisplay& display,
-                              const QuiltLayout& layout, Messages& messages);
+                              const QuiltLayout& layout);
 
 /// Renders a quilt and writes the Native, or the print.
 void makeNativeFile(const Quilt2Native& renderer, const cv::Mat& quilt,

@@ -85,8 +85,8 @@ bool isThere(const std::filesystem::path& name);
 bool isFile(const std::filesystem::path& name); ///< A regular one.
 bool isDirectory(const std::filesystem::path& name);
 
-/// The user's directory for cached look-up tables and measured costs. It need not exist. Empty if
-/// the environment does not define one.
+/// The user's directory for what was measured, such as the costs of methods. It need not exist.
+/// Empty if the environment does not define one.
 std::filesystem::path cacheDirectory();
 
 } // namespace altiro3D::tools

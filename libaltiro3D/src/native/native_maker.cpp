@@ -137,10 +137,8 @@ NativeMaker::NativeMaker(const Display& display, const QuiltLayout& layout,
                 lensDetail(impl->lens(), isPrint ? display.calibration.sheet->dpiDown : 0);
         }
         impl->startDirect();
-    } else if (options.sampling.blends() || display.calibration.sheet) {
-        impl->overQuilt.emplace(display.calibration, layout, options.sampling, display.invert);
     } else {
-        impl->overQuilt.emplace(NativeLut(display.calibration, layout, display.invert));
+        impl->overQuilt.emplace(display.calibration, layout, options.sampling, display.invert);
     }
     if (impl->lens().isLying()) impl->options.lensFilter = false; // it is for vertical lenses
     if (impl->options.lensFilter)

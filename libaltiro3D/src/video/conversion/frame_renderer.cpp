@@ -297,10 +297,7 @@ class QuiltRenderer : public FrameRenderer {
     static Quilt2Native makerFor(const VideoConversion& conversion, const VideoTarget& target) {
         if (conversion.map) return Quilt2Native(*conversion.map);
         const Display& display = *conversion.display;
-        const QuiltSampling& sampling = conversion.recipe.sampling;
-        if (sampling.views != ViewFilter::Nearest || sampling.inTile != TileSampling::Nearest)
-            return {display.calibration, target.layout, sampling, display.invert};
-        return Quilt2Native(NativeLut(display.calibration, target.layout, display.invert));
+        return {display.calibration, target.layout, conversion.recipe.sampling, display.invert};
     }
 
     FitMode fit_;

@@ -22,7 +22,9 @@ export XDG_CACHE_HOME=$work/cache XDG_DATA_HOME=$work/data
 cpu=$(taskset -cp $$ | sed 's/.*: *\([0-9]*\).*/\1/')
 
 echo "== ThreadSanitizer: library"
-ALTIRO3D_LONGEST_TEST=2 taskset -c "$cpu" build/tsan/tests/unit/altiro3D_unit_tests --gtest_brief=1
+# The child of the test that is left out reads freed memory of OpenCV, as it should.
+ALTIRO3D_LONGEST_TEST=2 taskset -c "$cpu" build/tsan/tests/unit/altiro3D_unit_tests --gtest_brief=1 \
+    --gtest_filter=-DepthNetworkFile.AProbeSurvivesFilesThatCrashOpenCv
 
 echo "== ThreadSanitizer: viewer"
 taskset -c "$cpu" build/tsan/tests/qt/altiro3D_qt_tests --gtest_brief=1

@@ -104,7 +104,6 @@ NamedDepthSource networkSource(const InstalledNetwork& network, cv::Size size, M
 void requireHarmless(const fs::path& file, const NetworkProfile& profile,
                      const std::vector<NetworkProfile>& catalog, cv::Size inputSize,
                      InferenceEngine engine, Messages& messages) {
-    if (!profile.remark.empty()) messages.warn(profile.remark);
     const std::string key = keyOf(file, profile, inputSize, engine);
     if (key.empty()) return; // nothing to run
     const fs::path directory = cacheDirectory();

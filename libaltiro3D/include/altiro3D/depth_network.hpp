@@ -68,7 +68,6 @@ struct NetworkProfile {
     ResizeKernel resizeKernel = ResizeKernel::Cubic; ///< Used on floats, after scale, before mean.
     NetworkOutput output = NetworkOutput::InverseDepth; ///< Meaning of the output.
     InferenceEngine engine = InferenceEngine::Best;     ///< The engine that it needs; Best: any.
-    std::string remark; ///< Remark for the user if a key of the file has no effect.
 };
 
 /// Whether this library can run a network.

@@ -58,14 +58,14 @@ constexpr int kSavedDepthSide = 4096;
                                                    double strengthPercent,
                                                    EyesFrom from = EyesFrom::Both);
 
-/// The fit of a photo to its swaying video, with the margins that its views show.
-///
+/// The fit of a photo, in its own shape, to its swaying video, with the margins that its views
+/// show. Beyond 1 : 100 it is squeezed.
 /// @param photo its size in px
-/// @param options fit, strength and focus
+/// @param options strength and focus; fit, used where `size` has another shape
 /// @param part the part to show, in px of the photo; empty: all of it
 /// @param size of the video in px; empty: swaySize()
 /// @return the fit; its size is that of the video
-/// @throws Error as photoSwayFit() and withMargins()
+/// @throws Error InvalidArgument (an empty photo or part), as withMargins()
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit swayFitOf(cv::Size photo, const PlacementOptions& options,
                                                  const std::optional<cv::Rect>& part = {},
                                                  cv::Size size = {});

@@ -63,23 +63,6 @@ ALTIRO3D_EXPORT void validate(const SwayOptions& options);
 [[nodiscard]] ALTIRO3D_EXPORT PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result,
                                                FitMode mode = FitMode::Cover);
 
-/// Fits a whole photo in its own shape to a video of swaySize(). Beyond 1 : 100, it is squeezed.
-/// @param photo its size in px
-/// @param mode used where `size` has another shape
-/// @param size size of the video in px; empty: swaySize()
-/// @return the fit, for fitScene(); its size is that of the video
-/// @throws Error InvalidArgument (an empty photo)
-[[nodiscard]] ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Size photo, FitMode mode = FitMode::Cover,
-                                                    cv::Size size = {});
-
-/// As above, for a part of a photo.
-/// @param part the part to show, in px of the photo, at least 1 x 1
-/// @param mode,size as above
-/// @return the fit; its source lies in `part`
-/// @throws Error InvalidArgument (an empty part)
-[[nodiscard]] ALTIRO3D_EXPORT PhotoFit photoSwayFit(cv::Rect part, FitMode mode = FitMode::Cover,
-                                                    cv::Size size = {});
-
 /// Renders the picture at a camera position. It is called from one thread. The functions that
 /// photoViews() and quiltViews() return throw Error InvalidArgument if the position is NaN.
 /// @param position -1 leftmost .. +1 rightmost; clamped

@@ -64,8 +64,11 @@ StereoPair photoEyes(const Scene& scene, const PlacementOptions& options, double
 
 PhotoFit swayFitOf(cv::Size photo, const PlacementOptions& options,
                    const std::optional<cv::Rect>& part, cv::Size size) {
-    const PhotoFit fit =
-        part ? photoSwayFit(*part, options.fit, size) : photoSwayFit(photo, options.fit, size);
+    const cv::Rect shown = part.value_or(cv::Rect({}, photo));
+    const double aspect = shown.empty() ? 1.0 : static_cast<double>(shown.width) / shown.height;
+    if (size.empty()) size = swaySize(shown.size(), aspect);
+    PhotoFit fit = swayFit(shown.size(), std::clamp(aspect, 0.01, 100.0), size, options.fit);
+    fit.source += shown.tl();
     return withMargins(fit, photo, options.views);
 }
 

@@ -126,18 +126,6 @@ PhotoFit swayFit(cv::Size picture, double aspect, cv::Size result, FitMode mode)
     return fit;
 }
 
-PhotoFit photoSwayFit(cv::Size photo, FitMode mode, cv::Size size) {
-    const double aspect = photo.empty() ? 1.0 : static_cast<double>(photo.width) / photo.height;
-    if (size.empty()) size = swaySize(photo, aspect);
-    return swayFit(photo, std::clamp(aspect, 0.01, 100.0), size, mode);
-}
-
-PhotoFit photoSwayFit(cv::Rect part, FitMode mode, cv::Size size) {
-    PhotoFit fit = photoSwayFit(part.size(), mode, size);
-    fit.source += part.tl();
-    return fit;
-}
-
 SwayView photoViews(const Scene& scene, const ViewOptions& options) try {
     validate(options);
     const auto shared = std::make_shared<const PhotoScene>(scene, options);

@@ -95,14 +95,6 @@ cv::Mat movedDepth(const cv::Mat& depth, const SlideWindow& window, double way) 
     return moved;
 }
 
-void fillRows(cv::Mat& depth) {
-    std::vector<char> known(static_cast<std::size_t>(depth.rows));
-    for (int y = 0; y < depth.rows; ++y)
-        known[static_cast<std::size_t>(y)] =
-            static_cast<char>(fillUnknown(depth.ptr<float>(y), depth.cols));
-    fillUnknownRows(depth, known);
-}
-
 // How much two pictures differ around each px [CV_32FC1].
 cv::Mat unlikeness(const cv::Mat& a, const cv::Mat& b) {
     cv::Mat off;
@@ -223,8 +215,8 @@ cv::Mat viewBetween(const SlideFrame& left, const SlideFrame& right, const Slide
     // Where neither frame knows the depth, it is that of the farther neighbour (something hidden)
     // or of the nearer one (an unmatched part of it): the one with which the frames agree better.
     cv::Mat nearer = -depth;
-    fillRows(depth);
-    fillRows(nearer);
+    fillUnknown(depth);
+    fillUnknown(nearer);
     nearer = -nearer;
     cv::Mat first = viewFrom(left, lens, window, position, depth);
     cv::Mat second = viewFrom(right, lens, window, position, depth);

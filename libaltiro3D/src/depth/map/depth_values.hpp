@@ -76,6 +76,15 @@ inline void fillUnknownRows(cv::Mat& depth, const std::vector<char>& known) {
     }
 }
 
+/// All unknown values of a map take those of their row or, in rows without any, of the nearest row.
+inline void fillUnknown(cv::Mat& depth) {
+    std::vector<char> known(static_cast<std::size_t>(depth.rows));
+    for (int y = 0; y < depth.rows; ++y)
+        known[static_cast<std::size_t>(y)] =
+            static_cast<char>(fillUnknown(depth.ptr<float>(y), depth.cols));
+    fillUnknownRows(depth, known);
+}
+
 /// The photo as pathCosts() needs it, with less noise. @param photo [CV_8UC3] @return the same size
 cv::Mat withoutGrain(const cv::Mat& photo);
 

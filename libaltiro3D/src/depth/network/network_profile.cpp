@@ -201,12 +201,6 @@ NetworkProfile readProfile(const std::string& file, const std::string& prefix, c
                                {{"inverseDepth", NetworkOutput::InverseDepth},
                                 {"metricDepth", NetworkOutput::MetricDepth}},
                                profile.output);
-    double cuesShare = 0; // mixed the depth with an estimate that no longer exists
-    reader.read("cuesShare", cuesShare);
-    if (cuesShare > 0)
-        profile.remark = file + ": " + prefix +
-                         "cuesShare: has no effect, expected 0 or no such "
-                         "key; the depth is the network's alone";
     reader.read<InferenceEngine>("engine",
                                  {{"best", InferenceEngine::Best},
                                   {"opencv", InferenceEngine::OpenCv},

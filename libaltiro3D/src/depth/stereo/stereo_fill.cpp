@@ -24,15 +24,6 @@ constexpr int kPasses = 2;
 constexpr int kBins = 256;       // bins of the range of disparities
 constexpr int kColourScale = 24; // sum of the differences of B, G and R with weight 1/2
 
-void fillRows(cv::Mat& disparity) {
-    std::vector<char> known(static_cast<std::size_t>(disparity.rows));
-    for (int y = 0; y < disparity.rows; ++y) {
-        known[static_cast<std::size_t>(y)] =
-            static_cast<char>(fillUnknown(disparity.ptr<float>(y), disparity.cols));
-    }
-    fillUnknownRows(disparity, known);
-}
-
 using Weights = std::array<std::int32_t, 3 * 256>; // by difference of colours
 
 Weights weightsOf() {
@@ -114,7 +105,7 @@ void fillFromBehind(cv::Mat& disparity, const cv::Mat& photo) {
     double low = 0;
     double high = 0;
     cv::minMaxLoc(disparity, &low, &high, nullptr, nullptr, known);
-    fillRows(disparity);
+    fillUnknown(disparity);
     if (!(high > low)) return;
     const double perBin = (high - low) / (kBins - 1);
     cv::Mat bins(disparity.size(), CV_8UC1);

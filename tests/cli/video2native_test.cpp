@@ -891,7 +891,7 @@ TEST_F(Video2NativeTool, AFullDiskLosesNothingElse) {
     EXPECT_TRUE(fails(studio.make("out.mkv", "--resume"), 1,
                       "out.mkv: exists, and no unfinished run of it is kept, so it may be "
                       "complete, expected a new name"));
-    for (const std::size_t bytes : {12000, 60000}) { // as a disk that is full for each file
+    for (const std::size_t bytes : {12000U, 60000U}) { // as a disk that is full for each file
         studio.limitFiles(bytes);
         const Outcome outcome = studio.make("out.mkv", "-y --codec ffv1");
         EXPECT_EQ(outcome.status, 1);

@@ -142,7 +142,7 @@ TEST_F(Print, ASignalEndsAPrintAndKeepsTheOldFile) {
         "photo2native", "--print -y --save-depth depth.png -c huge.json -d p.png d.png a.png",
         SIGINT, [&] { return fs::exists(studio_ / "depth.png"); }); // the print follows it
     EXPECT_EQ(stopped.status, 130) << stopped.text();
-    EXPECT_EQ(slurp(studio_ / "a.png"), "old");
+    EXPECT_TRUE(slurp(studio_ / "a.png") == "old"); // else it has some 300 MB
 }
 
 TEST_F(Print, WhatIsNoPrintIsNamed) {
